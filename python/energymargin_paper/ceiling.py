@@ -32,7 +32,7 @@ from energymargin.metrics import ANY
 from energymargin.results import collect
 from energymargin.store import Run, ScoreStore
 from energymargin.store.claims import Scorer
-from energymargin.store.file import ImportedRow, adopt
+from energymargin.store.file import ImportedRow
 from energymargin.store.schema import state_digest
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
@@ -132,7 +132,6 @@ def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: i
     }
     questions = dict.fromkeys(shares, settings)
     run = store.begin(dataset, settings, questions, known_by=" by place")
-    adopt(store, run, lambda numbers: {n: state_digest(run.digest, n) for n in numbers})
     return run
 
 

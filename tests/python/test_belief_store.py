@@ -2,7 +2,6 @@
 
 import csv
 import json
-import sqlite3
 
 import numpy as np
 import pytest
@@ -193,18 +192,3 @@ def test_beliefs_that_cannot_be_are_refused_at_the_terminal(dataset, tmp_path, o
     done = run_command("score", data, "--metrics", "capture", *options)
     assert done.exit_code == 2 and words in " ".join(done.output.split()), done.output
     assert not (tmp_path / "push-scores.db").exists()
-
-
-def test_a_store_of_the_version_before_beliefs_is_read_and_takes_them(dataset, tmp_path):
-    path = tmp_path / "scores.db"
-    score_dataset(dataset, path, ["capture"], nodes=90, executor=em.executors.Threads(1))
-    with sqlite3.connect(path) as file:
-        file.execute("DROP TABLE particles")
-        file.execute("PRAGMA user_version = 4")
-    with ScoreStore(path) as store:
-        before = [row.scores for row in store.run().rows()]
-        assert None not in {score for (score,) in before}
-    score_dataset(dataset, path, ["capture"], uncertainty=KNOWN, **ASKED)
-    with ScoreStore(path) as store:
-        assert [row.scores for row in store.run(1).rows()] == before
-        assert store.run(2).particles(0, "capture").shape == (3,)

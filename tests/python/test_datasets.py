@@ -4,7 +4,6 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from older_dataset_files import write_version_2
 
 from energymargin import datasets
 from energymargin.tasks import Trajectory
@@ -61,10 +60,7 @@ def test_the_digest_tells_the_labels_of_at_least_one_object_apart(several):
     assert len({several.digest(), *changed}) == 4
 
 
-DIGEST = "49d233198637232991ea44d94a323a3ffa38e931094a339b07a3f99afb2f4501"
-
-
-NEW_DIGEST = "48d20fcdd02a4d6ee6added8a954e41337b309310814aac883c26dbc16917414"
+DIGEST = "48d20fcdd02a4d6ee6added8a954e41337b309310814aac883c26dbc16917414"
 
 
 def test_the_digests_are_those_by_which_files_of_scores_know_their_dataset():
@@ -78,32 +74,7 @@ def test_the_digests_are_those_by_which_files_of_scores_know_their_dataset():
         seed=7,
     )
     dataset = datasets.Dataset("push", {"friction": None}, 0, [trajectory])
-    assert dataset.digest_of_version_2() == DIGEST  # of older files
-    assert dataset.digest() == NEW_DIGEST
-
-
-@pytest.mark.parametrize("version", [1, 2])
-@pytest.mark.parametrize("read", [datasets.load, datasets.open])
-@pytest.mark.parametrize("which", ["dataset", "several"])
-def test_an_older_file_holds_the_same_dataset(request, tmp_path, which, read, version):
-    dataset = request.getfixturevalue(which)
-    write_version_2(dataset, tmp_path / "old.h5")
-    with h5py.File(tmp_path / "old.h5", "a") as file:
-        file.attrs["version"] = version
-    with read(tmp_path / "old.h5") as older:
-        assert older.digest() == dataset.digest()
-        assert older.digest_of_version_2() == dataset.digest_of_version_2()
-        older.save(tmp_path / "new.h5")
-    dataset.save(tmp_path / "same.h5")
-    assert (tmp_path / "new.h5").read_bytes() == (tmp_path / "same.h5").read_bytes()
-
-
-def test_an_older_file_that_lacks_a_part_is_refused(dataset, tmp_path):
-    write_version_2(dataset, tmp_path / "old.h5")
-    with h5py.File(tmp_path / "old.h5", "a") as file:
-        del file["trajectories/0001/states"]
-    with pytest.raises(ValueError, match=r"old\.h5 is damaged.*states"):
-        datasets.load(tmp_path / "old.h5")
+    assert dataset.digest() == DIGEST
 
 
 def test_the_first_trajectories_are_the_same_however_many_follow(dataset):
@@ -216,7 +187,6 @@ def _change(name, index, value, field=None):
         lambda file: _replace(file, "bodies", [1.5]),
         lambda file: file["trajectories"].resize(2, axis=0),
         lambda file: file["trajectories"].resize(0, axis=0),
-        lambda file: file.attrs.__setitem__("version", 0),
         lambda file: file.attrs.__setitem__("version", "new"),
         lambda file: file.attrs.__setitem__("parameters", "[]"),
     ],
@@ -248,3 +218,13 @@ def test_a_disk_that_has_changed_a_byte_is_found_out(dataset, saved):
         raw.write(bytes([byte ^ 1]))
     with pytest.raises(ValueError, match=r"push\.h5 is damaged"):
         datasets.load(saved)
+
+
+@pytest.mark.parametrize("version", [0, 1, 2])
+def test_an_older_file_is_refused(dataset, tmp_path, version):
+    dataset.save(tmp_path / "old.h5")
+    with h5py.File(tmp_path / "old.h5", "a") as file:
+        file.attrs["version"] = version
+    words = f"has version {version} of the dataset format, and this energymargin reads version 3"
+    with pytest.raises(ValueError, match=words):
+        datasets.load(tmp_path / "old.h5")

@@ -29,7 +29,6 @@ def test_an_open_file_is_the_dataset_that_was_saved(whole, opened, tmp_path):
     loaded = datasets.load(tmp_path / "open.h5")
     for one in (opened, loaded):
         assert one.digest() == whole.digest()
-        assert one.digest_of_version_2() == whole.digest_of_version_2()
         assert one.lengths.tolist() == [5] * 6 and one.size == 30
         assert one.successes.tolist() == [t.success for t in whole.trajectories]
         assert one.frames() == whole.frames()
@@ -142,7 +141,6 @@ def test_trajectories_of_one_file_may_have_states_of_different_lengths(uneven, t
     uneven.save(tmp_path / "bins.h5")
     with datasets.open(tmp_path / "bins.h5") as opened:
         assert opened.digest() == uneven.digest()
-        assert opened.digest_of_version_2() == uneven.digest_of_version_2()
         for old, new in zip(uneven.trajectories, opened.trajectories, strict=True):
             assert np.array_equal(old.states, new.states) and old.params == new.params
             assert old.seed == new.seed

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import Contact, Problem
+from energymargin._core import Problem
 from energymargin.beliefs.belief import Belief
 from energymargin.beliefs.uncertainty import Uncertainty
 from energymargin.checks import whole_number
@@ -184,13 +184,6 @@ class Dataset(Closing):
         """SHA-256 of all that can change a score or a label, whatever the file."""
         return _digest(self.task, self.parameters, self._blocks())
 
-    def digest_of_version_2(self) -> str:
-        """The digest of the formats 1 and 2, by which older stores identify a dataset.
-
-        Slower by far, and not for large datasets.
-        """
-        return _digest_of_version_2(self.task, self.parameters, self.trajectories)
-
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file in one go: it is there whole, or as it was.
 
@@ -281,7 +274,7 @@ def load(path: str | os.PathLike[str]) -> Dataset:
     """The dataset in a file, all of it in memory.
 
     Raises FileNotFoundError if there is none, and ValueError if it is not an HDF5 file, or a
-    truncated one, or holds something else than a dataset, or comes from a newer version.
+    truncated one, or holds something else than a dataset, or is of another version.
     """
     with open(path) as dataset:
         return Dataset(dataset.task, dataset.parameters, dataset.seed, list(dataset.trajectories))
@@ -290,8 +283,8 @@ def load(path: str | os.PathLike[str]) -> Dataset:
 def open(path: str | os.PathLike[str]) -> Dataset:
     """The dataset in a file, whose trajectories are read in blocks when they are asked for.
 
-    Memory stays flat however many there are, except for a file of the versions 1 and 2. Close it,
-    or use it in a `with` statement. Raises: as `load`, of what is damaged when that is read.
+    Memory stays flat however many there are. Close it, or use it in a `with` statement. Raises: as
+    `load`, of what is damaged when that is read.
     """
     path = Path(path)
     file = files.opened(path)
@@ -308,13 +301,7 @@ def _read(path: Path, file: h5py.File) -> Dataset:
         if not isinstance(parameters, dict):
             raise ValueError(f"its parameters are {parameters!r}")
         task, seed = str(file.attrs["task"]), int(file.attrs["seed"])
-        older = int(file.attrs["version"]) < 3
-        trajectories: Sequence[Trajectory] = files.older_trajectories(file) if older else []
-    if older:
-        file.close()
-    else:
-        trajectories = files.Recorded(path, file)
-    return Dataset(task, parameters, seed, trajectories)
+    return Dataset(task, parameters, seed, files.Recorded(path, file))
 
 
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
@@ -329,38 +316,3 @@ def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> s
     parts = {name: stream.hexdigest() for name, stream in streams.items()}
     text = json.dumps([task, parameters, bodies.names, parts], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _digest_of_version_2(
-    task: str, parameters: dict[str, Any], trajectories: Iterable[Trajectory]
-) -> str:
-    """The digest of the formats 1 and 2."""
-    sha = hashlib.sha256()
-    sha.update(json.dumps([task, parameters], sort_keys=True).encode())
-    for trajectory in trajectories:
-        sha.update(json.dumps([trajectory.params, trajectory.success], sort_keys=True).encode())
-        sha.update(
-            repr([_contact_values(c) for frame in trajectory.contacts for c in frame]).encode()
-        )
-        arrays = [trajectory.times, trajectory.states, trajectory.captured]
-        if trajectory.captured_any is not None:
-            arrays.append(trajectory.captured_any)
-        if trajectory.success_any is not None:
-            arrays.append(np.array(trajectory.success_any))
-        for array in arrays:
-            sha.update(f"{array.shape}".encode() + np.ascontiguousarray(array).tobytes())
-    return sha.hexdigest()
-
-
-def _contact_values(contact: Contact) -> tuple[Any, ...]:
-    return (
-        0,
-        contact.body_a,
-        contact.body_b,
-        tuple(np.asarray(contact.position).tolist()),
-        tuple(np.asarray(contact.normal).tolist()),
-        float(contact.distance),
-        float(contact.normal_force),
-        tuple(np.asarray(contact.tangential_force).tolist()),
-        float(contact.friction),
-    )

@@ -8,13 +8,6 @@
 
 The same dataset makes the same bytes: blocks are cut, chunks written, and bodies numbered as the
 trajectories alone say.
-
-Files of the versions 1 and 2 have a group for each trajectory; they are read whole:
-
-    attributes          format, version, task, parameters (JSON), seed, count (of trajectories)
-    trajectories/0000/  times (K,), states (K, n), captured (K,), contacts (C,)
-                        attributes: success, seed, params (JSON)
-                        with several objects also captured_any (K,) and the attribute success_any
 """
 
 from __future__ import annotations
@@ -34,7 +27,6 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Contact
 from energymargin.datasets.columns import (
     BLOCK_STATES,
     COLUMNS,
@@ -56,14 +48,13 @@ __all__ = [
     "VERSION",
     "FileError",
     "Recorded",
-    "older_trajectories",
     "opened",
     "reading",
     "write",
 ]
 
 FORMAT = "energymargin dataset"
-VERSION = 3  # 2 had a group for each trajectory; 1 no labels of at least one object
+VERSION = 3
 
 # Chunks of this many bytes, shuffled and packed with gzip: 2 to 3 times smaller than the numbers
 # (of balance, topple and push), and a checksum tells when a disk has changed them.
@@ -76,15 +67,6 @@ _LIBRARY = ("v110", "v110")  # whose metadata has checksums
 _CACHE = 2**19  # bytes of chunks of a column that are not written yet; two chunks
 # bytes on disk, for what HDF5 still writes when it gives up a file; without them it never closes it
 _RESERVE = 2**22
-
-_CONTACT_NUMBERS = (
-    "position",
-    "normal",
-    "distance",
-    "normal_force",
-    "tangential_force",
-    "friction",
-)
 
 
 class FileError(EnergyMarginError, ValueError):
@@ -110,7 +92,7 @@ def write(
 
 
 def opened(path: Path) -> h5py.File:
-    """A file of any version, to be read. Raises FileError if it is none of ours, or a newer one."""
+    """A file, to be read. Raises FileError if it is none of ours, or of another version."""
     with path.open("rb"):  # h5py's own words for a file that is missing or not readable are long
         pass
     if not h5py.is_hdf5(path):
@@ -214,42 +196,6 @@ class Recorded(Sequence[Trajectory]):
             raise ValueError(f"{self.path} is closed: read from it before, or open it again")
 
 
-def older_trajectories(file: h5py.File) -> list[Trajectory]:
-    """All trajectories of a file of the versions 1 and 2. Raises an error of h5py's, or ValueError,
-    if something is missing or odd."""
-    groups = file["trajectories"]
-    if len(groups) != file.attrs["count"] or len(groups) == 0:
-        raise ValueError(f"it has {len(groups)} of {file.attrs['count']} trajectories")
-    return [_older_trajectory(groups[name]) for name in sorted(groups, key=int)]
-
-
-def _older_trajectory(group: h5py.Group) -> Trajectory:
-    times, states, captured = (group[name][()] for name in ("times", "states", "captured"))
-    success_any = group.attrs.get("success_any")
-    return Trajectory(
-        times=times,
-        states=states,
-        contacts=_older_contacts(group["contacts"][()], len(times)),
-        captured=captured,
-        success=bool(group.attrs["success"]),
-        params=json.loads(group.attrs["params"]),
-        seed=int(group.attrs["seed"]),
-        captured_any=group["captured_any"][()] if "captured_any" in group else None,
-        success_any=None if success_any is None else bool(success_any),
-    )
-
-
-def _older_contacts(rows: NDArray[np.void], frames: int) -> list[list[Contact]]:
-    contacts: list[list[Contact]] = [[] for _ in range(frames)]
-    for row in rows:
-        if not 0 <= row["frame"] < frames:
-            raise ValueError(f"a contact is of frame {row['frame']}, and there are {frames}")
-        values: dict[str, Any] = {name: row[name] for name in _CONTACT_NUMBERS}
-        bodies = {name: row[name].decode() for name in ("body_a", "body_b")}
-        contacts[row["frame"]].append(Contact(**bodies, **values))
-    return contacts
-
-
 class _Column:
     """A column of a file that grows by whole chunks, whatever pieces it gets."""
 
@@ -337,8 +283,11 @@ def _check_format(path: Path, file: h5py.File) -> None:
     if found != FORMAT:
         raise FileError(f"{path} is not a dataset: it is {found!r}")
     version = int(file.attrs["version"])
-    if version < 1:
-        raise ValueError(f"its version is {version}")
+    if version < VERSION:
+        raise FileError(
+            f"{path} has version {version} of the dataset format, and this energymargin reads "
+            f"version {VERSION}: generate or import it again, or save it anew with 0.13"
+        )
     if version > VERSION:
         raise FileError(
             f"{path} has version {version} of the dataset format, "

@@ -122,7 +122,7 @@ class Database(Closing):
         if self._version() < schema.VERSION:
             with self.transaction():
                 if self._version() < schema.VERSION:
-                    schema.migrate(self.database, self._version())
+                    schema.migrate(self.database)
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -165,6 +165,12 @@ class Database(Closing):
             raise ValueError(
                 f"{self.path} has version {version} of the scores' format, "
                 f"and this energymargin reads up to {schema.VERSION}: update it"
+            )
+        if version < schema.OLDEST:
+            raise ValueError(
+                f"{self.path} has version {version} of the scores' format, and this energymargin "
+                f"reads versions {schema.OLDEST} and {schema.VERSION}: open it once with 0.13, "
+                "which brings it up to date, or score the dataset again"
             )
         if self._is_smaller_than(CHECKED):
             (state,) = self._retried("PRAGMA quick_check(1)").fetchone()

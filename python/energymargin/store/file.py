@@ -22,7 +22,7 @@ from energymargin.store.database import Database
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 
-__all__ = ["Digests", "ImportedRow", "ScoreStore", "add_scores", "adopt", "forget_if_changed"]
+__all__ = ["Digests", "ImportedRow", "ScoreStore", "add_scores", "forget_if_changed"]
 
 LABELS = 10000  # states whose labels are inserted at a time
 SAMPLE = 100  # states whose problems are compared; of a smaller dataset, all
@@ -98,7 +98,7 @@ class ScoreStore(Database):
     def _dataset(self, dataset: Dataset, digest: str) -> int:
         """The number of a dataset, which is inserted with its labels if it is not there."""
         found = self.database.execute("SELECT id FROM datasets WHERE digest = ?", (digest,))
-        row = found.fetchone() or self._adopted(dataset, digest)
+        row = found.fetchone()
         if row is not None:
             return int(row[0])
         cursor = self.database.execute(
@@ -115,19 +115,6 @@ class ScoreStore(Database):
             )
         return cursor.lastrowid
 
-    def _adopted(self, dataset: Dataset, digest: str) -> tuple[int] | None:
-        """The number of this dataset in an older file, which now gets its digest; None if it is not
-        there."""
-        old = self.database.execute("SELECT id FROM datasets WHERE digest IS NULL").fetchall()
-        if not old:
-            return None
-        row: tuple[int] | None = self.database.execute(
-            "UPDATE datasets SET digest = ?, parameters = ? WHERE digest IS NULL AND digest_2 = ? "
-            "RETURNING id",
-            (digest, json.dumps(dataset.parameters), dataset.digest_of_version_2()),
-        ).fetchone()
-        return row
-
     def _question(self, metric: str, settings: Mapping[str, Any]) -> int:
         key = (metric, _json(settings), algorithm_of(settings))
         self.database.execute(
@@ -143,41 +130,6 @@ class ScoreStore(Database):
 
 def _json(settings: Mapping[str, Any]) -> str:
     return json.dumps(settings, sort_keys=True)
-
-
-def adopt(store: Database, run: Run, digests: Digests) -> None:
-    """Gives the problems of a dataset from an older file the digests that they have now.
-
-    `digests`: without a future, which older files do not have.
-    """
-    (old,) = store.database.execute(
-        "SELECT digest_2 FROM datasets WHERE id = ?", (run.dataset,)
-    ).fetchone()
-    if old is None:
-        return
-    with store.transaction():
-        for first in range(0, run.states, BLOCK):
-            numbers = range(first, min(first + BLOCK, run.states))
-            for number, new in digests(numbers).items():
-                _rename(store.database, run, number, state_digest(old, number), new)
-        store.database.execute("UPDATE datasets SET digest_2 = NULL WHERE id = ?", (run.dataset,))
-
-
-def _rename(database: sqlite3.Connection, run: Run, number: int, old: bytes, new: bytes) -> None:
-    """Gives a problem another digest; a problem that has it already gets the state and scores."""
-    found = database.execute("SELECT digest, id FROM problems WHERE digest IN (?, ?)", (old, new))
-    problems = dict(found.fetchall())
-    if new not in problems:
-        database.execute("UPDATE problems SET digest = ? WHERE digest = ?", (new, old))
-    elif old in problems:
-        database.execute(
-            "UPDATE posed SET problem = ? WHERE dataset = ? AND number = ? AND problem = ?",
-            (problems[new], run.dataset, number, problems[old]),
-        )
-        database.execute(
-            "UPDATE OR IGNORE scores SET problem = ? WHERE problem = ?",
-            (problems[new], problems[old]),
-        )
 
 
 def forget_if_changed(store: Database, run: Run, digests: Digests) -> None:
@@ -263,7 +215,6 @@ def add_scores(
     questions = {metric: dict(settings) for metric in columns}
     with ScoreStore(path, create=True) as store:
         run = store.begin(dataset, settings, questions, known_by=" by place")
-        adopt(store, run, lambda numbers: {n: state_digest(run.digest, n) for n in numbers})
         with Scorer(store, run) as scorer:
             for first in range(0, dataset.size, IMPORTED):
                 numbers = range(first, min(first + IMPORTED, dataset.size))

@@ -20,7 +20,7 @@ from energymargin.notebook import shown_by
 from energymargin.scoring.future_text import disturbance_in_words
 from energymargin.scoring.settings import algorithm_of
 from energymargin.store.database import Database
-from energymargin.store.schema import NO_FUTURE, with_those_before
+from energymargin.store.schema import NO_FUTURE
 
 __all__ = ["FLOATS", "Run", "ScoredState", "why_not_of"]
 
@@ -65,7 +65,7 @@ class Run:
         ).fetchone()
         self.future = None if asks == NO_FUTURE else Future.from_json(asks)
         """What is asked of each state's future; None: the scores are about the state as it is."""
-        self.settings: dict[str, Any] = with_those_before(json.loads(settings))
+        self.settings: dict[str, Any] = json.loads(settings)
         self.sampling = Sampling.taken_from(self.settings)
         """What is not known of each state's model, and how many particles it has; None: each score
         is of the model as it is. The scores of a belief are means."""

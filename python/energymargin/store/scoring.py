@@ -33,7 +33,7 @@ from energymargin.scoring.problem_metrics import chosen_metrics, require_objects
 from energymargin.scoring.settings import LooseSettings, SearchSettings, chosen_settings
 from energymargin.scoring.table import ScoreError
 from energymargin.store.claims import Scorer
-from energymargin.store.file import Digests, ScoreStore, adopt, forget_if_changed
+from energymargin.store.file import Digests, ScoreStore, forget_if_changed
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 
@@ -130,7 +130,6 @@ def begin_run(
         questions = {metric: own | sampling.of(metric) for metric, own in questions.items()}
         named |= sampling.all()
     run = store.begin(dataset, named, questions, future=future)
-    adopt(store, run, _digests(dataset, run, None))
     forget_if_changed(store, run, _digests(dataset, run, future))
     return run
 
