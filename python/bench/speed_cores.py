@@ -106,7 +106,7 @@ def trees_of_a_frame(pushes: list[em.Problem], settings: Settings) -> Pairs:
     one, two = [], []
     for problem in pushes:
         score = partial(em.capture_score, problem, warn=False)
-        turns = [partial(score, nodes), partial(score, **some)]
+        turns = [partial(score, nodes=nodes), partial(score, **some)]
         of_one, of_two = in_turns(turns, settings.rounds, time.perf_counter)
         one += of_one
         two += of_two

@@ -5,7 +5,6 @@ import pytest
 
 from energymargin import Scene, Sphere, datasets, regions, stream, tasks
 from energymargin.evaluation.labelled import captured_labels
-from energymargin.scoring.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.tasks import Drive, ScriptedTask
 from energymargin_paper.ceiling import (
@@ -225,6 +224,6 @@ def test_shares_and_scores_of_a_dataset_share_a_file(dataset, tmp_path):
     path = tmp_path / "s.db"
     score_dataset(dataset, path, ["force"])
     ceiling_dataset(dataset, path, CONTINUATIONS, SEED)
-    score_dataset(dataset, path, ["capture"], SearchSettings(nodes=1))
+    score_dataset(dataset, path, ["capture"], nodes=1)
     with ScoreStore(path) as store:
         assert [run.counts() for run in store.runs()] == [(dataset.size, dataset.size)] * 3

@@ -38,6 +38,40 @@ def tower(iterations: int, horizon: float | None = None) -> em.Problem:
     )
 
 
+def closing_hand(limit: float, target: float) -> em.Scene:
+    """Three fingers of three links, whose drives are at their limits once they hold a cube."""
+    scene = em.Scene()
+    scene.add_plane("table", friction=0.6)
+    cube = em.Box((0.06, 0.06, 0.06))
+    scene.add_body("cube", cube, mass=0.5, position=(0, 0, 0.03), role="object", friction=0.7)
+    for i in range(3):
+        yaw = 2 * np.pi * i / 3
+        parent, end = f"palm {i}", 0.0
+        place = (0.1 * np.cos(yaw), 0.1 * np.sin(yaw), 0.14)
+        scene.add_body(parent, em.Box((0.01, 0.01, 0.01)), mass=0, position=place, yaw=yaw)
+        for j, length in enumerate((0.05, 0.04, 0.035)):
+            name = f"link {i}{j}"
+            shape = em.Box((0.012, 0.015, length))
+            scene.add_body(name, shape, mass=0.05, role="effector", friction=0.7)
+            scene.add_joint(
+                f"joint {i}{j}",
+                **{"parent": parent, "child": name, "axis": (0, 1, 0)},
+                **{"origin": (0, 0, end), "child_origin": (0, 0, length / 2)},
+                **{"stiffness": 1000.0, "damping": 20.0, "limits": (-2.0, 2.0)},
+                **{"target": target, "torque_limit": limit},
+            )
+            parent, end = name, -length / 2
+    return scene
+
+
+@pytest.mark.parametrize("target", (0.3, 0.4))
+@pytest.mark.parametrize("limit", (0.2, 0.5, 1.0, 2.0, 5.0))
+def test_a_hand_whose_drives_are_at_their_limits_converges(limit, target):
+    scene = closing_hand(limit, target)
+    rollout = em.World(scene).rollout(scene.pack(), [0.0] * 6, 0.5)
+    assert rollout.unconverged <= 0.02 * rollout.steps
+
+
 def press() -> em.Problem:
     """A block between two bodies that nothing stops, and that drive into it."""
     scene = em.Scene(gravity=(0.0, 0.0, 0.0))

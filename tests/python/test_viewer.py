@@ -3,17 +3,13 @@
 import dataclasses
 import io
 import json
-import re
-import shlex
 import struct
 import threading
 import time
 
 import numpy as np
-import older_stores
 import pytest
 import trimesh
-from command_line import run_here
 from grippers import gripper
 from scipy.spatial.transform import Rotation
 
@@ -330,28 +326,6 @@ def test_scores_of_another_dataset_are_refused(tmp_path):
     em.store.score_dataset(tmp_path / "a.h5", tmp_path / "a.db", ("force",))
     with pytest.raises(ValueError, match=r"b\.h5 is not the dataset that run 1 of .*a\.db scored"):
         view(tmp_path / "b.h5", scores=tmp_path / "a.db")
-
-
-@pytest.mark.parametrize("version", [1, 2])
-def test_scores_of_an_older_file_are_refused_with_the_command_that_makes_them_known(
-    tmp_path, version
-):
-    pushes, path = tmp_path / "push.h5", tmp_path / "s.db"
-    dataset = em.datasets.generate("push", trajectories=1, frames=2, seed=1)
-    dataset.save(pushes)
-    forces = em.score(dataset.problems(), ["force"])["force"]
-    settings = {"nodes": 10, "seed": 0}
-    older_stores.write(path, dataset, {"force": forces}, settings, version=version)
-    with pytest.raises(ValueError, match=r"s\.db is of an older version.*`energymargin score") as e:
-        view(pushes, scores=path)
-    (command,) = re.findall(r"`(energymargin score .*)`", str(e.value))
-    done = run_here(
-        *shlex.split(command)[1:], *("--metrics", "force", "--nodes", "10"), cwd=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    with view(pushes, scores=path, run=1) as viewer:
-        ((_, stored),) = viewer.page._stored.columns(1)
-        assert stored == {"force": forces[1]}
 
 
 def test_what_a_file_of_scores_says_is_text_on_the_page(tmp_path):

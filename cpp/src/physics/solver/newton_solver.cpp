@@ -271,7 +271,7 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
   for (const int i : island.limited) {
     const auto k = static_cast<std::size_t>(i);
     predicted_limited_[k] = sweeps_.limited_impulse(k);
-    limited_weights_[k] = 1.0 / (inverse_mass(limited_[k], 0) + limited_[k].softness);
+    limited_weights_[k] = 1.0 / (sweeps_.limited_inverse_mass(k) + limited_[k].softness);
   }
   double error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_after_sweeps && left > 0; ++i) {

@@ -24,6 +24,7 @@ class Sweeps {
   const std::vector<double>& velocities() const { return velocities_; }
   const ContactVector& impulse(std::size_t contact) const { return contacts_[contact].impulse; }
   double limited_impulse(std::size_t row) const { return limited_[row].impulse; }
+  double limited_inverse_mass(std::size_t row) const { return limited_[row].inverse_mass; }
 
  private:
   struct Swept {  // a contact's impulse, and how velocities answer to one along its rows: where that is in `answers_`
