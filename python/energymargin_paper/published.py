@@ -141,7 +141,7 @@ class Part:
     probability: dict[int, NDArray[np.float64]]
     """By horizon."""
     replay: dict[int, NDArray[np.float64]]
-    """The same without a disturbance, 0 or 1: no probability along that motion ranks better."""
+    """The same without a disturbance, 0 or 1: what the motion alone tells."""
     labels: dict[str, LabelledScores]
     """"recorded", and of recordings also "smoothed"; their scores do not count."""
     learned: dict[str, dict[int, NDArray[np.float64]]]

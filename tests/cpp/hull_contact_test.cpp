@@ -70,13 +70,20 @@ TEST_P(HullOfSize, TouchesAsDeepAsTwoHullsOverlap) {
   const double size = GetParam();
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
+  // Drawn one by one: compilers evaluate arguments in orders of their own.
+  const auto random_way = [&] {
+    Vector3 way;
+    for (double& number : way) number = normal(random);
+    return Vector3(way.normalized());
+  };
   const auto random_turn = [&] {
-    return Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized();
+    Quaternion turn;
+    for (double& number : turn.coeffs()) number = normal(random);
+    return turn.normalized();
   };
   ConvexHull smooth;
   for (int i = 0; i < 150; ++i) {
-    const Vector3 direction = Vector3(normal(random), normal(random), normal(random)).normalized();
-    smooth.points.push_back(size * direction.cwiseProduct(Vector3(1.0, 0.7, 0.4)));
+    smooth.points.push_back(size * random_way().cwiseProduct(Vector3(1.0, 0.7, 0.4)));
   }
   Scene scene(Vector3::Zero());
   scene.add_body(body("object", smooth, 1.0, Vector3::Zero(), Role::object));
@@ -84,7 +91,7 @@ TEST_P(HullOfSize, TouchesAsDeepAsTwoHullsOverlap) {
   World world(scene);
   const double margin = 0.05 * smallest_half_extent(smooth);
   for (int i = 0; i < 200; ++i) {
-    const Vector3 way = Vector3(normal(random), normal(random), normal(random)).normalized();
+    const Vector3 way = random_way();
     const Quaternion turns[] = {random_turn(), random_turn()};
     const auto apart = [&](double distance) {
       BodyState states[2];
@@ -95,11 +102,12 @@ TEST_P(HullOfSize, TouchesAsDeepAsTwoHullsOverlap) {
     double near = 0.5 * size, far = 3.0 * size;
     while (far - near > 1e-9 * size) {
       const double middle = 0.5 * (near + far);
-      (world.distance(apart(middle), "object", "other") < -margin ? near : far) = middle;
+      (world.distance(apart(middle), "object", "other") < 0.0 ? near : far) = middle;
     }
+    while (world.distance(apart(far), "object", "other") > -margin) far -= 0.02 * margin;
     double deepest = infinity;
     for (const Contact& contact : world.contacts(apart(far))) deepest = std::min(deepest, contact.distance);
-    EXPECT_LT(deepest, -0.2 * margin) << i;  // round edges reach less deep than their hulls
+    EXPECT_LT(deepest, -0.75 * margin) << i;  // a tenth of both margins is left to faces
   }
 }
 

@@ -93,8 +93,7 @@ class Future:
         a script is what its `plan(state, time, params, horizon)` says, and the capture set what its
         `captured_throughout(params)` says, or else that of the frame. A task whose scores without a
         clock are about another scene has a `recorded_problem`, which is asked in place of
-        `problem`. Raises ValueError on a task,
-        or a recording, that has no script.
+        `problem`. Raises ValueError on a task, or a recording, that has no script.
         """
         seconds = self.seconds(trajectory, frame)
         if isinstance(task, ScriptedTask):
