@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <stdexcept>
 
@@ -34,6 +35,53 @@ BodyState at(const Vector3& position, double yaw) {
   state.orientation = turn(yaw, Vector3::UnitZ());
   return state;
 }
+
+// Random directions and turns, drawn one by one: compilers evaluate arguments in orders of their own.
+class Draws {
+ public:
+  explicit Draws(unsigned seed) : random_(seed) {}
+
+  Vector3 way() {
+    Vector3 way;
+    for (double& number : way) number = normal_(random_);
+    return way.normalized();
+  }
+
+  Quaternion turn() {
+    Quaternion turn;
+    for (double& number : turn.coeffs()) number = normal_(random_);
+    return turn.normalized();
+  }
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+ConvexHull fingertip(double size, Draws& draws) {
+  ConvexHull hull;
+  for (int i = 0; i < 150; ++i) hull.points.push_back(size * draws.way().cwiseProduct(Vector3(1.0, 0.7, 0.4)));
+  return hull;
+}
+
+// Two of them, as shown to a World.
+struct TwoHulls {
+  Scene scene{Vector3::Zero()};
+  std::unique_ptr<World> world;
+
+  TwoHulls(const ConvexHull& hull, double size) {
+    scene.add_body(body("object", hull, 1.0, Vector3::Zero(), Role::object));
+    scene.add_body(body("other", hull, 1.0, Vector3(3.0 * size, 0.0, 0.0)));
+    world = std::make_unique<World>(scene);
+  }
+
+  State apart(const Quaternion (&turns)[2], const Vector3& offset) const {
+    BodyState states[2];
+    for (int k = 0; k < 2; ++k) states[k].orientation = turns[k];
+    states[1].position = offset;
+    return pack(scene, {{"object", states[0]}, {"other", states[1]}});
+  }
+};
 
 class HullOfSize : public ::testing::TestWithParam<double> {};
 
@@ -68,46 +116,44 @@ TEST_P(HullOfSize, NoContactIsMuchDeeperThanTwoHullsOverlap) {
 // As smooth as a fingertip: what two of its faces share is not where it is deepest.
 TEST_P(HullOfSize, TouchesAsDeepAsTwoHullsOverlap) {
   const double size = GetParam();
-  std::mt19937 random(2);
-  std::normal_distribution<double> normal;
-  // Drawn one by one: compilers evaluate arguments in orders of their own.
-  const auto random_way = [&] {
-    Vector3 way;
-    for (double& number : way) number = normal(random);
-    return Vector3(way.normalized());
-  };
-  const auto random_turn = [&] {
-    Quaternion turn;
-    for (double& number : turn.coeffs()) number = normal(random);
-    return turn.normalized();
-  };
-  ConvexHull smooth;
-  for (int i = 0; i < 150; ++i) {
-    smooth.points.push_back(size * random_way().cwiseProduct(Vector3(1.0, 0.7, 0.4)));
-  }
-  Scene scene(Vector3::Zero());
-  scene.add_body(body("object", smooth, 1.0, Vector3::Zero(), Role::object));
-  scene.add_body(body("other", smooth, 1.0, Vector3(3.0 * size, 0.0, 0.0)));
-  World world(scene);
-  const double margin = 0.05 * smallest_half_extent(smooth);
+  Draws draws(2);
+  const ConvexHull hull = fingertip(size, draws);
+  const TwoHulls hulls(hull, size);
+  const double margin = 0.05 * smallest_half_extent(hull);
   for (int i = 0; i < 200; ++i) {
-    const Vector3 way = random_way();
-    const Quaternion turns[] = {random_turn(), random_turn()};
-    const auto apart = [&](double distance) {
-      BodyState states[2];
-      for (int k = 0; k < 2; ++k) states[k].orientation = turns[k];
-      states[1].position = distance * way;
-      return pack(scene, {{"object", states[0]}, {"other", states[1]}});
-    };
+    const Vector3 way = draws.way();
+    const Quaternion first = draws.turn(), second = draws.turn();
+    const auto apart = [&](double distance) { return hulls.apart({first, second}, distance * way); };
     double near = 0.5 * size, far = 3.0 * size;
     while (far - near > 1e-9 * size) {
       const double middle = 0.5 * (near + far);
-      (world.distance(apart(middle), "object", "other") < 0.0 ? near : far) = middle;
+      (hulls.world->distance(apart(middle), "object", "other") < 0.0 ? near : far) = middle;
     }
-    while (world.distance(apart(far), "object", "other") > -margin) far -= 0.02 * margin;
+    while (hulls.world->distance(apart(far), "object", "other") > -margin) far -= 0.02 * margin;
     double deepest = infinity;
-    for (const Contact& contact : world.contacts(apart(far))) deepest = std::min(deepest, contact.distance);
+    for (const Contact& contact : hulls.world->contacts(apart(far))) deepest = std::min(deepest, contact.distance);
     EXPECT_LT(deepest, -0.75 * margin) << i;  // a tenth of both margins is left to faces
+  }
+}
+
+TEST_P(HullOfSize, DistancesAreTheSameSeenFromEitherAndAtAnyScale) {
+  const double size = GetParam();
+  Draws draws(3), as_before(3);
+  const ConvexHull hull = fingertip(size, draws);
+  const TwoHulls hulls(hull, size), of_a_metre(fingertip(1.0, as_before), 1.0);
+  const double margin = 0.05 * smallest_half_extent(hull);
+  for (int i = 0; i < 100; ++i) {
+    const Vector3 way = draws.way();
+    const Quaternion first = draws.turn(), second = draws.turn();
+    for (double apart = 2.0; apart > 0.0; apart -= 0.01) {
+      const State state = hulls.apart({first, second}, apart * size * way);
+      const double distance = hulls.world->distance(state, "object", "other");
+      if (distance < -margin) break;  // the cores come too near
+      const State large = of_a_metre.apart({first, second}, apart * way);
+      EXPECT_NEAR(hulls.world->distance(state, "other", "object"), distance, 1e-6 * size) << i << ", " << apart;
+      EXPECT_NEAR(of_a_metre.world->distance(large, "object", "other") * size, distance, 0.01 * margin)
+          << i << ", " << apart;
+    }
   }
 }
 

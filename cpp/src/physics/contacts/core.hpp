@@ -3,21 +3,20 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "physics/contacts/hull_shape.hpp"
 
 namespace energymargin {
 
-//! Cores nearer than this overlap, as far as one can tell: the direction between them is not known [m].
-inline constexpr double clearly_apart = 1e-5;
-
 //! Bullet's box, sphere, capsule, cylinder or hull: what is left of it without its margin. The shape outlives this.
 class Core {
  public:
   explicit Core(const btConvexShape& shape)
       : kind_(shape.getShapeType()),
-        half_(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions()) {
+        half_(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions()),
+        margin_(shape.getMarginNonVirtual()) {
     if (kind_ != CONVEX_HULL_SHAPE_PROXYTYPE) return;
     const auto& hull = static_cast<const btConvexHullShape&>(shape);
     if (const auto* whole = dynamic_cast<const HullShape*>(&shape)) corners_ = &whole->corners();
@@ -29,6 +28,9 @@ class Core {
 
   //! Half of the size along each axis, of all but hulls.
   const btVector3& half() const { return half_; }
+
+  //! What lies around it [m]: of a sphere or a capsule its radius.
+  double margin() const { return margin_; }
 
   //! The corners of a HullShape with its margin.
   const std::vector<btVector3>& corners() const { return *corners_; }
@@ -70,9 +72,17 @@ class Core {
 
   int kind_;
   btVector3 half_;
+  double margin_;
   const std::vector<btVector3>* corners_ = nullptr;  // of a HullShape
   const btVector3* points_ = nullptr;
   int count_ = 0;
 };
+
+//! Cores nearer than this overlap, as far as one can tell: the direction between them is not known [m]. It is a small
+//! share of their margins, so that what small solids do is what large ones do.
+inline double clearly_apart(const Core& a, const Core& b) {
+  constexpr double most = 1e-5, share = 1e-3;
+  return std::min(most, share * (a.margin() + b.margin()));
+}
 
 }  // namespace energymargin

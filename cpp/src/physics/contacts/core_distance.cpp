@@ -167,7 +167,8 @@ Cores CorePair::distance(const btTransform& pose_a, const btTransform& pose_b, d
     result.on_b = pose_b(simplex.on_b());
     return Cores::apart;
   };
-  for (int round = 0; squared > clearly_apart * clearly_apart; ++round) {
+  const double least = clearly_apart(a_, b_);
+  for (int round = 0; squared > least * least; ++round) {
     if (round == most_rounds) break;
     const Vertex next = vertex(a_.support(-closest * turn), b_.support(closest));
     const double bound = closest.dot(next.difference);

@@ -66,7 +66,7 @@ std::optional<CoreDistance> beside(const Core& a, const btTransform& pose_a, con
   const btVector3 on_b = pair.on_b(on_axis);
   btVector3 away = on_axis - on_b;
   const double distance = away.length() - a.half().x();
-  if (pair.is_inside(on_axis) || !(distance >= clearly_apart)) return std::nullopt;
+  if (pair.is_inside(on_axis) || !(distance >= clearly_apart(a, b))) return std::nullopt;
   return CoreDistance{pose_b.getBasis() * away.normalized(), pose_b(on_b), distance};
 }
 

@@ -63,7 +63,10 @@ void SolidContacts::use_in(btCollisionDispatcher& dispatcher) {
   const int solids[] = {CONVEX_HULL_SHAPE_PROXYTYPE, CYLINDER_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE,
                         CAPSULE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE};
   for (const int a : solids) {
-    for (const int b : solids) dispatcher.registerCollisionCreateFunc(a, b, this);
+    for (const int b : solids) {
+      dispatcher.registerCollisionCreateFunc(a, b, this);
+      dispatcher.registerClosestPointsCreateFunc(a, b, this);  // as a pair query asks
+    }
   }
 }
 
