@@ -69,7 +69,8 @@ if TYPE_CHECKING:
     from energymargin.meshes import mesh
     from energymargin.monitor import Monitor
     from energymargin.plausibility import PlausibilityWarning
-    from energymargin.scoring import ScoreError, ScoreTable, SearchSettings, score
+    from energymargin.scoring import ScoreError, ScoreTable, score
+    from energymargin.searches import SearchSettings
 
     __version__: str
 
@@ -177,7 +178,7 @@ HOMES = {
     "Ranking": "actions",
     "ScoreError": "scoring",
     "ScoreTable": "scoring",
-    "SearchSettings": "scoring",
+    "SearchSettings": "searches",
     "along": "actions",
     "improve": "actions",
     "mesh": "meshes",

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from energymargin.checks import whole_number
 from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.executors.threads import Threads
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import Run, ScoreStore
 from energymargin.store.scoring import begin_run, score_run
 from energymargin.table_text import csv_text, markdown_table

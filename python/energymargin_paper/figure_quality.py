@@ -12,7 +12,7 @@ from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation.labelled import HORIZON, captured_labels
 from energymargin.scoring import score
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.quality import FRAMES, TASK, pushes
 from energymargin_paper.study import Progress, Study, setting

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel
 from energymargin.checks import not_negative_number, positive_number, whole_number
 from energymargin.gym import ActionFilter, CaptureWrapper, ScriptedFuture, TaskEnv
-from energymargin.scoring import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.study import Progress, Study, setting

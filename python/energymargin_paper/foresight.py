@@ -38,7 +38,7 @@ from energymargin.evaluation.calibration import (
 from energymargin.evaluation.labelled import Compared
 from energymargin.evaluation.table import DASH, cell_of, csv_fields
 from energymargin.executors.threads import Threads
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, add_scores, score_dataset
 from energymargin.table_text import csv_text, markdown_table, short
 from energymargin_paper import probabilities

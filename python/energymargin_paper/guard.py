@@ -23,7 +23,7 @@ from energymargin.actions.choosing import check_confidence
 from energymargin.checks import not_negative_number, positive_number, whole_number
 from energymargin.gym import ActionFilter, CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.monitor import Alarm, Monitor
-from energymargin.scoring import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.filter import EPISODES_FILE, FRAME, TASK, by_seed, noisy, paired
 from energymargin_paper.jobs import pairs, resumed

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Cancel, Problem, escape_effort
 from energymargin.checks import whole_number
-from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED
+from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED
 from energymargin_paper import reference_search
 from energymargin_paper.energy_barriers import BARRIERS
 from energymargin_paper.jobs import pairs, resumed

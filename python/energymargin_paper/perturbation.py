@@ -20,7 +20,7 @@ from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation.labelled import HORIZON, LabelledScores
 from energymargin.executors.threads import Threads
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore
 from energymargin.store.scoring import begin_run, score_run
 from energymargin.table_text import csv_text, markdown_table

@@ -25,8 +25,8 @@ from energymargin.beliefs.scores import score_beliefs
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import generate
 from energymargin.limits import Limit
-from energymargin.scoring.batch import score
-from energymargin.scoring.settings import SearchSettings
+from energymargin.scoring import score
+from energymargin.searches import SearchSettings
 from energymargin.table_text import markdown_table
 from energymargin.tasks.push import FRICTION_MIDDLE, scene
 from energymargin_paper.jobs import pairs, resumed

@@ -30,7 +30,7 @@ from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.labelled import HORIZONS, PAPER_HORIZON, SUCCESS, compared_states
 from energymargin.evaluation.table import CSV_COLUMNS, DASH, PAPER, csv_fields, paper_text
 from energymargin.executors.threads import Threads
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import Run, ScoreStore, score_dataset
 from energymargin.store.scoring import begin_run
 from energymargin.table_text import csv_text, markdown_table

@@ -24,7 +24,7 @@ from energymargin.evaluation.labelled import PAPER_HORIZON, captured_labels
 from energymargin.evaluation.table import CSV_COLUMNS, csv_fields
 from energymargin.executors.threads import Threads
 from energymargin.scenes.files import data_file
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import Run, ScoreStore
 from energymargin.store.scoring import begin_run, score_run
 from energymargin.table_text import csv_text, markdown_table, short

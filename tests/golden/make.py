@@ -1,7 +1,7 @@
 """Writes the golden problems and values anew: `.venv/bin/python tests/golden/make.py`.
 
 Do so only when a change of the physics, of a search or of a seed is meant, and say which in the
-commit. Then ALGORITHM in scoring/settings.py, or ALGORITHM_IMPROVED if only efforts of the improved
+commit. Then ALGORITHM in searches.py, or ALGORITHM_IMPROVED if only efforts of the improved
 search have moved, becomes the version that has the change, so that stores do not take old scores
 for new ones. Problems are made once: only with --problems are they made again from the tasks.
 """
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 import energymargin as em
-from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, SEARCHES
+from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, SEARCHES
 
 FOLDER = Path(__file__).parent
 # (seed, frame) of each task's problem: moments of which the scores have something to say.
@@ -83,7 +83,7 @@ def main() -> None:
         now = algorithms[name.lower()]
         moved = part(golden, improved) != part(before["values"], improved)
         if moved and before[name.lower()] == now:
-            sys.exit(f"scores moved, but {name} in scoring/settings.py is still {now}: raise it")
+            sys.exit(f"scores moved, but {name} in searches.py is still {now}: raise it")
     text = json.dumps({**algorithms, "values": golden}, indent=1)
     (FOLDER / "values.json").write_text(text + "\n")
 

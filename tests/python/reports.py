@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import numpy as np
 
 from energymargin import datasets, report
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
 SETTINGS = SearchSettings(nodes=15, seed=3)

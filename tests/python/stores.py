@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore
 
 NODES, SEED = 20, 3

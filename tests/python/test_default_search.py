@@ -8,7 +8,7 @@ import pytest
 from problem_files import EXECUTABLE
 
 import energymargin as em
-from energymargin.scoring import SearchSettings
+from energymargin.searches import SearchSettings
 
 NODES = 200
 

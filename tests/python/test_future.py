@@ -16,7 +16,7 @@ from energymargin import datasets
 from energymargin.cli import app
 from energymargin.datasets import Future
 from energymargin.metrics import TIMED
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.store.scoring import begin_run
 from energymargin.tasks import make

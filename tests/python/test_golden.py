@@ -11,7 +11,7 @@ import pytest
 from made_tasks import MADE
 
 import energymargin as em
-from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, SEARCHES
+from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, SEARCHES
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 

@@ -11,7 +11,7 @@ from sliding import diverging
 import energymargin as em
 from energymargin import gym
 from energymargin.actions.choosing import choose
-from energymargin.scoring import SearchSettings
+from energymargin.searches import SearchSettings
 
 FEW = SearchSettings(rollouts=8, nodes=8)
 SOON = gym.ScriptedFuture(horizon=0.1)

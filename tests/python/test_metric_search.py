@@ -10,8 +10,7 @@ from energymargin.datasets import Future
 from energymargin.gym.scores import Scorer
 from energymargin.monitor import Monitor
 from energymargin.report.worst import SearchRepeater
-from energymargin.scoring.metric_search import metric_search, value_of
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.viewer import guard, view
 

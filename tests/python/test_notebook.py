@@ -32,7 +32,7 @@ from energymargin import (
 )
 from energymargin.evaluation import LabelledScores
 from energymargin.scoring import ScoreTable
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
 VOID = {"br", "img"}

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 import energymargin as em
 from energymargin import plots
+from energymargin.futures import undisturbed
 from energymargin.plots.styles import METRICS
-from energymargin.scoring.undisturbed import undisturbed
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,7 @@ from energymargin.evaluation.wrongness import ranks
 from energymargin.report.along import chosen
 from energymargin.report.curves import visible
 from energymargin.report.worst import SearchRepeater
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
 

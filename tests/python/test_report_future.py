@@ -12,7 +12,7 @@ from energymargin.evaluation import evaluate
 from energymargin.evaluation.curves import SUCCESS, roc
 from energymargin.evaluation.labelled import compared_trajectories
 from energymargin.report.worst import SearchRepeater, picture
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import score_dataset
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from energymargin import Problem, datasets, scoring
 from energymargin.metrics import METRICS, TIMED
-from energymargin.scoring.settings import LooseSettings, SearchSettings
+from energymargin.searches import LooseSettings, SearchSettings, metrics_of
 from energymargin.store import ScoreStore, score_dataset
 
 
@@ -60,12 +60,12 @@ def several():
 
 def test_with_one_object_there_are_the_five_metrics_of_the_paper(problems, table):
     paper = ("capture", "success", "effort/est", "effort/rrt", "force")
-    assert scoring.metrics_of(problems) == tuple(table.scores) == paper
+    assert metrics_of(problems) == tuple(table.scores) == paper
 
 
 def test_with_several_objects_there_are_also_those_of_at_least_one(several):
     clockless = tuple(metric for metric in METRICS if metric not in TIMED)
-    assert scoring.metrics_of(several) == clockless
+    assert metrics_of(several) == clockless
     table = scoring.score(several, nodes=20, seed=0)
     assert set(table.scores) == set(clockless)
     assert np.all(table["capture/any"] >= table["capture"])
@@ -74,7 +74,7 @@ def test_with_several_objects_there_are_also_those_of_at_least_one(several):
 
 def test_a_metric_that_not_every_problem_has_is_refused_with_what_it_needs(problems, several):
     mixed = [*several, problems[0]]
-    assert scoring.metrics_of(mixed) == scoring.metrics_of(problems)
+    assert metrics_of(mixed) == metrics_of(problems)
     for metric, need in {
         "capture/any": "a capture set for each object",
         "effort/est/any": "a capture set for each object",

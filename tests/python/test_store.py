@@ -9,7 +9,7 @@ from stores import NODES, SEED, SETTINGS, Counts, Stop, changed, rows, same, sco
 import energymargin as em
 from energymargin import datasets
 from energymargin.metrics import METRICS, TIMED
-from energymargin.scoring.settings import ALGORITHM, SearchSettings
+from energymargin.searches import ALGORITHM, SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.store.scoring import begin_run, score_run
 

@@ -15,7 +15,7 @@ from stores import Stop, rows, same, scores, stop_after
 import energymargin as em
 from energymargin import datasets, scoring
 from energymargin.interrupts import held_interrupts
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.store.claims import Scorer
 from energymargin.store.scoring import begin_run

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin_paper import table2
 
 

@@ -14,7 +14,7 @@ from grippers import gripper
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.viewer import Viewer, guard, view
 from energymargin.viewer.bodies import shape_triangles
 from energymargin.viewer.first_frame import first_frame

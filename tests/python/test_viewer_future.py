@@ -9,8 +9,8 @@ from futures import STEP, carried, falling, resting, two_balls, waving
 
 import energymargin as em
 from energymargin.datasets import Future
-from energymargin.scoring.settings import SearchSettings
-from energymargin.scoring.undisturbed import undisturbed
+from energymargin.futures import undisturbed
+from energymargin.searches import SearchSettings
 from energymargin.store import score_dataset
 from energymargin.viewer import guard, view
 from energymargin.viewer.search import replay, score_state

@@ -21,7 +21,7 @@ from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
 from energymargin.notebook import shown_by
 from energymargin.plans import control_period, in_steps, nearest_steps, rest_of, whole_steps
-from energymargin.scoring.settings import Search
+from energymargin.searches import Search
 from energymargin.table_text import csv_text
 
 __all__ = ["Along", "Moment", "along"]

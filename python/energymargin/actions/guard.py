@@ -21,8 +21,7 @@ from energymargin.closing import Closing
 from energymargin.divergence import ANY
 from energymargin.executors.threads import thread_count
 from energymargin.monitor import Monitor, Reading
-from energymargin.scoring.metric_search import metric_search
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings, metric_search
 
 __all__ = ["Candidates", "Guard", "ProblemOfAction"]
 

@@ -35,7 +35,7 @@ from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.plans import in_steps
-from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search
+from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
 
 __all__ = ["improve"]
 

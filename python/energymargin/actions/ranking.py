@@ -24,7 +24,7 @@ from energymargin.limits import Limit
 from energymargin.metrics import unit, value_text
 from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
-from energymargin.scoring.settings import Search
+from energymargin.searches import Search
 from energymargin.table_text import csv_text, markdown_table
 
 __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]

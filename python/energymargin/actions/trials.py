@@ -26,8 +26,7 @@ from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.reprs import short_repr
 from energymargin.results import collect
-from energymargin.scoring.metric_search import metric_search
-from energymargin.scoring.settings import SEARCHES, Search, SearchSettings
+from energymargin.searches import SEARCHES, Search, SearchSettings, metric_search
 
 __all__ = ["EFFORT", "OBJECTIVES", "Draws", "Question", "Runner", "Trial", "Trials"]
 

@@ -20,7 +20,7 @@ from energymargin.executors import Row
 from energymargin.executors.session import Failed, Work
 from energymargin.metrics import TIMED
 from energymargin.reprs import short_repr
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 
 __all__ = ["Asked", "BeliefRow", "BeliefSource", "ParticleSource", "Sharing"]
 

@@ -46,7 +46,7 @@ def demo(
 
     Example: `energymargin demo -o out`
     """
-    from energymargin.scoring.settings import SearchSettings
+    from energymargin.searches import SearchSettings
 
     if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")

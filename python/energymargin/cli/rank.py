@@ -24,7 +24,7 @@ from energymargin.cli.terminal import TIMED_OUT, err, out, say
 
 if TYPE_CHECKING:
     from energymargin import Problem, Ranking
-    from energymargin.scoring.settings import Search
+    from energymargin.searches import Search
 
 __all__ = ["rank"]
 

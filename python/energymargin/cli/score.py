@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from energymargin.beliefs.sampling import Sampling
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
-    from energymargin.scoring.settings import Search, SearchSettings
+    from energymargin.searches import Search, SearchSettings
     from energymargin.store import Run
 
 __all__ = ["score", "scored_run"]
@@ -178,7 +178,7 @@ def score(
 
     On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
     """
-    from energymargin.scoring.settings import SearchSettings
+    from energymargin.searches import SearchSettings
 
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
@@ -212,7 +212,7 @@ def _score(
     """Scores the runs that are asked for. A ScoreError of one of them is raised after all."""
     from energymargin import datasets
     from energymargin.limits import Limit
-    from energymargin.scoring.table import ScoreError
+    from energymargin.scoring import ScoreError
     from energymargin.store.scoring import dataset_metrics
 
     limit, failed = Limit(timeout, None), None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from energymargin.executors.pool_session import PoolSession
-from energymargin.scoring.settings import SearchSettings, algorithm
+from energymargin.searches import SearchSettings, algorithm
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -12,7 +12,7 @@ from energymargin.executors.pool import POLL, Outcome, Pool, Stopped
 from energymargin.executors.session import Failed, Pace, Row, Work
 from energymargin.executors.threads import add_to_run
 from energymargin.metrics import METRICS
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 
 __all__ = ["PoolSession", "score_chunk"]
 

@@ -19,7 +19,7 @@ from energymargin.closing import Closing
 from energymargin.executors.pool import STOP, Job, Outcome
 from energymargin.executors.pool_session import PoolSession
 from energymargin.executors.threads import core_count
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 
 __all__ = ["ProcessPool", "Processes"]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Problem
 from energymargin.executors.pool import Pool
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 
 __all__ = ["Executor", "Failed", "Pace", "Row", "Session", "Work"]
 

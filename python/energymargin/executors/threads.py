@@ -13,7 +13,7 @@ from energymargin.closing import Closing
 from energymargin.executors.session import Executor, Pace, Row, Work
 from energymargin.executors.thread_pool import ThreadPool
 from energymargin.metrics import METRICS
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 
 __all__ = ["Threads", "add_to_run", "chosen_executor", "core_count", "thread_count"]
 

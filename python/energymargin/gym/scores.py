@@ -10,9 +10,7 @@ from energymargin._core import CaptureProbability, Problem
 from energymargin._core.disturbances import Boltzmann, Gaussian, OfPlan, Uniform
 from energymargin.divergence import ANY, is_unknown
 from energymargin.metrics import TIMED, check_metrics
-from energymargin.scoring import SearchSettings
-from energymargin.scoring.metric_search import metric_search, value_of
-from energymargin.scoring.problem_metrics import chosen_metrics
+from energymargin.searches import SearchSettings, chosen_metrics, metric_search, value_of
 
 __all__ = ["Disturbance", "Scorer"]
 

@@ -19,7 +19,7 @@ from energymargin.checks import one_of, whole_number
 from energymargin.gym.filters import ActionFilter
 from energymargin.gym.scores import Disturbance, Scorer
 from energymargin.metrics import is_likelihood
-from energymargin.scoring import SearchSettings
+from energymargin.searches import SearchSettings
 
 __all__ = ["SHAPINGS", "CaptureWrapper", "ProblemOf", "Shaping"]
 

@@ -32,8 +32,7 @@ from energymargin.monitor.calibration import Threshold
 from energymargin.monitor.conditions import Conditions
 from energymargin.monitor.pace import Pace
 from energymargin.monitor.readings import Counters, Reading, slope
-from energymargin.scoring.metric_search import metric_search
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings, metric_search
 
 __all__ = ["Monitor"]
 

@@ -21,9 +21,9 @@ from energymargin._core import (
     Scene,
     Tree,
 )
+from energymargin.futures import future_rows, plan_rows
 from energymargin.metrics import unit, value_text
 from energymargin.notebook.html import MOST_ROWS, NamedValue, beside, drawn, grid, table
-from energymargin.scoring.future_text import future_rows, plan_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

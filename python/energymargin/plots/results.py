@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.checks import one_of, yes_or_no
+from energymargin.futures import Undisturbed, undisturbed
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_ghost, leaving_objects
 from energymargin.plots.states import AROUND, draw_state_legend, plot_state, state_legend
@@ -27,7 +28,6 @@ from energymargin.plots.styles import (
     light_grid,
     nodes_in_words,
 )
-from energymargin.scoring.undisturbed import Undisturbed, undisturbed
 
 __all__ = ["plot_effort", "plot_future", "plot_probability"]
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from energymargin._core import Body, Plane, Problem, Scene
+from energymargin.futures import Undisturbed
 from energymargin.outlines import (
     Limits,
     Plan,
@@ -24,7 +25,6 @@ from energymargin.outlines import (
 )
 from energymargin.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.regions import Region
-from energymargin.scoring.undisturbed import Undisturbed
 
 __all__ = [
     "draw_bodies",

@@ -25,10 +25,10 @@ from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import Evaluation, LabelledScores
 from energymargin.evaluation.curves import SUCCESS, target_name
 from energymargin.evaluation.labelled import FORCE, SUCCESSES
+from energymargin.futures import disturbance_in_words
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.reprs import short_repr
-from energymargin.scoring.future_text import disturbance_in_words
-from energymargin.scoring.settings import SearchSettings, algorithm
+from energymargin.searches import SearchSettings, algorithm
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
 

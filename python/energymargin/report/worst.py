@@ -31,8 +31,7 @@ from energymargin.metrics import KINDS, metric_kind, with_unit
 from energymargin.outlines import Plan
 from energymargin.plots.styles import LEGEND_SIZE
 from energymargin.report.subject import Data, Subject
-from energymargin.scoring.metric_search import metric_search, value_of
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
 
 __all__ = ["Card", "Mistakes", "SearchRepeater", "Worst", "picture", "worst"]

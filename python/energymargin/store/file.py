@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
 from energymargin.notebook import shown_by
-from energymargin.scoring.settings import algorithm_of
+from energymargin.searches import algorithm_of
 from energymargin.store import schema
 from energymargin.store.claims import Scorer
 from energymargin.store.database import Database

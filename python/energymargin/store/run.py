@@ -15,10 +15,10 @@ from energymargin.beliefs.sampling import Sampling
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
+from energymargin.futures import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
 from energymargin.notebook import shown_by
-from energymargin.scoring.future_text import disturbance_in_words
-from energymargin.scoring.settings import algorithm_of
+from energymargin.searches import algorithm_of
 from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE
 

@@ -28,10 +28,14 @@ from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.metrics import CLOCKLESS, TIMED, check_metrics
 from energymargin.plausibility import warn
-from energymargin.scoring.batch import run_all
-from energymargin.scoring.problem_metrics import chosen_metrics, require_objects
-from energymargin.scoring.settings import LooseSettings, SearchSettings, chosen_settings
-from energymargin.scoring.table import ScoreError
+from energymargin.scoring import ScoreError, run_all
+from energymargin.searches import (
+    LooseSettings,
+    SearchSettings,
+    chosen_metrics,
+    chosen_settings,
+    require_objects,
+)
 from energymargin.store.claims import Scorer
 from energymargin.store.file import Digests, ScoreStore, forget_if_changed
 from energymargin.store.run import Run

@@ -13,8 +13,8 @@ import viser
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.scoring.settings import SearchSettings
-from energymargin.scoring.undisturbed import Undisturbed, undisturbed
+from energymargin.futures import Undisturbed, undisturbed
+from energymargin.searches import SearchSettings
 from energymargin.viewer.background import Debounced, SearchThread
 from energymargin.viewer.panel import Panel, Player, set_value, value_of
 from energymargin.viewer.search import Scored, ShareProgress, TreeCache, score_state

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from viser import uplot
 
 from energymargin._core import Problem
-from energymargin.scoring.settings import SearchSettings
-from energymargin.scoring.undisturbed import Undisturbed
+from energymargin.futures import Undisturbed
+from energymargin.searches import SearchSettings
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import EFFORT, Frames
 from energymargin.viewer.stage import SHOWN, UNDISTURBED

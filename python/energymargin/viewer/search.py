@@ -29,11 +29,10 @@ from energymargin._core import (
     World,
 )
 from energymargin.actions.trials import Disturbance
+from energymargin.futures import MOMENTS
 from energymargin.plots.scenes import lost_objects
 from energymargin.plots.trees import most_cost
-from energymargin.scoring.metric_search import metric_search
-from energymargin.scoring.settings import SearchSettings
-from energymargin.scoring.undisturbed import MOMENTS
+from energymargin.searches import SearchSettings, metric_search
 
 __all__ = [
     "Memberships",

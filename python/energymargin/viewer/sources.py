@@ -20,7 +20,7 @@ from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
 from energymargin.reprs import short_repr
-from energymargin.scoring.settings import SETTINGS
+from energymargin.searches import SETTINGS
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
 

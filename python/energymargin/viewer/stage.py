@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
 from energymargin._core import Plane, Problem, Scene
+from energymargin.futures import Undisturbed
 from energymargin.outlines import AXES, object_centers, seen_corners
 from energymargin.plots.scenes import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.regions import Region
-from energymargin.scoring.undisturbed import Undisturbed
 from energymargin.viewer.bodies import DrawnBodies, Triangles, add_translucent
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames

@@ -13,6 +13,7 @@ from matplotlib.colors import to_hex
 from energymargin._core import CaptureProbability, Problem
 from energymargin.actions.trials import Disturbance
 from energymargin.disturbances import Uniform
+from energymargin.futures import Undisturbed, future_rows, uniform_in_words
 from energymargin.metrics import ANY, with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
@@ -21,8 +22,6 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
 )
-from energymargin.scoring.future_text import future_rows, uniform_in_words
-from energymargin.scoring.undisturbed import Undisturbed
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.trees import FUTURE_COLOR

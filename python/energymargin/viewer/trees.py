@@ -19,10 +19,10 @@ import viser
 from numpy.typing import NDArray
 
 from energymargin._core import Problem, Tree
+from energymargin.futures import Undisturbed
 from energymargin.outlines import object_centers
 from energymargin.plots.scenes import leaving_objects
 from energymargin.plots.styles import COSTS, LOST_COLOR
-from energymargin.scoring.undisturbed import Undisturbed
 from energymargin.viewer.bodies import linear, rgb
 from energymargin.viewer.search import Replay
 

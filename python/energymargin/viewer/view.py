@@ -15,7 +15,7 @@ from energymargin.actions import Along
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
-from energymargin.scoring.settings import MOST_NODES, SearchSettings
+from energymargin.searches import MOST_NODES, SearchSettings
 from energymargin.viewer.first_frame import first_frame
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page

@@ -1,28 +1,40 @@
-"""Scores of many problems on any executor. If it stops early, finished scores are delivered."""
+"""Scores of many problems on any executor, as a table. If it stops early, it has those that are
+finished."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, warn_of_steps
 from energymargin.arguments import shown
 from energymargin.checks import whole_number
+from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
 from energymargin.executors.pool import POLL
 from energymargin.executors.session import Session, Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.metrics import check_metrics
+from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 from energymargin.results import collect
-from energymargin.scoring.problem_metrics import chosen_metrics, require_objects
-from energymargin.scoring.settings import LooseSettings, SearchSettings, chosen_settings
-from energymargin.scoring.table import ScoreError, ScoreTable, score_table
+from energymargin.searches import (
+    LooseSettings,
+    SearchSettings,
+    chosen_metrics,
+    chosen_settings,
+    require_objects,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = ["ProblemSource", "run_all", "score"]
+__all__ = ["ProblemSource", "ScoreError", "ScoreTable", "run_all", "score"]
 
 MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
 
@@ -166,7 +178,7 @@ def score(
     numbers = _indices(indices, len(problems))
     source = _GivenProblems(problems, numbers, metrics)
     complete = run_all(source, executor, settings, deliver, limit)
-    table = score_table(done, metrics, complete=complete)
+    table = _score_table(done, metrics, complete=complete)
     _warn_of_steps(table, dict(zip(numbers, problems, strict=True)))
     if errors:
         raise ScoreError(errors, len(problems), table)
@@ -195,3 +207,83 @@ def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
     if indices is None:
         return range(problems)
     return [whole_number("indices", index, 0, MOST_INDEX) for index in indices]
+
+
+@dataclass(frozen=True, eq=False)
+class ScoreTable:
+    """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
+
+    _repr_html_ = shown_by("score_table")
+    __repr__ = short_repr
+
+    index: NDArray[np.int64]
+    """Which problem, shape (N,), rising."""
+    seconds: NDArray[np.float64]
+    """Computing time of each, that of its searches on their threads added up [s], shape (N,)."""
+    scores: dict[str, NDArray[np.float64]]
+    """By metric, (N,): capture, success in 0..1; effort [J], inf if there is no escape; force."""
+    steps: NDArray[np.int64]
+    """Simulation steps of each, shape (N,)."""
+    unconverged: NDArray[np.int64]
+    """Of these, steps whose contact solver did not converge, shape (N,)."""
+    lost_time: NDArray[np.float64]
+    """Time of each in which nothing moved, as bodies would have passed through each other [s],
+    shape (N,)."""
+    warnings: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    """What speaks against the scores of a problem, by its index."""
+    complete: bool = True
+    """Whether every problem is there: False if the timeout or the cancel came first."""
+
+    def __len__(self) -> int:
+        """How many problems."""
+        return len(self.index)
+
+    def __getitem__(self, metric: str) -> NDArray[np.float64]:
+        """The scores of one metric, shape (N,); KeyError if it was not computed."""
+        if metric not in self.scores:
+            raise KeyError(f"{metric!r} was not computed; there are: {', '.join(self.scores)}")
+        return self.scores[metric]
+
+    def to_rows(self) -> list[dict[str, float]]:
+        """One dictionary a problem: index, seconds, the counts of steps, and each metric."""
+        columns = {
+            "index": self.index,
+            "seconds": self.seconds,
+            "steps": self.steps,
+            "unconverged": self.unconverged,
+            "lost_time": self.lost_time,
+            **self.scores,
+        }
+        names = list(columns)
+        return [
+            dict(zip(names, row, strict=True))
+            for row in zip(*(c.tolist() for c in columns.values()), strict=True)
+        ]
+
+
+class ScoreError(EnergyMarginError, ValueError):
+    """Some problems could not be scored."""
+
+    def __init__(self, errors: dict[int, str], problems: int, table: ScoreTable | None = None):
+        """`errors`: what went wrong, by the problem's index; `table`: those that could, if there
+        is no store that has them."""
+        first = min(errors)
+        many = f"{len(errors)} of {problems} problems could not be scored"
+        super().__init__(f"{many}; problem {first}: {errors[first]}")
+        self.errors = errors
+        self.table = table
+
+
+def _score_table(rows: Iterable[Row], metrics: Sequence[str], *, complete: bool) -> ScoreTable:
+    """The table of these rows, by rising index."""
+    rows = sorted(rows, key=lambda row: row.index)
+    return ScoreTable(
+        index=np.array([row.index for row in rows], dtype=np.int64),
+        seconds=np.array([row.seconds for row in rows], dtype=float),
+        scores={m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics},
+        steps=np.array([row.steps for row in rows], dtype=np.int64),
+        unconverged=np.array([row.unconverged for row in rows], dtype=np.int64),
+        lost_time=np.array([row.lost_time for row in rows], dtype=float),
+        warnings={row.index: row.warnings for row in rows if row.warnings},
+        complete=complete,
+    )

@@ -1,16 +1,32 @@
-"""What a score depends on beside its problem: the settings of its search, and ALGORITHM."""
+"""From settings to the search behind one metric of one problem: the only place.
+
+`em.score` does the same for many problems and keeps their scores alone. Who also wants a tree, a
+path or rollouts asks here, so that a state with the same settings has the same bits everywhere.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 
+from energymargin._core import (
+    CaptureProbability,
+    CaptureScore,
+    EscapeEffort,
+    ForceScore,
+    Problem,
+    capture_probability,
+    capture_score,
+    escape_effort,
+    force_score,
+    stream,
+)
 from energymargin.checks import not_negative_number, one_of, whole_number, yes_or_no
-from energymargin.disturbances import Uniform
-from energymargin.metrics import settings_of
+from energymargin.disturbances import Disturbance, Uniform
+from energymargin.metrics import ANY, CLOCKLESS, KINDS, METRICS, TIMED, metric_kind, settings_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -18,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ALGORITHM",
     "ALGORITHM_IMPROVED",
+    "MOST_NODES",
     "SEARCHES",
     "SETTINGS",
     "LooseSettings",
@@ -25,7 +42,12 @@ __all__ = [
     "SearchSettings",
     "algorithm",
     "algorithm_of",
+    "chosen_metrics",
     "chosen_settings",
+    "metric_search",
+    "metrics_of",
+    "require_objects",
+    "value_of",
 ]
 
 ALGORITHM = "0.14.0"
@@ -172,3 +194,125 @@ def _share(name: str, value: float) -> float:
     if number and 0 <= value < 1:
         return float(value) + 0.0  # which makes 0.0 of -0.0
     raise ValueError(f"{name} is {value!r}, expected a number of at least 0 and below 1")
+
+
+Found = CaptureScore | EscapeEffort | ForceScore | CaptureProbability
+
+
+def metric_search(
+    problem: Problem,
+    metric: str,
+    settings: SearchSettings,
+    number: int | None = None,
+    *,
+    disturbance: Disturbance | Callable[[Any, Any], Any] | None = None,
+    threads: int = 1,
+    **keywords: Any,
+) -> Any:
+    """The CaptureScore, EscapeEffort, CaptureProbability or ForceScore behind a metric.
+
+    Args:
+        problem: the question.
+        metric: of METRICS.
+        settings: those of the metric count.
+        number: of the problem in a batch, whose stream `em.score` gives it; None: the search has
+            the seed of the settings itself, as if `em.capture_score` was called with it.
+        disturbance: of a probability, in place of the Uniform of the settings.
+        threads: of rollouts; the result does not depend on them.
+        keywords: others of the function behind, such as cancel, progress and warn; a force score,
+            which is no search, leaves them aside.
+
+    Raises what that function raises.
+    """
+    if metric_kind(metric) is KINDS["force"]:
+        return force_score(problem)
+    seed = _seed(metric, settings, number)
+    if metric in TIMED:
+        wanted = {"success": metric == "probability/success", "by_object": metric.endswith(ANY)}
+        return capture_probability(
+            problem,
+            disturbance=disturbance or settings.disturbance,
+            rollouts=settings.rollouts,
+            seed=seed,
+            threads=threads,
+            **wanted | keywords,
+        )
+    chosen = {name: getattr(settings, name) for name in settings_of(metric)} | {"seed": seed}
+    if metric_kind(metric) is KINDS["effort"]:
+        objects = "any" if metric.endswith(ANY) else "all"
+        planner = metric.split("/")[1]
+        return escape_effort(problem, planner=planner, captured=objects, **chosen, **keywords)
+    return capture_score(problem, **chosen, **keywords)
+
+
+def value_of(metric: str, found: Found) -> float:
+    """What a metric is of what `metric_search` found for it."""
+    if isinstance(found, EscapeEffort):
+        return found.effort
+    if isinstance(found, ForceScore):
+        return found.force
+    if isinstance(found, CaptureScore):
+        return float(getattr(found, metric.replace("/", "_")))
+    of_metric = {"probability/success": found.success, "probability/any": found.any}
+    value: Any = of_metric.get(metric, found)
+    return float(value if isinstance(value, float) else value.captured)
+
+
+def _seed(metric: str, settings: SearchSettings, number: int | None) -> int:
+    """Of the search of a batch's problem of this number."""
+    common = settings.common_random_numbers and metric in TIMED
+    return settings.seed if number is None or common else stream(settings.seed, number)
+
+
+def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
+    """The metrics that every one of the problems has, in the order of METRICS."""
+    there = set(METRICS)
+    for problem in problems:
+        there -= set(TIMED if problem.horizon is None else CLOCKLESS)
+        if problem.succeeded is None:
+            there -= {"success", "probability/success"}
+        if problem.succeeded_any is None:
+            there.discard("success" + ANY)
+        if problem.captured_any is None:
+            there -= {metric for metric in METRICS if metric.endswith(ANY)} - {"success" + ANY}
+    return tuple(metric for metric in METRICS if metric in there)
+
+
+def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -> Sequence[str]:
+    """`metrics`, or for None all that the problems have; ValueError on one that they lack."""
+    strange = [problem for problem in problems if not isinstance(problem, Problem)]
+    if strange:
+        raise ValueError(f"problems has {strange[0]!r}, expected Problems alone")
+    there = metrics_of(problems)
+    lacking = [metric for metric in metrics or () if metric in METRICS and metric not in there]
+    if lacking:
+        timed = lacking[0] in TIMED
+        if lacking[0] in (*TIMED, *CLOCKLESS) and any(
+            (problem.horizon is None) == timed for problem in problems
+        ):
+            has = "has a" if timed else "is without"
+            way = "horizon=..." if timed else "horizon=None, plan=None"
+            raise ValueError(
+                f"metrics has {lacking[0]!r}, but not every problem {has} horizon: "
+                f"problem.replace({way})"
+            )
+        of_each = " for each object" if lacking[0].endswith(ANY) else ""
+        kind = "success" if lacking[0].startswith("success") else "capture"
+        raise ValueError(
+            f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
+        )
+    return there if metrics is None else metrics
+
+
+def require_objects(
+    problems: Iterable[Problem], metrics: Sequence[str], settings: SearchSettings
+) -> None:
+    """Raises ValueError if a disturbance is to meet more objects than a problem has."""
+    if settings.objects is None or not set(metrics) & set(TIMED):
+        return
+    for problem in problems:
+        there = sum(body.role == "object" for body in problem.scene.bodies)
+        if settings.objects > there:
+            raise ValueError(
+                f"objects is {settings.objects}, expected from 1 to the scene's {there}"
+            )

@@ -1,24 +1,70 @@
-"""Horizon, plan of the robot and disturbance in words."""
+"""The future of a problem: its states without a disturbance, and what it asks of it in words."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Plan, Problem
+from energymargin._core import Cancel, Plan, Problem, World, capture_probability
 from energymargin.disturbances import Uniform
-from energymargin.scoring.settings import SearchSettings
+from energymargin.searches import SearchSettings
 
-__all__ = ["disturbance_in_words", "future_rows", "plan_rows", "uniform_in_words"]
+__all__ = [
+    "MOMENTS",
+    "Undisturbed",
+    "disturbance_in_words",
+    "future_rows",
+    "plan_rows",
+    "undisturbed",
+    "uniform_in_words",
+]
 
+MOMENTS = 25  # a second of the simulation, about what the eye sees
+NOTHING = Uniform(strength=0.0)
 CHECK = "about 1/60 s"  # a problem that does not say when it looks
 COASTS = "none: the effector coasts"
 
 NamedValue = tuple[str, str]
 """A name and its value."""
+
+
+class Undisturbed(NamedTuple):
+    """The robot follows its plan, and no wrench acts on the objects: K moments."""
+
+    times: NDArray[np.float64]
+    """From 0 to the horizon [s], shape (K,)."""
+    states: NDArray[np.float64]
+    """Shape (K, n)."""
+    exit: float | None
+    """When the objects are first seen outside of the capture set, for long enough [s]; None: they
+    stay captured."""
+
+    @property
+    def exit_moment(self) -> int | None:
+        """The first moment from the exit on; None if there is no exit."""
+        if self.exit is None:
+            return None
+        return min(int(np.searchsorted(self.times, self.exit - 1e-9)), len(self.times) - 1)
+
+
+def undisturbed(problem: Problem, cancel: Cancel | None = None) -> Undisturbed:
+    """Simulates the future of a problem with a horizon.
+
+    Raises ValueError on a problem without one, RuntimeError if the simulation diverges, and
+    Cancelled once `cancel` is set.
+    """
+    found = capture_probability(problem, disturbance=NOTHING, rollouts=1, cancel=cancel)
+    step = problem.scene.step
+    steps, stride = round(float(found.times[-1]) / step), max(1, round(1.0 / (MOMENTS * step)))
+    record = [*range(0, steps, stride), steps]
+    start = problem.edge_start(problem.state)
+    world = World(problem.scene, problem.plan)
+    states = world.simulate(start, steps, record=record, cancel=cancel).states
+    leaves = None if found.undisturbed else found.undisturbed_time
+    return Undisturbed(np.array(record) * step, states, leaves)
 
 
 def future_rows(problem: Problem) -> list[NamedValue]:
