@@ -20,8 +20,7 @@ from energymargin.checks import one_of, positive_number
 from energymargin.gym.channels import CHANNELS, Channel, acted, action_of, planned
 from energymargin.gym.pictures import picture
 from energymargin.plans import control_period, nearest_steps, whole_steps
-from energymargin.tasks.base import Params
-from energymargin.tasks.object_sets import Regions
+from energymargin.tasks.base import Params, Regions
 from energymargin.tasks.scripted import Drive, ScriptedTask
 
 __all__ = ["CONTROL_STEP", "PATIENCE", "TaskEnv"]

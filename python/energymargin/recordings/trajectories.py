@@ -15,8 +15,7 @@ from energymargin._core import Region, Scene, World
 from energymargin.datasets import Dataset
 from energymargin.recordings.csv_files import SourceFile, lines_of
 from energymargin.recordings.recording import MOST_OVERLAP, Placed, Recording, placed
-from energymargin.tasks.base import Params, Task, parameters_of
-from energymargin.tasks.object_sets import Regions
+from energymargin.tasks.base import Params, Regions, Task, parameters_of
 from energymargin.trajectories import Trajectory
 
 __all__ = ["RecordedTask", "dataset", "read_frame_labels", "read_labels"]

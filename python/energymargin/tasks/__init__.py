@@ -4,8 +4,7 @@ Tasks are plugins: whatever an installed package registers under the entry point
 `energymargin.tasks` is one, and what a program gives to `register`.
 """
 
-from energymargin.tasks.base import Params, Task
-from energymargin.tasks.object_sets import Regions
+from energymargin.tasks.base import Params, Regions, Task
 from energymargin.tasks.registry import TaskError, make, names, register
 from energymargin.tasks.scripted import Drive, ScriptedTask
 from energymargin.trajectories import Trajectory

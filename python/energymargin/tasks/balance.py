@@ -89,10 +89,6 @@ class BalanceTask(ScriptedTask):
         """Floor, square and support; the drive alone holds the support."""
         return self._scene
 
-    def draw(self, random: np.random.Generator) -> dict[str, float]:
-        """Nothing: all that varies is the start and the drive."""
-        return {}
-
     def start(
         self, world: World, params: Params, random: np.random.Generator
     ) -> NDArray[np.float64]:

@@ -15,13 +15,29 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Contact, Problem
+from energymargin._core import Contact, Problem, Region, Scene
 from energymargin.trajectories import Trajectory
 
-__all__ = ["PLANE", "STEP", "Params", "Task", "constructor_keywords", "parameters_of", "plane_of"]
+__all__ = [
+    "PLANE",
+    "STEP",
+    "Params",
+    "Regions",
+    "Task",
+    "all_inside",
+    "any_inside",
+    "constructor_keywords",
+    "parameters_of",
+    "plane_of",
+    "set_of_object",
+]
 
 Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""
+
+Regions = Region | dict[str, Region]
+"""A set of states, or the set of each object by its name. With several objects there are two kinds
+of labels: whether all of them are captured, and whether at least one is."""
 
 STEP = 1 / 240  # s; the paper's simulator
 PLANE = ("x", "y")  # of pictures, of a task without `plane`
@@ -81,3 +97,27 @@ def constructor_keywords(task: object) -> dict[str, Any]:
             "set one of that name, or give the task `parameters`"
         )
     return {name: getattr(task, name) for name in names}
+
+
+def set_of_object(sets: Regions, name: str | None) -> Region:
+    """The set of an object, or the one for all if it has no name."""
+    if isinstance(sets, dict) and name is not None:
+        return sets[name]
+    if isinstance(sets, dict) or name is not None:
+        raise ValueError("`captured` gives one set for some states, and several for others")
+    return sets
+
+
+def all_inside(sets: Regions, scene: Scene, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether all objects are in their sets, of one state (n,) or of several (N, n)."""
+    by_object = sets.values() if isinstance(sets, dict) else [sets]
+    return np.asarray(np.all([r.contains(scene, states) for r in by_object], axis=0))
+
+
+def any_inside(
+    sets: Regions, scene: Scene, states: NDArray[np.float64]
+) -> NDArray[np.bool_] | None:
+    """Whether at least one object is in its set; None if there is one set for all."""
+    if not isinstance(sets, dict):
+        return None
+    return np.asarray(np.any([r.contains(scene, states) for r in sets.values()], axis=0))

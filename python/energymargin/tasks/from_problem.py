@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact, Problem, Region, Scene
-from energymargin.tasks.base import Params
-from energymargin.tasks.object_sets import Regions
+from energymargin.tasks.base import Params, Regions
 from energymargin.trajectories import Trajectory
 
 __all__ = ["ProblemTask"]

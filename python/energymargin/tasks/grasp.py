@@ -7,17 +7,17 @@ is 10 cm above the desktop and does not fall. The box is captured while it is in
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Problem, Scene, World
+from energymargin._core import Box, Scene, World
 from energymargin.scenes import data_file, from_urdf
 from energymargin.tasks.base import Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep
 
 __all__ = ["GraspTask"]
 
@@ -83,6 +83,7 @@ class GraspTask(FrictionTask):
     plane = ("x", "z")
     length = 2.0  # s
     friction_range = FRICTION_RANGE
+    usual: ClassVar[Params] = {"clench": 1.0}
 
     def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
         """A task of these parameters; raises ValueError on others.
@@ -92,7 +93,6 @@ class GraspTask(FrictionTask):
         of the search starts with the velocities that they have at the start.
         """
         super().__init__(friction, effector)
-        self._last: tuple[Params, Scene] | None = None
 
     def scene(self, params: Params) -> Scene:
         """Table, box and gripper, whose fingers clench."""
@@ -168,42 +168,18 @@ class GraspTask(FrictionTask):
         table[sinking, 2] = -TABLE_MASS * LIFT_SPEED / (sinking.sum() * self.step)
         return Drive({"table": table}, targets)
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (50,): wrenches act on the box.
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Wrenches act on the box.
 
-        The fingers' control keeps aiming at the clench, and the table keeps the speed it has. The
-        friction and the clench are those of `params`, or else the task's friction and CLENCHED;
-        ValueError if neither gives the friction.
+        The fingers' control keeps aiming at the clench, that of `params` or CLENCHED, and the table
+        keeps the speed it has.
         """
-        known = {
-            "friction": drawn("friction", params, self._friction),
-            "clench": drawn("clench", params, 1.0),
+        return {
+            "force": (OBJECT_MASS * ACCELERATION_BOUND,) * 3,
+            "torque": (TORQUE_BOUND,) * 3,
+            "duration": LONGEST_EDGE,
+            "rate": RATE,
         }
-        return Problem(
-            self._scene_of(known),
-            state,
-            force=(OBJECT_MASS * ACCELERATION_BOUND,) * 3,
-            torque=(TORQUE_BOUND,) * 3,
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, known),
-            succeeded=self.succeeded(known),
-            effector=self._effector,
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
-
-    def _scene_of(self, params: Params) -> Scene:
-        """Made once for the frames of a trajectory: the gripper's file takes 16 ms to read."""
-        last = self._last
-        if last is None or last[0] != params:
-            last = self._last = (dict(params), self.scene(params))
-        return last[1]
 
     def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
         """Z_cap, the same at all states: the box has not slipped out of the hand, nor does it fall.

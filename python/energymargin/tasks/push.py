@@ -7,17 +7,16 @@ the region that the pusher is about to sweep, given its instantaneous centre of 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Cylinder, Problem, Scene, World
+from energymargin._core import Box, Cylinder, Scene, World
 from energymargin.checks import yes_or_no
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, swept_from
 
 __all__ = ["PushTask"]
 
@@ -135,34 +134,17 @@ class PushTask(FrictionTask):
         wrenches[:, 1] = ahead * params["friction"] / FRICTION_MIDDLE
         return Drive({"effector": wrenches})
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,): wrenches act on the box.
-
-        The friction is that of `params`, or else the task's own; ValueError if neither is given.
-        """
-        friction = drawn("friction", params, self._friction)
-        scale = friction / FRICTION_MIDDLE
-        # A box that has left the workspace has no bounds left to keep.
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Wrenches act on the box; one that has left the workspace has no bounds left to keep."""
+        scale = params["friction"] / FRICTION_MIDDLE
         workspace = _between("x", *WORKSPACE) & _between("y", *WORKSPACE)
-        return Problem(
-            scene(friction),
-            state,
-            force=(FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
-            torque=(0.0, 0.0, TORQUE_BOUND * scale),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state),
-            succeeded=self.succeeded(),
-            within=workspace if workspace.contains(self._layout, state) else None,
-            effector=self._effector,
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+        return {
+            "force": (FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
+            "torque": (0.0, 0.0, TORQUE_BOUND * scale),
+            "duration": LONGEST_EDGE,
+            "within": workspace if workspace.contains(self._layout, state) else None,
+            "rate": RATE,
+        }
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
@@ -171,12 +153,7 @@ class PushTask(FrictionTask):
         is to `follow`, still does from where the pusher has come to: a box that was passed by is
         lost, wherever it lies. At z itself, which the labels ask for, both are the same.
         """
-        pusher = self._layout.unpack(state)["effector"]
-        motion = {
-            "position": pusher["position"][:2],
-            "velocity": pusher["velocity"][:2],
-            "yaw_rate": pusher["angular_velocity"][2],
-        }
+        motion = swept_from(self._layout, state, "effector")
         return _swept(at=motion) & _swept() if self._follow else _swept(at=motion)
 
     def captured_throughout(self, params: Params) -> regions.Region:

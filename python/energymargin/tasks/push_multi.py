@@ -8,16 +8,15 @@ each: are all discs in it, and is at least one?
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Cylinder, Inertial, Problem, Scene, World
+from energymargin._core import Box, Cylinder, Inertial, Scene, World
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, places_apart, swept_from
 
 __all__ = ["PushMultiTask"]
 
@@ -101,11 +100,7 @@ class PushMultiTask(FrictionTask):
         self, world: World, params: Params, random: np.random.Generator
     ) -> NDArray[np.float64]:
         """Discs at random places in front of the bar, at rest; the bar moves."""
-        places: list[NDArray[np.float64]] = []
-        while len(places) < len(DISCS):
-            place = random.uniform(*np.transpose(DISC_AREA))
-            if all(np.hypot(*(place - p)) > 2 * DISC_RADIUS + DISC_GAP for p in places):
-                places.append(place)
+        places = places_apart(random, DISC_AREA, len(DISCS), 2 * DISC_RADIUS + DISC_GAP)
         moved: dict[str, dict[str, Any]] = {
             disc: {"position": (*place, DISC_HEIGHT / 2)}
             for disc, place in zip(DISCS, places, strict=True)
@@ -135,32 +130,15 @@ class PushMultiTask(FrictionTask):
         wrenches[:, 1] += params["push"] * load
         return Drive({"bar": wrenches})
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,): wrenches act on each disc.
-
-        The friction is that of `params`, or else the task's own; ValueError if neither is given.
-        """
-        friction = drawn("friction", params, self._friction)
-        scale = (friction / FRICTION_MIDDLE) ** 2
-        known = {"friction": friction}
-        return Problem(
-            scene(friction),
-            state,
-            force=(FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
-            torque=(0.0, 0.0, TORQUE_BOUND * scale),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, known),
-            succeeded=self.succeeded(known),
-            effector=self._effector,
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Wrenches act on each disc."""
+        scale = (params["friction"] / FRICTION_MIDDLE) ** 2
+        return {
+            "force": (FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
+            "torque": (0.0, 0.0, TORQUE_BOUND * scale),
+            "duration": LONGEST_EDGE,
+            "rate": RATE,
+        }
 
     def captured(self, state: NDArray[np.float64], params: Params) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each disc.
@@ -168,12 +146,7 @@ class PushMultiTask(FrictionTask):
         The disc lies in what the bar was about to sweep at z, and still does from where the bar has
         come to: a disc that was passed by is lost, wherever it lies.
         """
-        bar = self._layout.unpack(state)["bar"]
-        motion = {
-            "position": bar["position"][:2],
-            "velocity": bar["velocity"][:2],
-            "yaw_rate": bar["angular_velocity"][2],
-        }
+        motion = swept_from(self._layout, state, "bar")
         return {disc: _in_front(disc) & _swept(disc, at=motion) & _swept(disc) for disc in DISCS}
 
     def captured_throughout(self, params: Params) -> dict[str, regions.Region]:

@@ -8,16 +8,15 @@ each box, so there are two questions of each: are all boxes in it, and is at lea
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Compound, Contact, Part, Problem, Scene, World
+from energymargin._core import Box, Compound, Part, Scene, World
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, FrictionTask, drawn
+from energymargin.tasks.scripted import Drive, FrictionTask, places_apart
 
 __all__ = ["ScoopTask"]
 
@@ -106,11 +105,7 @@ class ScoopTask(FrictionTask):
         self, world: World, params: Params, random: np.random.Generator
     ) -> NDArray[np.float64]:
         """Boxes at random places in front of the scoop, at rest; the scoop moves."""
-        places: list[NDArray[np.float64]] = []
-        while len(places) < len(BOXES):
-            place = random.uniform(*np.transpose(BOX_AREA))
-            if all(np.hypot(*(place - other)) > BOX_GAP for other in places):
-                places.append(place)
+        places = places_apart(random, BOX_AREA, len(BOXES), BOX_GAP)
         moved: dict[str, dict[str, Any]] = {
             box: {"position": (*place, BOX_EDGE / 2), "yaw": random.uniform(-np.pi, np.pi)}
             for box, place in zip(BOXES, places, strict=True)
@@ -136,30 +131,14 @@ class ScoopTask(FrictionTask):
         wrenches[:, :3] = SCOOP_MASS * accelerations
         return Drive({"scoop": wrenches})
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,): wrenches act on each box.
-
-        The friction is that of `params`, or else the task's own; ValueError if neither is given.
-        """
-        known = {"friction": drawn("friction", params, self._friction)}
-        return Problem(
-            self.scene(known),
-            state,
-            force=(FORCE_BOUND,) * 3,
-            torque=(TORQUE_BOUND,) * 3,
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, known),
-            succeeded=self.succeeded(known),
-            effector=self._effector,
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Wrenches act on each box."""
+        return {
+            "force": (FORCE_BOUND,) * 3,
+            "torque": (TORQUE_BOUND,) * 3,
+            "duration": LONGEST_EDGE,
+            "rate": RATE,
+        }
 
     def captured(self, state: NDArray[np.float64], params: Params) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each box; it moves with the scoop."""

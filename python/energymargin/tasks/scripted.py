@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,11 +24,29 @@ from energymargin._core import (
 from energymargin.checks import one_of, positive_number, whole_number
 from energymargin.limits import Limit
 from energymargin.reprs import short_repr
-from energymargin.tasks.base import PLANE, STEP, Params, constructor_keywords
-from energymargin.tasks.object_sets import Regions, all_inside, any_inside, set_of_object
+from energymargin.tasks.base import (
+    PLANE,
+    STEP,
+    Params,
+    Regions,
+    all_inside,
+    any_inside,
+    constructor_keywords,
+    set_of_object,
+)
 from energymargin.trajectories import Trajectory
 
-__all__ = ["EFFECTORS", "Drive", "Following", "FrictionTask", "PerStep", "ScriptedTask", "drawn"]
+__all__ = [
+    "EFFECTORS",
+    "Drive",
+    "Following",
+    "FrictionTask",
+    "PerStep",
+    "ScriptedTask",
+    "drawn",
+    "places_apart",
+    "swept_from",
+]
 
 PerStep = float | NDArray[np.float64]
 """A number of a script, such as a force: one, or an array with one for each step."""
@@ -347,11 +365,14 @@ class FrictionTask(ScriptedTask):
 
     friction_range: tuple[float, float]
     """Of the draw."""
+    usual: ClassVar[Params] = {}
+    """Of problems, what their params leave out."""
 
     def __init__(self, friction: float | None, effector: str) -> None:
         """`friction`: a positive coefficient, or None; raises ValueError on others."""
         super().__init__(effector)
         self._friction = None if friction is None else positive_number("friction", friction)
+        self._last: tuple[Params, Scene] | None = None
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -363,6 +384,36 @@ class FrictionTask(ScriptedTask):
         friction = random.uniform(*self.friction_range)
         return {"friction": friction if self._friction is None else self._friction}
 
+    @abstractmethod
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Keywords of a Problem: the disturbance, and what else the task asks at a state, (n,)."""
+
+    def problem(
+        self,
+        state: NDArray[np.float64],
+        params: Params | None = None,
+        contacts: Sequence[Contact] | None = None,
+    ) -> Problem:
+        """The problem P of Section V-A at a state, shape (n,): wrenches act on each object.
+
+        The friction is that of `params`, or else the task's own; ValueError if neither is given.
+        """
+        known = {**self.usual, **(params or {})}
+        known["friction"] = drawn("friction", params, self._friction)
+        last = self._last
+        if last is None or last[0] != known:  # one scene for all frames of a trajectory
+            last = self._last = (known, self.scene(known))
+        return Problem(
+            last[1],
+            state,
+            captured=self.captured(state, known),
+            succeeded=self.succeeded(known),
+            effector=self._effector,
+            contacts=contacts,
+            start_outside=True,
+            **self.question(state, known),
+        )
+
 
 def drawn(name: str, params: Params | None, own: float | None) -> float:
     """A parameter of a trajectory, or else the task's own value; ValueError if neither is given."""
@@ -373,6 +424,28 @@ def drawn(name: str, params: Params | None, own: float | None) -> float:
             f"pass params=trajectory.params, or make the task with a {name}"
         )
     return value
+
+
+def places_apart(
+    random: np.random.Generator, area: ArrayLike, count: int, gap: float
+) -> list[NDArray[np.float64]]:
+    """Random places (2,) more than `gap` [m] apart; `area`: (low, high) of x and of y [m]."""
+    places: list[NDArray[np.float64]] = []
+    while len(places) < count:
+        place = random.uniform(*np.transpose(area))
+        if all(np.hypot(*(place - other)) > gap for other in places):
+            places.append(place)
+    return places
+
+
+def swept_from(scene: Scene, state: NDArray[np.float64], body: str) -> dict[str, Any]:
+    """The planar motion of a body in a state, shape (n,), as `regions.Swept` takes it."""
+    now = scene.unpack(state)[body]
+    return {
+        "position": now["position"][:2],
+        "velocity": now["velocity"][:2],
+        "yaw_rate": now["angular_velocity"][2],
+    }
 
 
 def _simulate(

@@ -8,15 +8,15 @@ away instead of over.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, ForceWeights, Problem, Scene, Sphere, World
+from energymargin._core import Box, ForceWeights, Scene, Sphere
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep
 
 __all__ = ["ToppleTask"]
 
@@ -94,13 +94,6 @@ class ToppleTask(FrictionTask):
         """Ground, box and finger, with the friction in `params`."""
         return scene(params["friction"])
 
-    def start(
-        self, world: World, params: Params, random: np.random.Generator
-    ) -> NDArray[np.float64]:
-        """The start state, always the same: all at rest, the spring pressed together."""
-        state: NDArray[np.float64] = world.scene.pack()
-        return state
-
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """A push on the finger's base, drawn anew at each step, and then none."""
         return self._push(random.uniform(*PUSH_RANGE, round(PUSH_TIME / self.step)))
@@ -115,30 +108,15 @@ class ToppleTask(FrictionTask):
         wrenches[: round(PUSH_TIME / self.step), 0] = force
         return Drive({"base": wrenches})
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,): wrenches act on the box.
-
-        The friction is that of `params`, or else the task's own; ValueError if neither is given.
-        """
-        return Problem(
-            scene(drawn("friction", params, self._friction)),
-            state,
-            force=(FORCE_BOUND, 0.0, 0.0),
-            torque=(0.0, TORQUE_BOUND, 0.0),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state),
-            succeeded=self.succeeded(),
-            effector=self._effector,
-            rate=RATE,
-            force_weights=FORCE_WEIGHTS,
-            contacts=contacts,
-            start_outside=True,
-        )
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Wrenches act on the box."""
+        return {
+            "force": (FORCE_BOUND, 0.0, 0.0),
+            "torque": (0.0, TORQUE_BOUND, 0.0),
+            "duration": LONGEST_EDGE,
+            "rate": RATE,
+            "force_weights": FORCE_WEIGHTS,
+        }
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:
         """Z_cap: the edge about which the box turns is all but at rest.
