@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, capture_probability
 from energymargin._core import World as Simulated
-from energymargin.mujoco.playing import Edge, Player
+from energymargin.mujoco.replay import Edge, Player
 from energymargin_paper.act_demo import HOLD, Demo, Values
 from energymargin_paper.engines_states import twin
 

@@ -21,8 +21,8 @@ from scipy.spatial.transform import Rotation
 from energymargin._core import ConvexHull, Mimic, Plan, Scene
 from energymargin.meshes import mesh
 from energymargin.mujoco.mjcf import model_of
-from energymargin.mujoco.needed import needed
 from energymargin.mujoco.simulation import Simulation
+from energymargin.scenes.mjcf_model import engine
 from energymargin_paper.contact_traces import GRAVITY, Vector, simulated
 
 __all__ = ["FOLDER", "Grasp", "Grasps", "Here", "There", "given", "here", "kappa", "there"]
@@ -203,7 +203,7 @@ def kappa(pairs: list[tuple[bool, bool]]) -> float:
 
 def _played(grasp: Grasp, step: float, softness: float) -> tuple[bool, float]:
     """Whether MuJoCo holds a grasp, and the mug's largest speed while the hand closes [m/s]."""
-    mujoco, scene = needed(), grasp.scene
+    mujoco, scene = engine(), grasp.scene
     model = model_of(scene, step=step)
     model.pair_solref[:, 0] = softness
     model.opt.impratio = 10.0  # or what is held creeps

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from energymargin.checks import one_of, positive_number, whole_number
-from energymargin.mujoco.needed import needed
 from energymargin.plausibility import PlausibilityWarning
+from energymargin.scenes.mjcf_model import engine
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.engines_states import (
     AHEAD,
@@ -240,7 +240,7 @@ class EnginesStudy(Study[Settings, Engines]):
         self, settings: Settings, folder: Path, threads: int, progress: Progress
     ) -> Engines:
         """Runs what the folder does not have yet."""
-        needed()
+        engine()
         s, program = settings, version("energymargin")
         jobs = [
             Job(program, task, seed, s.nodes, s.rollouts, s.strength, s.parts)

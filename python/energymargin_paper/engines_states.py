@@ -22,9 +22,9 @@ from energymargin._core import (
     stream,
 )
 from energymargin.mujoco import model_of, replay
-from energymargin.mujoco.needed import needed
-from energymargin.mujoco.playing import Edge, Player
+from energymargin.mujoco.replay import Edge, Player
 from energymargin.mujoco.simulation import Simulation
+from energymargin.scenes.mjcf_model import engine
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
 
@@ -163,7 +163,7 @@ def _script(task: ScriptedTask, job: Job, parts: int, cancel: Cancel) -> Vector:
 
 def twin(scene: Scene, state: Vector, parts: int) -> tuple[Any, Any]:
     """Its model, and the data at the state."""
-    mujoco = needed()
+    mujoco = engine()
     model = model_of(scene, state, step=scene.step / parts)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)

@@ -21,9 +21,8 @@ from stores import changed
 from energymargin import datasets, report
 from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores, evaluate
-from energymargin.evaluation.curves import CAPTURED, SUCCESS, precision_recall, roc
+from energymargin.evaluation.curves import CAPTURED, SUCCESS, precision_recall, ranks, roc
 from energymargin.evaluation.labelled import HORIZON
-from energymargin.evaluation.wrongness import ranks
 from energymargin.report.along import chosen
 from energymargin.report.curves import visible
 from energymargin.report.worst import SearchRepeater

@@ -8,7 +8,7 @@ from itertools import islice
 from energymargin._core import Problem
 from energymargin.actions.trials import Trial
 from energymargin.beliefs import Belief, Uncertainty
-from energymargin.beliefs.common import CommonParticle, common_particles
+from energymargin.beliefs.belief import CommonParticle, common_particles
 
 __all__ = ["Candidates", "check_uncertainty"]
 

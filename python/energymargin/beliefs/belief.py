@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from energymargin.plausibility import PlausibilityWarning
 from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 
-__all__ = ["Belief", "Particles"]
+__all__ = ["Belief", "CommonParticle", "Particles", "common_particles"]
 
 # An overlap that may be left, as a share of the smallest half extent of what was moved; Problems
 # refuse a quarter.
@@ -303,3 +303,53 @@ def _with_changes(problem: Problem, changes: list[tuple[Source, float]]) -> Prob
         warnings.simplefilter("ignore", PlausibilityWarning)
         changed: Problem = problem.replace(scene=scene, contacts=None)
     return changed
+
+
+AT_FIRST = 10  # particles whose tries are granted before the first one is there
+
+
+class CommonParticle(NamedTuple):
+    """One draw of what is not known."""
+
+    number: int
+    """Of the draw, those among them that cannot be."""
+    problems: tuple[Problem, ...]
+    """With it, one of each belief."""
+
+
+def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonParticle]:
+    """Particles of beliefs in which the same is uncertain, without end.
+
+    Raises ValueError on beliefs in which something else is uncertain, and if hardly any draw can be
+    for all of them.
+    """
+    _check_alike(beliefs)
+    random, refused = np.random.default_rng(seed), np.zeros(len(beliefs), dtype=int)
+    number = made = 0
+    while number - made < TRIES * (made + AT_FIRST):
+        point = np.clip(random.random(beliefs[0].dimension), *OPEN)
+        found = [belief.particle(point) for belief in beliefs]
+        problems = tuple(one[0] for one in found if one is not None)
+        if len(problems) == len(beliefs):
+            made += 1
+            yield CommonParticle(number, problems)
+        refused += [one is None for one in found]
+        number += 1
+    raise ValueError(
+        f"{refused.max()} of {number} draws of the uncertainty have no place or a friction or mass "
+        f"below 0 in problem number {refused.argmax()}, expected smaller errors"
+    )
+
+
+def _check_alike(beliefs: Sequence[Belief]) -> None:
+    first, *others = ([(s.name, s.inputs) for s in belief.sources] for belief in beliefs)
+    for number, other in enumerate(others, 1):
+        if other != first:
+            raise ValueError(
+                f"uncertainty is of {_said(first)} in problem number 0, of {_said(other)} in "
+                f"number {number}, expected the same bodies in the same order"
+            )
+
+
+def _said(sources: Sequence[tuple[str, tuple[str, ...]]]) -> str:
+    return ", ".join(f"{name} ({', '.join(inputs)})" for name, inputs in sources) or "nothing"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import stream
 from energymargin.beliefs.belief import Belief, Particles
+from energymargin.beliefs.uncertainty import MOST_PARTICLES
 from energymargin.checks import whole_number
 from energymargin.executors import Row
 from energymargin.executors.session import Failed, Work
@@ -26,7 +27,6 @@ __all__ = ["Asked", "BeliefRow", "BeliefSource", "ParticleSource", "Sharing"]
 
 # Particle j of problem i has the stream of index i + j * 2^32: the first has that of the problem.
 PARTICLE = 2**32
-MOST_PARTICLES = 2**16
 
 Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times [s] and the probability until each, (T,)."""

@@ -18,7 +18,7 @@ from energymargin._core import Cancel
 from energymargin.beliefs.belief import Belief, Particles
 from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
 from energymargin.beliefs.influence import Share, shares
-from energymargin.beliefs.sampling import PARTICLES
+from energymargin.beliefs.uncertainty import PARTICLES
 from energymargin.executors import Executor, Row
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit

@@ -16,11 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Body, Scene
 from energymargin.arguments import shown
-from energymargin.checks import not_negative_number
+from energymargin.checks import not_negative_number, whole_number
+from energymargin.metrics import TIMED
 
 __all__ = [
     "AXES",
+    "MOST_PARTICLES",
+    "PARTICLES",
     "QUANTITIES",
+    "Sampling",
     "Source",
     "Uncertainty",
     "is_distribution",
@@ -393,3 +397,45 @@ def _of_scipy(name: object) -> Any:
 
     found = getattr(scipy.stats, name, None) if isinstance(name, str) else None
     return found if is_distribution(found) else None
+
+
+PARTICLES = 16
+"""Of a belief, where nothing else is said."""
+MOST_PARTICLES = 2**16
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """What is not known, and how many particles each state has."""
+
+    uncertainty: Uncertainty
+    particles: int = PARTICLES
+
+    def __post_init__(self) -> None:
+        """Raises ValueError on what cannot be."""
+        if not isinstance(self.uncertainty, Uncertainty):
+            raise ValueError(
+                f"uncertainty is {self.uncertainty!r}, expected an em.beliefs.Uncertainty"
+            )
+        count = whole_number("particles", self.particles, 1, MOST_PARTICLES)
+        object.__setattr__(self, "particles", count)
+
+    def __str__(self) -> str:
+        """As a store's run names it."""
+        return f"belief {self.uncertainty.to_json()}, {self.particles} particles"
+
+    def all(self) -> dict[str, Any]:
+        """As settings of a run."""
+        return {"uncertainty": self.uncertainty.to_json(), "particles": self.particles}
+
+    def of(self, metric: str) -> dict[str, Any]:
+        """Those that change the value of a metric: a probability has a particle each rollout."""
+        return {n: v for n, v in self.all().items() if n != "particles" or metric not in TIMED}
+
+    @staticmethod
+    def taken_from(settings: dict[str, Any]) -> Sampling | None:
+        """That of the settings of a run, out of which it is taken; None if they have none."""
+        uncertainty = settings.pop("uncertainty", None)
+        if uncertainty is None:
+            return None
+        return Sampling(Uncertainty.from_json(uncertainty), settings.pop("particles"))

@@ -12,7 +12,7 @@ from rich.markup import escape
 from energymargin.cli.terminal import say
 
 if TYPE_CHECKING:
-    from energymargin.beliefs.sampling import Sampling
+    from energymargin.beliefs.uncertainty import Sampling
     from energymargin.datasets import Future
     from energymargin.executors import Dask, Executor
     from energymargin.tasks.scripted import Following
@@ -151,8 +151,7 @@ def chosen_future(
 def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
     """The Sampling of these options; None without a belief. Raises ValueError on particles without
     one, and on what is no uncertainty."""
-    from energymargin.beliefs.sampling import PARTICLES, Sampling
-    from energymargin.beliefs.uncertainty import Uncertainty
+    from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 
     if belief is None:
         if particles is not None:

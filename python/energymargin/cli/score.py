@@ -25,7 +25,7 @@ from energymargin.cli.options import (
 from energymargin.cli.terminal import TIMED_OUT, err, say
 
 if TYPE_CHECKING:
-    from energymargin.beliefs.sampling import Sampling
+    from energymargin.beliefs.uncertainty import Sampling
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
     from energymargin.searches import Search, SearchSettings

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from energymargin._core import Body, Scene, Spring
 from energymargin.checks import positive_number
 from energymargin.mujoco.mjcf_bodies import Bodies, numbers, rigid
-from energymargin.mujoco.needed import needed
+from energymargin.scenes.mjcf_model import engine
 
 __all__ = ["START", "TOLERANCE", "model_of", "to_mjcf"]
 
@@ -60,7 +60,7 @@ def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None
     `mujoco.mj_resetDataKeyframe(model, data, 0)` puts an MjData to the state. Raises ValueError as
     `to_mjcf`, and on what MuJoCo refuses; ImportError without the extra `mujoco`.
     """
-    return needed().MjModel.from_xml_string(to_mjcf(scene, state, step=step))
+    return engine().MjModel.from_xml_string(to_mjcf(scene, state, step=step))
 
 
 class _Document:

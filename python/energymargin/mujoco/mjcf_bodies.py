@@ -78,7 +78,7 @@ class Bodies:
             pass
         elif len(linear) == len(angular) == 3:
             xml.SubElement(element, "freejoint", name=body.name)
-            spin = _turn(orientation).inv().apply(now["angular_velocity"])
+            spin = Rotation.from_quat(orientation).inv().apply(now["angular_velocity"])
             self._begin([*position, *_scalar_first(orientation)], [*now["velocity"], *spin])
         else:
             self._add_chain(element, body, linear, angular)
@@ -88,7 +88,7 @@ class Bodies:
         self, element: xml.Element, body: Body, linear: tuple[int, ...], angular: tuple[int, ...]
     ) -> None:
         now, center = self._now[body.name], np.array(inertia_of(body).center)
-        turn, spin = _turn(now["orientation"]), now["angular_velocity"]
+        turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         speed = now["velocity"] + np.cross(spin, turn.apply(center))
         own = turn.inv().apply(np.eye(3))  # the world's axes, in the body's frame
         for axis in linear:
@@ -112,7 +112,7 @@ class Bodies:
 
     def _add_link(self, parent: xml.Element, joint: Joint) -> None:
         body = self._by_name[joint.child]
-        turn, shift = _turn(joint.orientation), np.array(joint.origin)
+        turn, shift = Rotation.from_quat(joint.orientation), np.array(joint.origin)
         position, velocity = motion_of(joint, self._now.get("joints", {}))
         if joint.held:
             held = position * np.array(joint.axis)
@@ -120,7 +120,7 @@ class Bodies:
                 turn = turn * Rotation.from_rotvec(held)
             else:
                 shift = shift + turn.apply(held)
-        of_child = _turn(joint.child_orientation)
+        of_child = Rotation.from_quat(joint.child_orientation)
         turn = turn * of_child.inv()
         origin = shift - turn.apply(np.array(joint.child_origin))
         element = self._place(parent, body, origin, turn.as_quat())
@@ -176,7 +176,7 @@ class Bodies:
             of = inertia_of(body)
             mass = {"mass": repr(body.mass), "diaginertia": numbers(of.moments)}
             xml.SubElement(element, "inertial", {**mass, **_pose(of.center, of.axes)})
-        thinner = self._thinner(body, _turn(orientation))
+        thinner = self._thinner(body, Rotation.from_quat(orientation))
         for solid, at in _parts(body.shape):
             name = f"{body.name}/{len(self.geoms[body.name])}"
             self.geoms[body.name].append(name)
@@ -275,10 +275,6 @@ def _pose(position: Any, orientation: Any) -> dict[str, str]:
 def _axes(factor: Any) -> tuple[int, ...]:
     """Those that are free."""
     return tuple(axis for axis in range(3) if factor[axis] > 0.0)
-
-
-def _turn(orientation: Any) -> Rotation:
-    return Rotation.from_quat(np.array(orientation))
 
 
 def _scalar_first(quaternion: Any) -> Vector:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Body, Joint, Scene
 from energymargin.mujoco.mjcf_bodies import inertia_of
-from energymargin.mujoco.names import Names
-from energymargin.mujoco.needed import needed
+from energymargin.scenes.mjcf_model import engine
 
-__all__ = ["States"]
+__all__ = ["Names", "States"]
 
 Vector = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class States:
 
         Raises ValueError on such if there is no `others`.
         """
-        self._mujoco, self._scene, self._model = needed(), scene, model
+        self._mujoco, self._scene, self._model = engine(), scene, model
         self.names = names = Names(scene, model, prefix)
         self._free = [(body, at, scene.slice(body.name)) for body, at in names.free()]
         self._joints = list(names.joints())
@@ -141,7 +141,7 @@ class States:
 
     def _write_body(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
         model = self._model
-        turn, spin = _turn(now["orientation"]), now["angular_velocity"]
+        turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         place = [*now["position"], *np.roll(now["orientation"], 1)]
         mocap, first = int(model.body_mocapid[number]), int(model.body_jntadr[number])
         joints = range(first, first + int(model.body_jntnum[number]))
@@ -157,7 +157,7 @@ class States:
         model, kinds = self._model, self._mujoco.mjtJoint
         first = int(model.body_jntadr[number])
         joints = range(first, first + int(model.body_jntnum[number]))
-        turn, spin = _turn(now["orientation"]), now["angular_velocity"]
+        turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         for joint in joints:
             at = model.jnt_qposadr[joint]
             size = 4 if model.jnt_type[joint] == kinds.mjJNT_BALL else 1
@@ -187,7 +187,7 @@ class States:
         self, data: Any, name: str, number: int, wanted: dict[str, Any], hint: str
     ) -> None:
         off = float(np.linalg.norm(data.xpos[number] - wanted["position"]))
-        turn = (_matrix(data, number).inv() * _turn(wanted["orientation"])).magnitude()
+        turn = (_matrix(data, number).inv() * Rotation.from_quat(wanted["orientation"])).magnitude()
         if max(off, turn) > PLACED:
             raise ValueError(
                 f"body {name!r} is {off:.3g} m and {turn:.3g} rad from there in the model, {hint}"
@@ -197,9 +197,9 @@ class States:
 def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
     """Where a joint is that the model welds."""
     of_parent, of_child = _matrix(data, parent), _matrix(data, child)
-    frame, axis = of_parent * _turn(joint.orientation), np.array(joint.axis)
+    frame, axis = of_parent * Rotation.from_quat(joint.orientation), np.array(joint.axis)
     if joint.type == "revolute":
-        turned = frame.inv() * of_child * _turn(joint.child_orientation)
+        turned = frame.inv() * of_child * Rotation.from_quat(joint.child_orientation)
         return float(turned.as_rotvec() @ axis)
     end = data.xpos[child] + of_child.apply(np.array(joint.child_origin))
     start = data.xpos[parent] + of_parent.apply(np.array(joint.origin))
@@ -209,7 +209,11 @@ def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
 def _welded_at(data: Any, joint: Joint, parent: int) -> dict[str, Any]:
     """Where the scene has a body that a fixed joint holds."""
     of_parent = _matrix(data, parent)
-    turn = of_parent * _turn(joint.orientation) * _turn(joint.child_orientation).inv()
+    turn = (
+        of_parent
+        * Rotation.from_quat(joint.orientation)
+        * Rotation.from_quat(joint.child_orientation).inv()
+    )
     start = data.xpos[parent] + of_parent.apply(np.array(joint.origin))
     return {
         "position": start - turn.apply(np.array(joint.child_origin)),
@@ -217,9 +221,88 @@ def _welded_at(data: Any, joint: Joint, parent: int) -> dict[str, Any]:
     }
 
 
-def _turn(orientation: Any) -> Rotation:
-    return Rotation.from_quat(np.array(orientation))
-
-
 def _matrix(data: Any, body: int) -> Rotation:
     return Rotation.from_matrix(data.xmat[body].reshape(3, 3))
+
+
+class Names:
+    """The bodies and joints of a scene in a model."""
+
+    def __init__(self, scene: Scene, model: Any, prefix: str = "") -> None:
+        """`prefix`: of the scene's names, which the model's lack."""
+        self._scene, self._model, self._prefix = scene, model, prefix
+        self._links = {joint.child for joint in scene.joints}
+
+    def _number(self, kind: str, name: str) -> int | None:
+        """Of a body or a joint by its name, or by its number where the model has no name."""
+        if not name.startswith(self._prefix):
+            return None
+        own, mujoco = name.removeprefix(self._prefix), engine()
+        of = {"body": mujoco.mjtObj.mjOBJ_BODY, "joint": mujoco.mjtObj.mjOBJ_JOINT}[kind]
+        number = int(mujoco.mj_name2id(self._model, of, own))
+        if number >= 0:
+            return number
+        index = own.removeprefix(kind)
+        count = {"body": self._model.nbody, "joint": self._model.njnt}[kind]
+        if own.startswith(kind) and index.isdecimal() and int(index) < count:
+            nameless = not mujoco.mj_id2name(self._model, of, int(index))
+            return int(index) if nameless else None
+        return None
+
+    def body(self, name: str) -> int | None:
+        """Of any body, the number; None if the model does not have it."""
+        return self._number("body", name)
+
+    def _bodies(self, *, fixed: bool) -> Iterator[tuple[Body, int]]:
+        for body in self._scene.bodies:
+            if body.fixed != fixed or body.name in self._links:
+                continue
+            number = self._number("body", body.name)
+            if number is not None:
+                yield body, number
+
+    def fixed(self) -> Iterator[tuple[Body, int]]:
+        """Fixed bodies that the model has; the world is where it is."""
+        return ((body, number) for body, number in self._bodies(fixed=True) if number)
+
+    def free(self) -> Iterator[tuple[Body, int]]:
+        """Free bodies that the model has."""
+        return self._bodies(fixed=False)
+
+    def joints(self) -> Iterator[tuple[Joint, int]]:
+        """Joints that the model has, also those that follow others."""
+        for joint in self._scene.joints:
+            number = None if joint.type == "fixed" else self._number("joint", joint.name)
+            if number is not None:
+                yield joint, number
+
+    def moving(self) -> Iterator[tuple[Joint, int]]:
+        """Those of them with numbers in a state."""
+        return ((joint, number) for joint, number in self.joints() if joint.mimic is None)
+
+    def welds(self) -> Iterator[tuple[Joint, int, int]]:
+        """Held joints that the model does not have though it has both bodies: it welds them. Each
+        with the numbers of its parent and its child."""
+        for joint in self._scene.joints:
+            other = joint.type == "fixed" or joint.mimic is not None
+            if other or not joint.held or self._number("joint", joint.name) is not None:
+                continue
+            parent, child = self.body(joint.parent), self.body(joint.child)
+            if parent is not None and child is not None:
+                yield joint, parent, child
+
+    def rigid(self) -> Iterator[tuple[Joint, int, int]]:
+        """Fixed joints of whose parent and child the model has both, with their numbers."""
+        for joint in self._scene.joints:
+            parent, child = self.body(joint.parent), self.body(joint.child)
+            if joint.type == "fixed" and parent is not None and child is not None:
+                yield joint, parent, child
+
+    def missing(self) -> list[str]:
+        """Free bodies and joints of the scene's states that the model does not have."""
+        there = {body.name for body, _ in self.free()}
+        there |= {joint.name for joint, _ in self.moving()}
+        there |= {joint.name for joint, _, _ in self.welds()}
+        bodies = [b.name for b in self._scene.bodies if not b.fixed and b.name not in self._links]
+        joints = [j.name for j in self._scene.joints if j.type != "fixed" and j.mimic is None]
+        return [name for name in bodies + joints if name not in there]

@@ -19,13 +19,13 @@ from energymargin.evaluation.curves import (
     PrecisionRecall,
     Roc,
     Target,
+    Wrongness,
     metrics_against,
     precision_recall,
     roc,
     target_name,
 )
 from energymargin.evaluation.labelled import HORIZONS
-from energymargin.evaluation.wrongness import Wrongness
 from energymargin.metrics import axis_label, is_likelihood, unit
 from energymargin.report.plots import (
     CAPTURED_COLOR,

@@ -16,10 +16,9 @@ from plotly.offline import get_plotlyjs
 from energymargin.checks import whole_number
 from energymargin.evaluation import Among, Cell, Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.bootstrap import DRAWS
-from energymargin.evaluation.curves import target_name
+from energymargin.evaluation.curves import by_trajectory, target_name, wrongness
 from energymargin.evaluation.labelled import AMONG, HORIZON, LAST_FRAMES, PAPER_HORIZON
 from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, DASH, paper_text
-from energymargin.evaluation.wrongness import by_trajectory, wrongness
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import ANY, TIMED
 from energymargin.replacing import replaced

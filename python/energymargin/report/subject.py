@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets
-from energymargin.beliefs.sampling import Sampling
+from energymargin.beliefs.uncertainty import Sampling
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future

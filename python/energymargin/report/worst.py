@@ -25,8 +25,7 @@ from energymargin._core import (
     Problem,
 )
 from energymargin.datasets import Dataset, Future
-from energymargin.evaluation.curves import CAPTURED
-from energymargin.evaluation.wrongness import Wrongness
+from energymargin.evaluation.curves import CAPTURED, Wrongness
 from energymargin.metrics import KINDS, metric_kind, with_unit
 from energymargin.outlines import Plan
 from energymargin.plots.styles import LEGEND_SIZE

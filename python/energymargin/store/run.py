@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.beliefs.sampling import Sampling
+from energymargin.beliefs.uncertainty import Sampling
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores

@@ -17,8 +17,7 @@ from energymargin import datasets
 from energymargin._core import Cancel, Problem
 from energymargin.beliefs.belief import Belief
 from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
-from energymargin.beliefs.sampling import PARTICLES, Sampling
-from energymargin.beliefs.uncertainty import Uncertainty
+from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError, left_out_text
 from energymargin.executors import Executor, Row
