@@ -5,6 +5,7 @@ Numbers of numpy count as those of Python, and become them.
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "check_shape",
+    "function_of",
     "function_or_none",
     "not_negative_number",
     "one_of",
@@ -63,6 +65,22 @@ def function_or_none(name: str, value: Any, arguments: str) -> None:
     what, as "of (done, total)"."""
     if not (value is None or callable(value)):
         raise ValueError(f"{name} is {value!r}, expected a function {arguments}, or None")
+
+
+def function_of(name: str, value: Any, *arguments: str) -> Any:
+    """`value`, if it can be called with so many arguments; else a ValueError with `name`."""
+    expected = f"expected a function ({', '.join(arguments)})"
+    if not callable(value):
+        raise ValueError(f"{name} is {value!r}, {expected}")
+    try:
+        signature = inspect.signature(value)
+    except (TypeError, ValueError):  # of some compiled functions
+        return value
+    try:
+        signature.bind(*arguments)
+    except TypeError as error:
+        raise ValueError(f"{name} takes {signature}, {expected}") from error
+    return value
 
 
 def one_of(name: str, value: str, choices: Sequence[str]) -> str:

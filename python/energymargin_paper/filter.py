@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel
+from energymargin.actions import Noise
+from energymargin.actions.choosing import check_confidence
 from energymargin.checks import not_negative_number, positive_number, whole_number
-from energymargin.gym import ActionFilter, CaptureWrapper, ScriptedFuture, TaskEnv
+from energymargin.gym import CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.searches import SearchSettings
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.jobs import pairs, resumed
@@ -66,7 +68,9 @@ class Settings:
         not_negative_number("noise", self.noise)
         positive_number("horizon", self.horizon)
         whole_number("rollouts", self.rollouts, 1)
-        ActionFilter(self.candidates, self.spread, confidence=self.confidence)
+        whole_number("candidates", self.candidates, 2)
+        Noise(self.candidates - 1, self.spread)
+        check_confidence(self.confidence)
 
 
 @dataclass(frozen=True)
@@ -202,12 +206,14 @@ def _wrapped(env: TaskEnv, job: Episode) -> Any:
         return env
     if job.arm == "scored":
         return CaptureWrapper(env, ScriptedFuture(job.horizon))
+    space: Any = env.action_space
     return CaptureWrapper(
         env,
         ScriptedFuture(job.horizon, hold=job.horizon),
         metric=None,
         settings=SearchSettings(rollouts=job.rollouts),
-        action_filter=ActionFilter(job.candidates, job.spread, confidence=job.confidence),
+        candidates=Noise(job.candidates - 1, job.spread, space.low, space.high),
+        confidence=job.confidence,
     )
 
 

@@ -21,7 +21,7 @@ from energymargin._core import Cancel
 from energymargin.actions import Decision, Guard, Noise
 from energymargin.actions.choosing import check_confidence
 from energymargin.checks import not_negative_number, positive_number, whole_number
-from energymargin.gym import ActionFilter, CaptureWrapper, ScriptedFuture, TaskEnv
+from energymargin.gym import CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.monitor import Alarm, Monitor
 from energymargin.searches import SearchSettings
 from energymargin.table_text import csv_text, markdown_table
@@ -209,12 +209,14 @@ def _guarded(env: TaskEnv, job: Episode, policy: Policy) -> Iterator[Step]:
 
 @contextmanager
 def _filtered(env: TaskEnv, job: Episode, policy: Policy) -> Iterator[Step]:
+    space: Any = env.action_space
     wrapped = CaptureWrapper(
         env,
         ScriptedFuture(job.horizon, hold=job.horizon),
         metric=None,
         settings=SearchSettings(rollouts=job.rollouts),
-        action_filter=ActionFilter(job.candidates + 1, job.spread, confidence=job.confidence),
+        candidates=Noise(job.candidates, job.spread, space.low, space.high),
+        confidence=job.confidence,
     )
     wrapped.reset(seed=job.seed)
 

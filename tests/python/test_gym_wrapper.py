@@ -103,7 +103,7 @@ def test_an_episode_is_the_same_for_the_same_seed_and_another_for_another():
         steps = [env.step(np.array([0.5])) for _ in range(3)]
         return [(s[0].tolist(), s[4]["capture"]["score"], s[4]["filter"]["chosen"]) for s in steps]
 
-    words = {"settings": SearchSettings(rollouts=20), "action_filter": gym.ActionFilter()}
+    words = {"settings": SearchSettings(rollouts=20), "candidates": 4}
     env = gym.CaptureWrapper(Ledge(), question, **words)
     first = told(env, 7)
     assert told(gym.CaptureWrapper(Ledge(), question, **words), 7) == first
@@ -151,7 +151,7 @@ def test_each_probability_can_be_told():
 
 def test_nothing_to_ask_is_no_score_and_no_filter():
     env = gym.CaptureWrapper(
-        Ledge(), lambda env, action=None: None, action_filter=gym.ActionFilter(), reward_weight=1.0
+        Ledge(), lambda env, action=None: None, candidates=4, reward_weight=1.0
     )
     assert np.isnan(env.reset(seed=0)[1]["capture"]["score"])
     _, reward, _, _, info = env.step(np.array([0.3]))
@@ -190,9 +190,7 @@ def test_the_filter_takes_the_action_that_holds_the_block_where_the_policys_lose
         Ledge(),
         question,
         settings=SearchSettings(rollouts=30),
-        action_filter=gym.ActionFilter(
-            candidates=3, propose=lambda env, action, random: [np.array([0.9]), np.array([-0.5])]
-        ),
+        candidates=lambda observation, action, random: [np.array([0.9]), np.array([-0.5])],
     )
     env.reset(seed=0)
     env.unwrapped.x = 0.09
@@ -203,9 +201,7 @@ def test_the_filter_takes_the_action_that_holds_the_block_where_the_policys_lose
 
 
 def test_the_policys_action_is_kept_where_it_is_as_good_and_the_others_are_not_asked():
-    env = gym.CaptureWrapper(
-        Ledge(), question, settings=FEW, action_filter=gym.ActionFilter(candidates=4)
-    )
+    env = gym.CaptureWrapper(Ledge(), question, settings=FEW, candidates=3)
     env.reset(seed=0)
     _, _, _, _, info = env.step(np.array([0.1]))
     told = info["filter"]
@@ -229,18 +225,18 @@ class Share:
     ids=["within the error", "the best", "none", "the first of equals"],
 )
 def test_a_candidate_is_chosen_if_it_is_better_by_more_than_the_error(shares, chosen):
-    found = choose(len(shares), lambda number: Share(shares[number]), 0.95)
-    assert found.number == chosen
+    number, probabilities = choose(len(shares), lambda number: Share(shares[number]), 0.95)
+    assert number == chosen
     asked = shares[: shares.index(1.0) + 1] if 1.0 in shares else shares
-    np.testing.assert_array_equal(found.probabilities[: len(asked)], asked)
-    assert np.isnan(found.probabilities[len(asked) :]).all()
+    np.testing.assert_array_equal(probabilities[: len(asked)], asked)
+    assert np.isnan(probabilities[len(asked) :]).all()
 
 
 def test_the_policys_action_is_seldom_changed_by_chance_alone():
     """Of candidates that are equally good, at most 1 - confidence."""
     random = np.random.default_rng(0)
     changed = [
-        choose(5, dict(enumerate(map(Share, draws))).__getitem__, 0.95).number > 0
+        choose(5, dict(enumerate(map(Share, draws))).__getitem__, 0.95)[0] > 0
         for draws in random.binomial(30, 0.6, (2000, 5)) / 30
     ]
     assert np.mean(changed) < 0.05
@@ -252,7 +248,7 @@ def test_all_candidates_meet_the_same_disturbances():
         Ledge(),
         question,
         settings=SearchSettings(rollouts=20),
-        action_filter=gym.ActionFilter(propose=lambda env, action, random: [action.copy()] * 4),
+        candidates=lambda observation, action, random: [action.copy()] * 4,
     )
     env.reset(seed=0)
     env.unwrapped.x = 0.09
@@ -261,13 +257,25 @@ def test_all_candidates_meet_the_same_disturbances():
     assert len(set(told["probabilities"])) == 1 and told["chosen"] == 0
 
 
-def test_noise_stays_in_the_action_space_and_has_its_spread():
-    env, random = Ledge(), np.random.default_rng(0)
-    near = gym.ActionFilter(candidates=500, spread=0.1).others(env, np.array([0.0]), random)
-    assert np.std(near) == pytest.approx(0.1, rel=0.2)
-    wide = gym.ActionFilter(candidates=500).others(env, np.array([1.0]), random)
-    assert all(env.action_space.contains(action) for action in wide)
-    assert np.std(gym.ActionFilter(candidates=500).others(env, np.array([0.0]), random)) > 0.2
+def test_a_number_of_candidates_draws_noise_over_the_action_space():
+    drawn = gym.CaptureWrapper(Ledge(), question, candidates=500)._candidates(
+        None, np.array([1.0]), np.random.default_rng(0)
+    )
+    assert len(drawn) == 500 and all(Ledge.action_space.contains(action) for action in drawn)
+    assert 0.1 < 1.0 - np.mean(drawn) < 0.2  # half of a normal distribution of 0.25
+
+
+def test_candidates_see_the_last_observation():
+    seen = []
+    env = gym.CaptureWrapper(
+        Ledge(),
+        question,
+        settings=FEW,
+        candidates=lambda observation, action, random: seen.append(observation) or [],
+    )
+    observations = [env.reset(seed=0)[0], env.step(np.array([0.2]))[0]]
+    env.step(np.array([0.2]))
+    assert seen == observations
 
 
 def test_several_environments_run_side_by_side():
@@ -296,12 +304,11 @@ def test_a_registered_environment_is_made_again_with_its_wrapper():
         ({"discount": 1.1}, "discount is 1.1"),
         ({"threads": 0}, "threads is 0"),
         ({"problem_of": 3}, "problem_of is 3, expected a function"),
-        ({"problem_of": lambda: None}, r"expected to be called as problem_of\(env\)"),
-        (
-            {"problem_of": lambda env: None, "action_filter": gym.ActionFilter()},
-            r"and problem_of\(env, action\)",
-        ),
-        ({"action_filter": gym.ActionFilter(spread=(0.1, 0.1, 0.1))}, "spread has shape"),
+        ({"problem_of": lambda: None}, r"problem_of takes \(\), expected a function \(env\)"),
+        ({"problem_of": lambda env: None, "candidates": 4}, r"a function \(env, action\)"),
+        ({"candidates": 0}, "candidates is 0"),
+        ({"candidates": lambda action: []}, r"a function \(observation, action, random\)"),
+        ({"confidence": 1.0}, "confidence is 1.0"),
     ],
 )
 def test_a_bad_argument_is_named(words, message):
@@ -309,34 +316,16 @@ def test_a_bad_argument_is_named(words, message):
         push(**words)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ({"candidates": 1}, "candidates is 1"),
-        ({"confidence": 1.0}, "confidence is 1.0"),
-        ({"spread": -1.0}, "spread is -1.0"),
-    ],
-)
-def test_a_bad_filter_is_refused(words, message):
-    with pytest.raises(ValueError, match=message):
-        gym.ActionFilter(**words)
-
-
 def test_an_action_space_that_has_no_noise_asks_for_a_function():
-    def wrapped(space, **words):
+    def wrapped(space, candidates):
         env = Ledge()
         env.action_space = space
-        return gym.CaptureWrapper(env, question, action_filter=gym.ActionFilter(**words))
+        return gym.CaptureWrapper(env, question, candidates=candidates)
 
-    with pytest.raises(ValueError, match="noise needs a Box"):
-        wrapped(spaces.Discrete(3))
-    with pytest.raises(ValueError, match="has no bounds"):
-        wrapped(spaces.Box(-np.inf, np.inf, (1,)))
-    wrapped(spaces.Discrete(3), propose=lambda env, action, random: [0, 1, 2])
-    crowd = wrapped(spaces.Discrete(3), candidates=2, propose=lambda *_: [0, 1, 2])
-    crowd.reset(seed=0)
-    with pytest.raises(ValueError, match="propose returned 3 actions, expected at most 1"):
-        crowd.step(np.zeros(1))
+    for space in (spaces.Discrete(3), spaces.Box(-np.inf, np.inf, (1,))):
+        with pytest.raises(ValueError, match="noise needs a Box with bounds"):
+            wrapped(space, 4)
+    wrapped(spaces.Discrete(3), lambda observation, action, random: [0, 1, 2])
 
 
 def test_a_problem_without_a_horizon_is_refused_and_says_what_to_do():
@@ -361,7 +350,8 @@ def test_too_many_rollouts_that_diverge_are_nan_with_their_number():
             Ledge(), question, settings=SearchSettings(rollouts=30), reward_weight=1.0, **words
         )
         env.reset(seed=0)
-        env._scorer = replace(env._scorer, disturbance=diverging(count))
+        env._disturbance = diverging(count)
+        env._safest = replace(env._safest, disturbance=env._disturbance)
         return env.step(np.array([0.0]))
 
     _, _, _, _, info = stepped(1)
@@ -369,6 +359,6 @@ def test_too_many_rollouts_that_diverge_are_nan_with_their_number():
     _, reward, _, _, info = stepped(2)
     assert info["capture"]["diverged"] == 2 and np.isnan(info["capture"]["score"])
     assert np.isnan(info["capture"]["low"]) and np.isfinite(reward)
-    _, _, _, _, info = stepped(2, action_filter=gym.ActionFilter(candidates=2))
+    _, _, _, _, info = stepped(2, candidates=1)
     assert info["filter"]["diverged"] == 2 and info["filter"]["chosen"] == 0
     assert np.isnan(info["filter"]["probabilities"]).all()

@@ -7,7 +7,7 @@ import pytest
 
 import energymargin as em
 from energymargin.datasets import Future
-from energymargin.gym.scores import Scorer
+from energymargin.gym.wrapper import score_of
 from energymargin.monitor import Monitor
 from energymargin.report.worst import SearchRepeater
 from energymargin.searches import SearchSettings, metric_search, value_of
@@ -71,7 +71,7 @@ def test_store_viewer_report_and_gym_give_the_same_bits(dataset, tmp_path, metri
     problem = dataset.problems([0], future=future)[0]
     repeater = SearchRepeater(dataset, SETTINGS.all(), future)
     assert {m: repeater.repeat(0, m).score for m in metrics} == stored
-    gym = {m: Scorer(m, SETTINGS, None, 2).tell(problem, SETTINGS.seed)["score"] for m in metrics}
+    gym = {m: score_of(problem, m, SETTINGS, threads=2)["score"] for m in metrics}
     assert gym == stored
     page = on_the_page(dataset, tmp_path / "s.db")
     assert {m: page[m] for m in metrics} == stored

@@ -1,11 +1,10 @@
 """Choose, shape and guard actions by the margin."""
 
 from energymargin.actions.along_plan import Along, Moment, along
-from energymargin.actions.decisions import Decision, GuardCounters
-from energymargin.actions.guard import Candidates, Guard, ProblemOfAction
+from energymargin.actions.choosing import Candidates, Noise
+from energymargin.actions.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.actions.improved import Generation, Improvement
 from energymargin.actions.improvement import improve
-from energymargin.actions.noise import Noise
 from energymargin.actions.ranking import Ranking, Standing, rank
 
 __all__ = [

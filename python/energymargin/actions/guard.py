@@ -2,47 +2,101 @@
 
 from __future__ import annotations
 
-import inspect
 import logging
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin import disturbances
-from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
-from energymargin.actions.choosing import check_confidence, choose, share_of
-from energymargin.actions.decisions import Decision, GuardCounters, Reason, Source
+from energymargin._core import Cancel, Cancelled, Problem
+from energymargin.actions.choosing import (
+    Candidates,
+    Choice,
+    SafestAction,
+    candidates_of,
+    check_confidence,
+    require_finite,
+)
+from energymargin.actions.trials import check_disturbance
 from energymargin.arguments import shown
-from energymargin.checks import not_negative_number, one_of, whole_number
+from energymargin.checks import function_of, not_negative_number, one_of
 from energymargin.closing import Closing
-from energymargin.divergence import ANY
 from energymargin.executors.threads import thread_count
 from energymargin.monitor import Monitor, Reading
-from energymargin.searches import SearchSettings, metric_search
+from energymargin.reprs import short_repr
+from energymargin.searches import SearchSettings
 
-__all__ = ["Candidates", "Guard", "ProblemOfAction"]
+__all__ = ["Decision", "Guard", "GuardCounters", "ProblemOfAction"]
 
+Source = Literal["policy", "candidate", "fallback"]
+Reason = Literal["fine", "alarm", "unknown"]
 UNKNOWN = ("fallback", "ask", "policy")
 
 ProblemOfAction = Callable[[float, NDArray[np.float64], Any], Problem]
 """Called with (time, state, action); returns the problem at that state in which the robot takes
 that action first."""
-Candidates = Callable[[Any, Any, np.random.Generator], Iterable[Any]]
-"""Called with (observation, action, random); returns actions beside the policy's."""
 
 _log = logging.getLogger("energymargin.actions.guard")
-_NONE = np.zeros(0)
 
 
-class _Moment(NamedTuple):
-    """When a call decides, and on what."""
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """One decision of a guard."""
+
+    __repr__ = short_repr
 
     time: float
+    """Of the state [s]."""
+    source: Source
+    """Whose action it is."""
     reason: Reason
-    reading: Reading | None
+    """Why: the alarm is off ("fine") or on ("alarm"), or the margin is "unknown": no reading, one
+    without a value, or one too old; or the policy's action is not finite."""
+    action: Any = field(repr=False)
+    """The action that the guard returned."""
+    reading: Reading | None = field(repr=False)
+    """The monitor's, on which it was decided; None if there was none yet."""
+    probabilities: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0), repr=False)
+    """Of the policy's action, the candidates, and last the fallback's if there is one; NaN of those
+    that were not asked, or of which too many rollouts diverged. Shape (k,), (0,) if none was
+    asked."""
+    rollouts: int = 0
+    """Spent on the actions, without the monitor's."""
+    diverged: int = 0
+    """Of these, those that diverged and do not count."""
+    error: Exception | None = None
+    """Why the actions have no probabilities, or what of the policy's action is not finite."""
+
+
+class GuardCounters(NamedTuple):
+    """Decisions since the guard began."""
+
+    decisions: int
+    policy: int
+    """By source: the policy's action was taken."""
+    candidate: int
+    fallback: int
+    alarm: int
+    """By reason: the alarm was on."""
+    unknown: int
+    rollouts: int
+    """Spent on actions, without the monitor's."""
+
+    def after(self, decision: Decision) -> GuardCounters:
+        """With one decision more."""
+        return GuardCounters(
+            self.decisions + 1,
+            self.policy + (decision.source == "policy"),
+            self.candidate + (decision.source == "candidate"),
+            self.fallback + (decision.source == "fallback"),
+            self.alarm + (decision.reason == "alarm"),
+            self.unknown + (decision.reason == "unknown"),
+            self.rollouts + decision.rollouts,
+        )
 
 
 class Guard(Closing):
@@ -117,55 +171,44 @@ class Guard(Closing):
         If `candidates`, `problem_of` or its score fails, the fallback is taken and `last.error`
         says why; without a fallback the error is raised. Raises ValueError on bad arguments.
         """
-        self._policy = _function("policy", policy, "observation")
-        self._monitor = _with_alarm(monitor)
-        self._fallback = (
-            None if fallback is None else _function("fallback", fallback, "observation")
-        )
-        self._problem_of = (
-            None
-            if problem_of is None
-            else _function("problem_of", problem_of, "time", "state", "action")
-        )
-        if problem_of is None and (fallback is None or candidates is not None):
-            raise ValueError(
-                "problem_of is None, expected a function (time, state, action), or a fallback and "
-                "no candidates"
+        self._policy = function_of("policy", policy, "observation")
+        if not isinstance(monitor, Monitor):
+            raise ValueError(f"monitor is {monitor!r}, expected an em.Monitor")
+        if monitor.rule is None:
+            raise ValueError("monitor has no alarm, expected one with alarm=")
+        self._monitor = monitor
+        self._fallback = None
+        if fallback is not None:
+            self._fallback = function_of("fallback", fallback, "observation")
+        self._problem_of = None
+        if problem_of is not None:
+            self._problem_of = function_of("problem_of", problem_of, "time", "state", "action")
+        self._candidates = None
+        if candidates is not None:
+            self._candidates = function_of(
+                "candidates", candidates, "observation", "action", "random"
             )
-        self._candidates = (
-            None
-            if candidates is None
-            else _function("candidates", candidates, "observation", "action", "random")
-        )
         if candidates is None and fallback is None:
             raise ValueError("candidates and fallback are None, expected one of them at least")
         check_confidence(confidence)
-        self._confidence = float(confidence)
-        self._least = not_negative_number("least", least)
-        if self._least > 1:
+        if not_negative_number("least", least) > 1:
             raise ValueError(f"least is {least!r}, expected a probability, from 0 to 1")
-        if self._least and fallback is None:
+        if least and fallback is None:
             raise ValueError(f"least is {least!r} without a fallback, expected 0 or a fallback")
-        if self._least and problem_of is None:
-            raise ValueError(f"least is {least!r} without problem_of, expected 0 or a problem_of")
         self._stale = None if stale is None else not_negative_number("stale", stale)
         self._unknown = _checked_unknown(unknown, fallback)
-        if problem_of is None and self._unknown == "ask":
-            raise ValueError("unknown is 'ask' without problem_of, expected 'fallback' or 'policy'")
-        self._rollouts = whole_number("rollouts", rollouts, 1)
-        if disturbance is not None and problem_of is None:
-            raise ValueError(
-                f"disturbance is {shown(disturbance)} without problem_of, expected None or a "
-                "problem_of"
-            )
-        self._disturbance = _checked_disturbance(disturbance)
-        self._seed = whole_number("seed", seed, 0, 2**64 - 1)
-        self._threads = thread_count(threads)
-        self._on_decision = (
-            None if on_decision is None else _function("on_decision", on_decision, "decision")
-        )
-        self._random = np.random.default_rng(self._seed)
+        check_disturbance(disturbance)
+        if problem_of is None:
+            _require_nothing_asked(candidates, least, disturbance, self._unknown)
+        self._settings = SearchSettings(rollouts=rollouts, seed=seed)
         self._cancel = Cancel()
+        self._safest = SafestAction(
+            self._settings, disturbance, confidence, least, thread_count(threads), self._cancel
+        )
+        self._on_decision = None
+        if on_decision is not None:
+            self._on_decision = function_of("on_decision", on_decision, "decision")
+        self._random = np.random.default_rng(self._settings.seed)
         self._last: Decision | None = None
         self._counters = GuardCounters(0, 0, 0, 0, 0, 0, 0)
 
@@ -190,23 +233,11 @@ class Guard(Closing):
         Raises ValueError on a state that is no vector, a time that does not rise (`reset` begins
         anew), or an action that is not finite, RuntimeError once the guard is closed.
         """
-        seconds = _checked_time(time)
-        self._monitor.push(seconds, state)
+        self._monitor.push(time, state)
         if self._stale is None:
             self._monitor.wait()
         action = self._policy(observation)
-        reading = self._monitor.latest
-        now = _Moment(seconds, self._reason(seconds, reading), reading)
-        fault = _not_finite("policy", action)
-        if fault is not None:
-            decision = self._without_policy(observation, now, fault)
-        elif now.reason == "fine" or (now.reason == "unknown" and self._unknown == "policy"):
-            decision = Decision(seconds, "policy", now.reason, action, reading, _NONE)
-        elif self._problem_of is None or (now.reason == "unknown" and self._unknown == "fallback"):
-            taken = self._fallback_action(observation)
-            decision = Decision(seconds, "fallback", now.reason, taken, reading, _NONE)
-        else:
-            decision = self._asked(observation, action, now, np.array(state, dtype=float))
+        decision = self._decided(float(time), np.array(state, dtype=float), observation, action)
         self._last = decision
         self._counters = self._counters.after(decision)
         if self._on_decision is not None:
@@ -216,8 +247,8 @@ class Guard(Closing):
     def reset(self, seed: int | None = None) -> None:
         """A new trajectory begins, with another seed if one is given; counters go on."""
         if seed is not None:
-            self._seed = whole_number("seed", seed, 0, 2**64 - 1)
-        self._random = np.random.default_rng(self._seed)
+            self._settings = SearchSettings(rollouts=self._settings.rollouts, seed=seed)
+        self._random = np.random.default_rng(self._settings.seed)
         self._last = None
         self._monitor.reset()
 
@@ -226,99 +257,65 @@ class Guard(Closing):
         self._cancel.set()
         self._monitor.close()
 
+    def _decided(
+        self, time: float, state: NDArray[np.float64], observation: Any, action: Any
+    ) -> Decision:
+        reading = self._monitor.latest
+        reason = self._reason(time, reading)
+        decision = partial(Decision, time, reading=reading)
+        try:
+            require_finite("policy", action)
+        except ValueError as error:
+            if self._fallback is None:
+                raise
+            _log.warning("at %g s: %s", time, error)
+            taken = self._fallback_action(observation)
+            return decision("fallback", "unknown", taken, error=error)
+        what = self._unknown if reason == "unknown" else "ask"
+        if reason == "fine" or what == "policy":
+            return decision("policy", reason, action)
+        others = [] if self._fallback is None else [self._fallback_action(observation)]
+        if self._problem_of is None or what == "fallback":
+            return decision("fallback", reason, *others)
+        try:
+            actions = [
+                action,
+                *candidates_of(self._candidates, observation, action, self._random),
+                *others,
+            ]
+            choice = self._choice(time, state, actions)
+        except (Cancelled, MemoryError):
+            raise
+        except Exception as error:
+            if not others:
+                raise
+            _log.warning("the actions at %g s have no probabilities: %s", time, error)
+            return decision("fallback", reason, *others, error=error)
+        return decision(
+            self._source(choice.number, len(actions)),
+            reason,
+            actions[choice.number],
+            probabilities=choice.probabilities,
+            rollouts=choice.rollouts,
+            diverged=choice.diverged,
+        )
+
     def _reason(self, time: float, reading: Reading | None) -> Reason:
         oldest = time - (self._stale or 0.0)
         if reading is None or math.isnan(reading.value) or reading.time < oldest:
             return "unknown"
         return "alarm" if reading.alarm else "fine"
 
-    def _without_policy(self, observation: Any, now: _Moment, fault: ValueError) -> Decision:
-        """The fallback in place of a policy's action that is not finite."""
-        if self._fallback is None:
-            raise fault
-        _log.warning("at %g s: %s", now.time, fault)
-        taken = self._fallback_action(observation)
-        return Decision(now.time, "fallback", "unknown", taken, now.reading, _NONE, error=fault)
-
-    def _asked(
-        self, observation: Any, action: Any, now: _Moment, state: NDArray[np.float64]
-    ) -> Decision:
-        """The decision among the policy's action, the candidates, and last the fallback's."""
-        last = [] if self._fallback is None else [self._fallback_action(observation)]
-        try:
-            actions = [action, *self._others(observation, action), *last]
-            number, probabilities, asked = self._safest(now.time, state, actions)
-        except (Cancelled, MemoryError):
-            raise
-        except Exception as error:
-            if not last:
-                raise
-            _log.warning("the actions at %g s have no probabilities: %s", now.time, error)
-            return Decision(
-                *(now.time, "fallback", now.reason, last[0], now.reading, _NONE), error=error
-            )
-        source = self._source(number, len(actions))
-        return Decision(
-            *(now.time, source, now.reason, actions[number], now.reading),
-            *(probabilities, self._rollouts * len(asked)),
-            diverged=sum(found.diverged for found in asked),
-        )
-
-    def _others(self, observation: Any, action: Any) -> list[Any]:
-        """The candidates."""
-        if self._candidates is None:
-            return []
-        returned = self._candidates(observation, action, self._random)
-        try:
-            iterator = iter(returned)
-        except TypeError as error:
-            raise ValueError(
-                f"candidates returned {shown(returned)}, expected actions, such as a list of them"
-            ) from error
-        others = list(iterator)
-        for other in others:
-            fault = _not_finite("candidates", other)
-            if fault is not None:
-                raise fault
-        return others
-
-    def _safest(
-        self, time: float, state: NDArray[np.float64], actions: list[Any]
-    ) -> tuple[int, NDArray[np.float64], list[CaptureProbability]]:
-        """The number of the action to take, the probabilities of all, and those that were asked."""
-        seed = int(self._random.integers(2**63))
+    def _choice(self, time: float, state: NDArray[np.float64], actions: list[Any]) -> Choice:
+        """Among the policy's action, the candidates, and last the fallback's."""
         problem_of = self._problem_of
         assert problem_of is not None  # without it no action is asked
-
-        asked: dict[int, CaptureProbability] = {}
-
-        def probability(number: int) -> CaptureProbability:
-            if number in asked:
-                return asked[number]
-            found: CaptureProbability = metric_search(
-                problem_of(time, state, actions[number]),
-                "probability",
-                SearchSettings(rollouts=self._rollouts, seed=seed),
-                disturbance=self._disturbance,
-                threads=self._threads,
-                undisturbed=False,
-                most_diverged=ANY,
-                cancel=self._cancel,
-            )
-            if not found.complete:
-                raise Cancelled("the guard was closed")
-            asked[number] = found
-            return found
-
-        choice = choose(len(actions), probability, self._confidence)
-        number, probabilities = choice.number, choice.probabilities
-        if not probabilities[number] >= self._least:  # also where it is unknown
-            probabilities = np.array([share_of(probability(k)) for k in range(len(actions))])
-            known = np.nan_to_num(probabilities, nan=-1.0)
-            number = int(np.argmax(known))
-            if known[number] < self._least:
-                number = 0 if self._fallback is None else len(actions) - 1
-        return number, probabilities, list(asked.values())
+        return self._safest.of(
+            len(actions),
+            lambda number: problem_of(time, state, actions[number]),
+            seed=int(self._random.integers(2**63)),
+            otherwise=0 if self._fallback is None else len(actions) - 1,
+        )
 
     def _source(self, number: int, count: int) -> Source:
         if number == 0:
@@ -329,67 +326,26 @@ class Guard(Closing):
     def _fallback_action(self, observation: Any) -> Any:
         assert self._fallback is not None  # "fallback" is refused without one
         action = self._fallback(observation)
-        fault = _not_finite("fallback", action)
-        if fault is not None:
-            raise fault
+        require_finite("fallback", action)
         return action
 
 
-def _function(name: str, value: Any, *arguments: str) -> Any:
-    """The value; ValueError unless it is called with so many arguments."""
-    expected = f"expected a function ({', '.join(arguments)})"
-    if not callable(value):
-        raise ValueError(f"{name} is {value!r}, {expected}")
-    try:
-        signature = inspect.signature(value)
-    except (TypeError, ValueError):  # of some compiled functions
-        return value
-    try:
-        signature.bind(*arguments)
-    except TypeError as error:
-        raise ValueError(f"{name} takes {signature}, {expected}") from error
-    return value
-
-
-def _with_alarm(monitor: Monitor) -> Monitor:
-    if not isinstance(monitor, Monitor):
-        raise ValueError(f"monitor is {monitor!r}, expected an em.Monitor")
-    if monitor.rule is None:
-        raise ValueError("monitor has no alarm, expected one with alarm=")
-    return monitor
-
-
-def _checked_time(time: float) -> float:
-    try:
-        finite = math.isfinite(time)
-    except TypeError:
-        finite = False
-    if not finite:
-        raise ValueError(f"time is {shown(time)}, expected a finite number")
-    return float(time)
-
-
-def _not_finite(name: str, action: Any) -> ValueError | None:
-    """The fault of a float, or an array of floats, with NaN or infinity."""
-    if not isinstance(action, (float, np.floating, np.ndarray)):
-        return None
-    numbers = np.asarray(action)
-    if numbers.dtype.kind != "f" or np.isfinite(numbers).all():
-        return None
-    return ValueError(f"an action of {name} is {shown(action)}, expected finite numbers")
-
-
-def _checked_disturbance(disturbance: Any) -> Any:
-    if disturbance is None:
-        return disturbances.Uniform()
-    if isinstance(disturbance, disturbances.Disturbance):
-        return disturbance
-    if not callable(disturbance) or isinstance(disturbance, type):
-        raise ValueError(
-            f"disturbance is {shown(disturbance)}, expected a model of em.disturbances or a "
-            "function (random, times)"
-        )
-    return _function("disturbance", disturbance, "random", "times")
+def _require_nothing_asked(
+    candidates: Candidates | None, least: float, disturbance: Any, unknown: str
+) -> None:
+    """Raises ValueError on an argument that is of no use where no action is asked."""
+    of_no_use = {
+        "candidates": candidates,
+        "least": least or None,
+        "disturbance": disturbance,
+        "unknown": "ask" if unknown == "ask" else None,
+    }
+    for name, value in of_no_use.items():
+        if value is not None:
+            raise ValueError(
+                f"{name} is {shown(value)} without problem_of, expected a function (time, state, "
+                "action) too"
+            )
 
 
 def _checked_unknown(unknown: str | None, fallback: object) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, CaptureProbability, EscapeEffort, Problem
 from energymargin.arguments import shown
-from energymargin.checks import one_of, whole_number
+from energymargin.checks import function_of, one_of, whole_number
 from energymargin.closing import Closing
 from energymargin.divergence import ANY
 from energymargin.executors import Executor, Threads
@@ -28,7 +28,16 @@ from energymargin.reprs import short_repr
 from energymargin.results import collect
 from energymargin.searches import SEARCHES, Search, SearchSettings, metric_search
 
-__all__ = ["EFFORT", "OBJECTIVES", "Draws", "Question", "Runner", "Trial", "Trials"]
+__all__ = [
+    "EFFORT",
+    "OBJECTIVES",
+    "Draws",
+    "Question",
+    "Runner",
+    "Trial",
+    "Trials",
+    "check_disturbance",
+]
 
 OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
@@ -60,7 +69,12 @@ class Question:
     def __post_init__(self) -> None:
         """Checks it."""
         one_of("metric", self.metric, OBJECTIVES)
-        _check_disturbance(self.disturbance)
+        check_disturbance(self.disturbance)
+        if isinstance(self.disturbance, disturbances.Boltzmann):
+            raise ValueError(
+                f"disturbance is {self.disturbance!r}, whose draws have weights, expected another "
+                "model: draws are compared one by one"
+            )
         if self.is_effort and self.disturbance is not None:
             raise ValueError(
                 f"disturbance is {shown(self.disturbance)} with the metric {self.metric!r}, "
@@ -93,18 +107,16 @@ class Question:
             raise ValueError(f"{name} is without a success set, expected one with: succeeded=...")
 
 
-def _check_disturbance(disturbance: Any) -> None:
-    if isinstance(disturbance, disturbances.Boltzmann):
-        raise ValueError(
-            f"disturbance is {disturbance!r}, whose draws have weights, expected another model: "
-            "draws are compared one by one"
-        )
-    known = (disturbances.Uniform, disturbances.Gaussian, disturbances.OfPlan)
-    if not (disturbance is None or isinstance(disturbance, known) or callable(disturbance)):
+def check_disturbance(disturbance: Any) -> None:
+    """Raises ValueError unless it is a model, a function (random, times), or None."""
+    if disturbance is None or isinstance(disturbance, disturbances.Disturbance):
+        return
+    if not callable(disturbance) or isinstance(disturbance, type):
         raise ValueError(
             f"disturbance is {shown(disturbance)}, expected a model of em.disturbances, a function "
             "(random, times), or None"
         )
+    function_of("disturbance", disturbance, "random", "times")
 
 
 @dataclass(frozen=True)

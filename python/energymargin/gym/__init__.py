@@ -11,15 +11,16 @@ except ImportError as error:
     raise ImportError("em.gym needs gymnasium: pip install 'energymargin[gym]'") from error
 
 from energymargin.gym.channels import CHANNELS, Channel
-from energymargin.gym.environment import TaskEnv
-from energymargin.gym.filters import ActionFilter
-from energymargin.gym.questions import ScriptedFuture, present
-from energymargin.gym.registration import register_environments
+from energymargin.gym.environment import (
+    ScriptedFuture,
+    TaskEnv,
+    present,
+    register_environments,
+)
 from energymargin.gym.wrapper import CaptureWrapper
 
 __all__ = [
     "CHANNELS",
-    "ActionFilter",
     "CaptureWrapper",
     "Channel",
     "ScriptedFuture",

@@ -7,7 +7,8 @@ of the task's own trajectories: `reset(seed=3)` starts as `task.rollout(seed=3)`
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -18,15 +19,19 @@ from energymargin import tasks
 from energymargin._core import Problem, World
 from energymargin.checks import one_of, positive_number
 from energymargin.gym.channels import CHANNELS, Channel, acted, action_of, planned
-from energymargin.gym.pictures import picture
 from energymargin.plans import control_period, nearest_steps, whole_steps
 from energymargin.tasks.base import Params, Regions
 from energymargin.tasks.scripted import Drive, ScriptedTask
 
-__all__ = ["CONTROL_STEP", "PATIENCE", "TaskEnv"]
+if TYPE_CHECKING:
+    from energymargin.outlines import Plan as View
+
+__all__ = ["ScriptedFuture", "TaskEnv", "present", "register_environments"]
 
 CONTROL_STEP = 10 / 240  # s; ten steps of the simulation, 24 Hz
 PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as that
+DPI = 100
+DETAIL = 80  # cells of the sets in a picture; a film needs no more
 
 Array = NDArray[np.float64]
 
@@ -183,7 +188,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
                 record=[0, self.task.steps],
             )
             self._seen = np.array(whole.states)
-        return picture(self.present(), self.task.plane, self._seen, f"{self.time:.2f} s")
+        return _picture(self.present(), self.task.plane, self._seen, f"{self.time:.2f} s")
 
     def _begin(self, random: np.random.Generator) -> None:
         """An episode, drawn in the order of `ScriptedTask.rollout`, so that seeds agree."""
@@ -230,6 +235,80 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         """Of each object, or of all together."""
         by_object = sets.values() if isinstance(sets, dict) else [sets]
         return [bool(region.contains(self._world.scene, self.state)) for region in by_object]
+
+
+@dataclass(frozen=True)
+class ScriptedFuture:
+    """Does it stay captured over a horizon, while the robot follows the task's script?
+
+    For environments of `TaskEnv`. With an action the robot holds that first: the question of a
+    filter. Raises ValueError when it is asked about another environment.
+    """
+
+    horizon: float = 0.5
+    """[s]"""
+    hold: float | None = None
+    """For how long the action is held [s]; None: for a control step."""
+
+    def __call__(self, env: gymnasium.Env[Any, Any], action: Array | None = None) -> Problem:
+        """The problem of the state that the environment is in."""
+        return _task_env(env).future(self.horizon, action, self.hold)
+
+
+def present(env: gymnasium.Env[Any, Any]) -> Problem:
+    """The question without a clock, for the capture score, efforts and the force score.
+
+    For environments of `TaskEnv`; raises ValueError on another.
+    """
+    return _task_env(env).present()
+
+
+def register_environments() -> None:
+    """`EnergyMarginPush-v0` and the others, one for each task with channels; once."""
+    for name in CHANNELS:
+        identifier = f"EnergyMargin{name.title().replace('-', '')}-v0"
+        if identifier not in gymnasium.registry:
+            gymnasium.register(
+                identifier,
+                entry_point="energymargin.gym.environment:TaskEnv",
+                kwargs={"task": name},
+            )
+
+
+def _task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
+    inner = env.unwrapped
+    if not isinstance(inner, TaskEnv):
+        raise ValueError(
+            f"env is {env}, expected one of energymargin; for another write problem_of(env), "
+            "which returns a Problem of its state"
+        )
+    return inner
+
+
+def _picture(problem: Problem, plane: View, seen: Array, title: str) -> NDArray[np.uint8]:
+    """The bodies and sets of a problem in a plane, shape (height, width, 3).
+
+    The view is that of the states `seen`, shape (K, n). Raises ImportError without matplotlib.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from energymargin.outlines import view_of
+    from energymargin.plots import plot_state
+
+    figure = Figure(figsize=(6.0, 5.0), dpi=DPI)
+    canvas: Any = FigureCanvasAgg(figure)
+    ax = figure.add_subplot()
+    plot_state(
+        problem,
+        ax=ax,
+        plane=plane,
+        limits=view_of(problem.scene, seen, plane, around=0.25),
+        detail=DETAIL,
+    )
+    ax.set_title(title, fontsize=10)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
 def _scripted(task: str | ScriptedTask, parameters: dict[str, Any]) -> ScriptedTask:

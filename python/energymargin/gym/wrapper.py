@@ -6,26 +6,39 @@ that `env` is in now. Everything else follows from it.
 
 from __future__ import annotations
 
-import inspect
+from dataclasses import replace
+from math import nan
 from typing import Any, Literal, Protocol, TypeVar
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 
-from energymargin._core import CaptureProbability, Problem
-from energymargin.actions.choosing import Choice, choose
-from energymargin.checks import one_of, whole_number
-from energymargin.gym.filters import ActionFilter
-from energymargin.gym.scores import Disturbance, Scorer
-from energymargin.metrics import is_likelihood
-from energymargin.searches import SearchSettings
+from energymargin._core import Problem
+from energymargin.actions.choosing import (
+    Candidates,
+    Choice,
+    Noise,
+    SafestAction,
+    candidates_of,
+    check_confidence,
+)
+from energymargin.checks import function_of, one_of, whole_number
+from energymargin.disturbances import Disturbance
+from energymargin.divergence import ANY, is_unknown
+from energymargin.metrics import TIMED, check_metrics, is_likelihood
+from energymargin.searches import SearchSettings, chosen_metrics, metric_search, value_of
 
-__all__ = ["SHAPINGS", "CaptureWrapper", "ProblemOf", "Shaping"]
+__all__ = ["SHAPINGS", "CaptureWrapper", "ProblemOf", "Shaping", "score_of"]
 
 Shaping = Literal["potential", "additive"]
 SHAPINGS = ("potential", "additive")
 OWN_STREAM = 0x636170747572  # so that the wrapper's draws are not the environment's
+SPREAD = (
+    0.25  # of noise, as a share of the distance from the middle of the action space to its bounds
+)
+SIDES = {"probability": "captured", "probability/success": "success", "probability/any": "any"}
 
 ObsType = TypeVar("ObsType")
 ActType = TypeVar("ActType")
@@ -48,7 +61,7 @@ class CaptureWrapper(
     `info["capture"]` of `reset` and `step` has "score" and, of a probability, "low" and "high", its
     95 % interval, and "diverged", how many of its rollouts diverged and do not count. "score" is
     NaN where `problem_of` returned None, and where more than one rollout and more than 1 % of them
-    diverged; the reward takes it as 0. With a filter `info["filter"]` of `step` has "chosen", the
+    diverged; the reward takes it as 0. With candidates `info["filter"]` of `step` has "chosen", the
     number of the candidate that was taken (0 is the policy's action), "changed", "probabilities"
     of the candidates, NaN of those that were not asked or whose rollouts diverged, and "diverged",
     how many of all did. `last_action` is the action that was taken.
@@ -68,7 +81,8 @@ class CaptureWrapper(
         reward_weight: float = 0.0,
         shaping: Shaping = "potential",
         discount: float = 0.99,
-        action_filter: ActionFilter | None = None,
+        candidates: Candidates | int | None = None,
+        confidence: float = 0.95,
         threads: int = 1,
     ) -> None:
         """Wraps an environment.
@@ -77,11 +91,11 @@ class CaptureWrapper(
             env: the environment.
             problem_of: a function of the environment that returns the Problem at the state that it
                 is in, with a horizon for probabilities, or None where there is nothing to ask. It
-                must not change the environment. With a filter it is also called with an action, as
-                `problem_of(env, action)`: the problem at the same state, whose plan has the robot
-                take that action first; with None the action is not filtered.
+                must not change the environment. With candidates it is also called with an action,
+                as `problem_of(env, action)`: the problem at the same state, whose plan has the
+                robot take that action first; with None the policy's action is taken.
             metric: of the score, one of those of `em.score`; None: no score.
-            settings: rollouts, nodes, strength of the disturbance and so on of score and filter;
+            settings: rollouts, nodes, strength of the disturbance and so on of score and choice;
                 its seed is not used. None is SearchSettings().
             disturbance: of probabilities, in place of that of the settings.
             reward_weight: w, of the score in the reward; 0 leaves the reward alone.
@@ -90,11 +104,15 @@ class CaptureWrapper(
                 policies stay optimal (Ng, Harada and Russell 1999). "additive", w x score of the
                 new state is added: the score is an aim of its own.
             discount: gamma of the agent that learns, for "potential".
-            action_filter: how actions are filtered; None: they are not.
+            candidates: the safest of the policy's action and of others is taken: a function
+                (observation, action, random) that returns them, such as em.actions.Noise, or how
+                many are drawn with noise of a quarter of the way from the middle of the action
+                space to its bounds. None: the policy's action is taken.
+            confidence: with which another action has to be better than the policy's.
             threads: of rollouts and searches; results do not depend on them.
 
         Raises ValueError on a bad argument: a metric that is no likelihood in the reward, a
-        `problem_of` that takes no action with a filter.
+        `problem_of` that takes no action with candidates.
         """
         RecordConstructorArgs.__init__(
             self,
@@ -106,23 +124,27 @@ class CaptureWrapper(
             reward_weight=reward_weight,
             shaping=shaping,
             discount=discount,
-            action_filter=action_filter,
+            candidates=candidates,
+            confidence=confidence,
             threads=threads,
         )
         super().__init__(env)
-        _check_problem_of(problem_of, action_filter)
-        self._problem_of: Any = problem_of
-        self._told = metric is not None
+        self._problem_of: Any = function_of("problem_of", problem_of, "env")
+        if candidates is not None:
+            function_of("problem_of", problem_of, "env", "action")
+        check_metrics([metric or "probability"])
+        self._metric = metric
         self._weight = _checked_weight(reward_weight, metric)
         self._shaping = one_of("shaping", shaping, SHAPINGS)
         self._discount = _share("discount", discount)
-        chosen = SearchSettings() if settings is None else settings
-        workers = whole_number("threads", threads, 1)
-        self._scorer = Scorer(metric or "probability", chosen, disturbance, workers)
-        self._filter = action_filter
-        if action_filter is not None:
-            action_filter.check(env.action_space)
+        self._settings = SearchSettings() if settings is None else settings
+        self._disturbance = disturbance
+        self._threads = whole_number("threads", threads, 1)
+        self._candidates = _candidates(candidates, env.action_space)
+        check_confidence(confidence)
+        self._safest = SafestAction(self._settings, disturbance, confidence, threads=self._threads)
         self._random: np.random.Generator | None = None
+        self._observation: ObsType | None = None
         self._potential = 0.0
         self.last_action: ActType | None = None
 
@@ -135,17 +157,18 @@ class CaptureWrapper(
             known = self.env.np_random_seed
             own = known if seed is None and known is not None and known >= 0 else seed
             self._random = np.random.default_rng(None if own is None else [own, OWN_STREAM])
-        self.last_action = None
+        self.last_action, self._observation = None, observation
         told = self._score()
         self._potential = _potential(told)
         return observation, {**info, **told}
 
     def step(self, action: ActType) -> tuple[ObsType, Any, bool, bool, dict[str, Any]]:
-        """Takes the action, or the one that the filter prefers, and scores the new state."""
+        """Takes the action, or a safer candidate, and scores the new state."""
         self._drawing()
         chosen, filtered = self._filtered(action)
         self.last_action = chosen
         observation, reward, terminated, truncated, info = self.env.step(chosen)
+        self._observation = observation
         told = self._score()
         if self._weight:
             reward = float(reward) + self._weight * self._bonus(told, terminated)
@@ -160,38 +183,39 @@ class CaptureWrapper(
 
     def _score(self) -> dict[str, Any]:
         """The state's score, for `info`."""
-        if not self._told:
+        if self._metric is None:
             return {}
         problem = self._problem_of(self.env)
         if problem is None:
-            return {"capture": {"score": float("nan")}}
-        return {"capture": self._scorer.tell(problem, self._seed())}
+            return {"capture": {"score": nan}}
+        settings = replace(self._settings, seed=self._seed())
+        return {
+            "capture": score_of(problem, self._metric, settings, self._disturbance, self._threads)
+        }
 
     def _filtered(self, action: ActType) -> tuple[ActType, dict[str, Any]]:
         """The action to take, and how it was chosen, for `info`."""
-        if self._filter is None:
+        if self._candidates is None:
             return action, {}
-        others = self._filter.others(self.env, action, self._drawing())
-        candidates, seed = [action, *others], self._seed()
+        others = candidates_of(self._candidates, self._observation, action, self._drawing())
+        actions, seed = [action, *others], self._seed()
         problem = self._problem_of(self.env, action)
-        asked: dict[int, CaptureProbability] = {}
-
-        def probability(number: int) -> CaptureProbability:
-            own = problem if number == 0 else self._problem_of(self.env, candidates[number])
-            asked[number] = self._scorer.probability(own, seed)
-            return asked[number]
-
         if problem is None:
-            choice = Choice(0, np.full(len(candidates), np.nan))
+            choice = Choice(0, np.full(len(actions), nan))
         else:
-            choice = choose(len(candidates), probability, self._filter.confidence)
+
+            def problem_of(number: int) -> Problem:
+                asked: Problem = self._problem_of(self.env, actions[number]) if number else problem
+                return asked
+
+            choice = self._safest.of(len(actions), problem_of, seed)
         told = {
             "chosen": choice.number,
             "changed": choice.number > 0,
             "probabilities": choice.probabilities,
-            "diverged": sum(found.diverged for found in asked.values()),
+            "diverged": choice.diverged,
         }
-        return candidates[choice.number], {"filter": told}
+        return actions[choice.number], {"filter": told}
 
     def _seed(self) -> int:
         return int(self._drawing().integers(2**63))
@@ -208,23 +232,59 @@ def _potential(told: dict[str, Any]) -> float:
     return 0.0 if np.isnan(value) else float(value)
 
 
-def _check_problem_of(problem_of: Any, action_filter: ActionFilter | None) -> None:
-    if not callable(problem_of):
-        raise ValueError(f"problem_of is {problem_of!r}, expected a function of an environment")
-    try:
-        signature = inspect.signature(problem_of)
-    except (TypeError, ValueError):  # of some compiled functions
-        return
-    words = "env" if action_filter is None else "env, action"
-    try:
-        signature.bind("env")
-        if action_filter is not None:
-            signature.bind("env", "action")
-    except TypeError as error:
+def score_of(
+    problem: Problem,
+    metric: str,
+    settings: SearchSettings,
+    disturbance: Disturbance | None = None,
+    threads: int = 1,
+) -> dict[str, float]:
+    """ "score" and, of a probability, "low" and "high", the ends of its 95 % interval, and
+    "diverged", how many of its rollouts diverged; NaN but for that one if too many did.
+
+    Raises ValueError on a problem that lacks what the metric asks about.
+    """
+    chosen_metrics([problem], [metric])
+    settings = replace(settings, common_random_numbers=True)
+    if metric not in TIMED:
+        found = metric_search(problem, metric, settings, 0, threads=threads)
+        return {"score": value_of(metric, found)}
+    found = metric_search(
+        problem,
+        metric,
+        settings,
+        disturbance=disturbance,
+        threads=threads,
+        undisturbed=False,
+        most_diverged=ANY,
+    )
+    if is_unknown(found):
+        return {**dict.fromkeys(("score", "low", "high"), nan), "diverged": found.diverged}
+    low, high = found.interval(which=SIDES[metric])
+    return {
+        "score": value_of(metric, found),
+        "low": low,
+        "high": high,
+        "diverged": found.diverged,
+    }
+
+
+def _candidates(candidates: Candidates | int | None, space: spaces.Space[Any]) -> Candidates | None:
+    """The function that makes them; ValueError on a number of an action space without bounds."""
+    if candidates is None:
+        return None
+    if callable(candidates):
+        function: Candidates = function_of(
+            "candidates", candidates, "observation", "action", "random"
+        )
+        return function
+    count = whole_number("candidates", candidates, 1)
+    if not (isinstance(space, spaces.Box) and space.is_bounded()):
         raise ValueError(
-            f"problem_of takes {signature}, expected to be called as problem_of(env)"
-            f"{'' if action_filter is None else f' and problem_of({words})'}"
-        ) from error
+            f"candidates is {count}, and the action space is {space}: noise needs a Box with "
+            "bounds, expected a function (observation, action, random), such as em.actions.Noise"
+        )
+    return Noise(count, SPREAD * (space.high - space.low) / 2, space.low, space.high)
 
 
 def _checked_weight(weight: float, metric: str | None) -> float:

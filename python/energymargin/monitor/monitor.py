@@ -148,7 +148,11 @@ class Monitor(Closing):
         anew), RuntimeError once the monitor is closed. A state that makes no problem is a reading
         with an error.
         """
-        if not math.isfinite(time):
+        try:
+            finite = math.isfinite(time)
+        except TypeError:
+            finite = False
+        if not finite:
             raise ValueError(f"time is {time!r}, expected a finite number")
         vector = np.array(state, dtype=float)
         if vector.ndim != 1:
