@@ -28,13 +28,6 @@ from energymargin.datasets import Dataset
 from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation import Cell
 from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
-from energymargin.evaluation.calibration import (
-    BINS,
-    Reliability,
-    brier,
-    calibration_error,
-    reliability,
-)
 from energymargin.evaluation.labelled import Compared
 from energymargin.evaluation.table import DASH, cell_of, csv_fields
 from energymargin.executors.threads import Threads
@@ -42,6 +35,13 @@ from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, add_scores, score_dataset
 from energymargin.table_text import csv_text, markdown_table, short
 from energymargin_paper import probabilities
+from energymargin_paper.calibration import (
+    BINS,
+    Reliability,
+    brier,
+    calibration_error,
+    reliability,
+)
 from energymargin_paper.ceiling import CAPTURED, CEILING, ceiling_dataset, scripted
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.probabilities import (

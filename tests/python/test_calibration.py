@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from energymargin.evaluation.calibration import brier, calibration_error, reliability
+from energymargin_paper.calibration import brier, calibration_error, reliability
 
 
 def test_a_bin_has_the_mean_probability_and_the_share_of_what_happened() -> None:
@@ -37,17 +37,3 @@ def test_draws_with_the_stated_probability_are_calibrated() -> None:
 def test_ten_bins_have_about_equal_mass() -> None:
     p = np.random.default_rng(1).uniform(size=1000)
     assert (np.abs(reliability(p, p).size - 100) <= 1).all()
-
-
-@pytest.mark.parametrize(
-    ("p", "happened", "message"),
-    [
-        ([], [], r"shape \(0,\)"),
-        ([0.5, 0.5], [1.0], r"shape \(2,\) and outcomes \(1,\)"),
-        ([1.5], [1.0], "probabilities have 1.5, expected numbers from 0 to 1"),
-        ([0.5], [np.nan], "outcomes have nan"),
-    ],
-)
-def test_numbers_that_are_no_probabilities_are_named(p, happened, message) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(ValueError, match=message):
-        brier(np.array(p), np.array(happened))

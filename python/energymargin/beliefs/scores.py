@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel
 from energymargin.beliefs.belief import Belief, Particles
 from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
-from energymargin.beliefs.influence import Share, shares
 from energymargin.beliefs.uncertainty import PARTICLES
 from energymargin.executors import Executor, Row
 from energymargin.executors.threads import chosen_executor
@@ -36,7 +35,20 @@ from energymargin.searches import (
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = ["BeliefScore", "BeliefScores", "score_belief", "score_beliefs"]
+__all__ = ["BeliefScore", "BeliefScores", "Share", "score_belief", "score_beliefs", "shares"]
+
+PARTICLES_A_TERM = 4  # below, a regression says more of the particles than of the score
+
+
+@dataclass(frozen=True)
+class Share:
+    """The share of one source in a score's variance."""
+
+    value: float
+    """Adjusted for the number of terms; of a source that does not matter it may be below 0. NaN of
+    too few particles."""
+    stderr: float
+    """By the jackknife."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +146,47 @@ class BeliefScore:
         inputs = [len(source.inputs) for source in sources]
         found = shares(self.particles.points, inputs, self.values)
         return {source.name: share for source, share in zip(sources, found, strict=True)}
+
+
+def shares(
+    points: NDArray[np.float64], inputs: Sequence[int], scores: NDArray[np.float64]
+) -> list[Share]:
+    """First-order (Sobol) share of each source in the variance of scores, shape (N,).
+
+    It is read off a regression on Legendre polynomials of the first and second degree of the
+    source's columns of `points`, shape (N, D), `inputs` of them. The shares add up to at most 1;
+    what is left are interactions, what two degrees do not follow, and the searches' randomness.
+    NaN with fewer than four particles for each term, and of scores that are not finite or do not
+    differ.
+    """
+    differ = bool(np.isfinite(scores).all()) and np.ptp(scores) > 0
+    ends = np.cumsum(inputs, dtype=int)
+    return [
+        _share_of(points[:, end - size : end], scores) if differ else Share(np.nan, np.nan)
+        for size, end in zip(inputs, ends, strict=True)
+    ]
+
+
+def _share_of(columns: NDArray[np.float64], scores: NDArray[np.float64]) -> Share:
+    count, x = len(scores), 2 * columns - 1
+    terms = np.column_stack([np.ones(count), x, (3 * x**2 - 1) / 2])
+    if count < PARTICLES_A_TERM * terms.shape[1]:
+        return Share(np.nan, np.nan)
+    without = np.array(
+        [_r_squared(np.delete(terms, k, axis=0), np.delete(scores, k)) for k in range(count)]
+    )
+    spread = np.sqrt((count - 1) / count * ((without - without.mean()) ** 2).sum())
+    return Share(_r_squared(terms, scores), float(spread))
+
+
+def _r_squared(terms: NDArray[np.float64], scores: NDArray[np.float64]) -> float:
+    """Adjusted (Wherry) for the number of terms."""
+    total = float(((scores - scores.mean()) ** 2).sum())
+    if total == 0:
+        return 0.0
+    left = float(((scores - terms @ np.linalg.lstsq(terms, scores, rcond=None)[0]) ** 2).sum())
+    count, size = terms.shape
+    return float(1 - (left / (count - size)) / (total / (count - 1)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,12 +49,6 @@ class Drive:
         self.lower = max(self.lower, lower if lower > -UNLIMITED else -math.inf)
         self.upper = min(self.upper, upper if upper < UNLIMITED else math.inf)
 
-    def push(self, force: float, stiffness: float, damping: float) -> None:
-        """Adds a force."""
-        self.force += force
-        self.stiffness += stiffness
-        self.damping += damping
-
     def keywords(self) -> dict[str, Any]:
         """Those of `Scene.add_joint`."""
         given: dict[str, Any] = {
@@ -106,10 +100,10 @@ class _Drives:
         }
         self.drives = {joint: Drive() for joint in self._own if joint not in coupled}
 
-    def _on_joint(self, length: Linear) -> tuple[Drive, float, float] | None:
-        """The drive of the one joint that a length depends on, its coefficient, and the rest."""
+    def _on_joint(self, length: Linear) -> tuple[Drive, float]:
+        """The drive of the one joint that a length depends on, and its coefficient."""
         ((joint, factor),) = length.terms.items()
-        return self.drives[joint], factor, length.constant
+        return self.drives[joint], factor
 
     def _names(self, length: Linear) -> list[str]:
         """Of the joints here that a length depends on."""
@@ -120,17 +114,19 @@ class _Drives:
 
     def _stop(self, length: Linear, lower: float, upper: float) -> None:
         if length.terms:
-            drive, factor, rest = self._on_joint(length) or (Drive(), 1.0, 0.0)
-            ends = sorted(((lower - rest) / factor, (upper - rest) / factor))
-            drive.stop(*ends)
+            drive, factor = self._on_joint(length)
+            drive.stop(*sorted((end - length.constant) / factor for end in (lower, upper)))
 
-    def _push(self, length: Linear, force: float, stiffness: float, damping: float) -> Drive | None:
+    def _push(
+        self, length: Linear, force: float, stiffness: float, damping: float, *, passive: bool
+    ) -> None:
         """Adds force - stiffness * length - damping * rate, along the length."""
-        if not length.terms:
-            return None
-        drive, factor, rest = self._on_joint(length) or (Drive(), 1.0, 0.0)
-        drive.push(factor * (force - stiffness * rest), factor**2 * stiffness, factor**2 * damping)
-        return drive
+        if length.terms:
+            drive, factor = self._on_joint(length)
+            drive.force += factor * (force - stiffness * length.constant)
+            drive.stiffness += factor**2 * stiffness
+            drive.damping += factor**2 * damping
+            drive.passive_force |= passive and bool(stiffness)
 
     def add_limits(self) -> None:
         """Those of joints; a joint that follows stops the one that leads."""
@@ -149,9 +145,7 @@ class _Drives:
             damping = damps * float(model.dof_damping[dof])
             stiffness = springs * float(model.jnt_stiffness[joint])
             rest = float(model.qpos_spring[at])
-            drive = self._push(self._of(joint), stiffness * rest, stiffness, damping)
-            if drive is not None and stiffness:
-                drive.passive_force = True
+            self._push(self._of(joint), stiffness * rest, stiffness, damping, passive=True)
             self._add_armature(self._of(joint), float(model.dof_armature[dof]))
 
     def _add_armature(self, length: Linear, armature: float) -> None:
@@ -193,10 +187,8 @@ class _Drives:
         stiffness = float(model.tendon_stiffness[tendon])
         damping = float(model.tendon_damping[tendon])
         self._features.add("tendon", bool(stiffness) and low != high)
-        drive = self._push(length, stiffness * low, stiffness, damping)
+        self._push(length, stiffness * low, stiffness, damping, passive=True)
         self._add_armature(length, _number(model, "tendon_armature", tendon))
-        if drive is not None and stiffness:
-            drive.passive_force = True
 
     def _pulls(self, tendon: int) -> bool:
         """Whether a tendon resists motion within its limits."""
@@ -271,11 +263,11 @@ class _Drives:
         if law is None or law[1] < 0 or law[2] < 0:
             self._features.add("actuator/gain", loose=self._names(length))
             return
-        drive, factor, _ = self._on_joint(length) or (Drive(), 1.0, 0.0)
+        drive, factor = self._on_joint(length)
         if law[1] == 0 and law[2] == 0:
             drive.motors += 1
             return
-        self._push(length, *law)
+        self._push(length, *law, passive=False)
         gain = float(model.actuator_gainprm[actuator][0])
         if word("mjtGain", model.actuator_gaintype[actuator]) == "fixed" and gain:
             drive.controls[actuator] = factor * gain
@@ -291,22 +283,16 @@ class _Drives:
     def _law(self, actuator: int) -> tuple[float, float, float] | None:
         """Force, stiffness and damping along the transmission, at the control of the start."""
         model = self._model
+        terms = {"none": 0, "fixed": 1, "affine": 3}
+        gains = terms.get(word("mjtGain", model.actuator_gaintype[actuator]))
+        biases = terms.get(word("mjtBias", model.actuator_biastype[actuator]))
+        if gains is None or biases is None:
+            return None
         gain, bias = np.zeros(3), np.zeros(3)
-        kind = word("mjtGain", model.actuator_gaintype[actuator])
-        of_bias = word("mjtBias", model.actuator_biastype[actuator])
-        if kind == "fixed":
-            gain[0] = model.actuator_gainprm[actuator][0]
-        elif kind == "affine":
-            gain[:] = model.actuator_gainprm[actuator][:3]
-        else:
-            return None
-        if of_bias == "affine":
-            bias[:] = model.actuator_biasprm[actuator][:3]
-        elif of_bias != "none":
-            return None
-        force, length, velocity = (
-            gain * self._start.control[control_address(model, actuator)] + bias
-        )
+        gain[:gains] = model.actuator_gainprm[actuator][:gains]
+        bias[:biases] = model.actuator_biasprm[actuator][:biases]
+        control = self._start.control[control_address(model, actuator)]
+        force, length, velocity = gain * control + bias
         return float(force), float(-length), float(-velocity)
 
     def _transmission(self, actuator: int) -> Linear | None:

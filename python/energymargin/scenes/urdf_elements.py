@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 from xml.parsers import expat
 
 from energymargin.limits import Limit
@@ -167,10 +166,8 @@ def _strip(
 ) -> None:
     """Takes out elements and attributes, and what asks for nothing; counts the undeclared."""
     for name in list(element.attrib):
-        what = f"{element.tag}.{name}"
         foreign = name.startswith(UNDECLARED)
-        if foreign:
-            what = f"{element.tag}.{name.removeprefix(UNDECLARED)}"
+        what = f"{element.tag}.{name.removeprefix(UNDECLARED)}"
         ignored = what in left_out or f"{parent}/{what}" in left_out
         if foreign and not ignored:
             undeclared[what] += 1
@@ -257,63 +254,42 @@ def parsed(path: Path, limit: Limit) -> ET.Element:
     """The root of a file's elements, with attributes and without text.
 
     A name in a namespace is "namespace:name", or `UNDECLARED` and "prefix:name" where the file
-    declares none for its prefix. Raises FileNotFoundError, ValueError if the file is no XML or its
+    declares none for its prefix, which ElementTree would refuse. Raises FileNotFoundError,
+    ValueError if the file is no XML or its
     elements are nested deeper than `MAX_DEPTH`, and TimeoutError or Cancelled at the limit.
     """
+    builder, parser = ET.TreeBuilder(), expat.ParserCreate()
+    scopes = [NAMESPACES]  # namespaces by prefix, of each element that is open
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        limit.require(f"{path} was read")
+        if len(scopes) > MAX_DEPTH:
+            raise ValueError(
+                f"{path} has elements nested deeper than {MAX_DEPTH} in line "
+                f"{parser.CurrentLineNumber}, expected a URDF file: a shape is the fifth"
+            )
+        declared = {k: uri for k, uri in attributes.items() if f"{k}:".startswith("xmlns:")}
+        scope = scopes[-1] | {k.removeprefix("xmlns")[1:]: uri for k, uri in declared.items()}
+        scopes.append(scope)
+        own = {k: value for k, value in attributes.items() if k not in declared}
+        known = {_full(k, scope) if ":" in k else k: value for k, value in own.items()}
+        builder.start(_full(name, scope), known)
+
+    def end(name: str) -> None:
+        builder.end(_full(name, scopes.pop()))
+
+    def other(text: str) -> None:
+        if text.startswith("&"):  # of a document type that is not read
+            raise ValueError(f"{path} is no XML file: undefined entity {text}")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.DefaultHandlerExpand = other
     try:
         with open(path, "rb") as file:
-            return _Reader(path, limit).read(file)
+            parser.ParseFile(file)
     except (expat.ExpatError, LookupError) as error:  # LookupError: an unknown encoding
         raise ValueError(f"{path} is no XML file: {error}") from error
-
-
-class _Reader:
-    """Builds the tree as expat reads; expat itself would refuse a prefix without a declaration."""
-
-    def __init__(self, path: Path, limit: Limit) -> None:
-        self._path = path
-        self._limit = limit
-        self._builder = ET.TreeBuilder()
-        self._scopes = [NAMESPACES]  # namespaces by prefix, of each element that is open
-        self._tags: list[str] = []
-        self._parser = expat.ParserCreate()
-        self._parser.StartElementHandler = self._start
-        self._parser.EndElementHandler = self._end
-        self._parser.DefaultHandlerExpand = self._other
-
-    def read(self, file: BinaryIO) -> ET.Element:
-        self._parser.ParseFile(file)
-        return self._builder.close()
-
-    def _start(self, name: str, attributes: dict[str, str]) -> None:
-        self._limit.require(f"{self._path} was read")
-        if len(self._tags) == MAX_DEPTH:
-            raise ValueError(
-                f"{self._path} has elements nested deeper than {MAX_DEPTH} in line "
-                f"{self._parser.CurrentLineNumber}, expected a URDF file: a shape is the fifth"
-            )
-        declared = {
-            key.removeprefix("xmlns").removeprefix(":"): uri
-            for key, uri in attributes.items()
-            if key == "xmlns" or key.startswith("xmlns:")
-        }
-        scope = {**self._scopes[-1], **declared} if declared else self._scopes[-1]
-        self._scopes.append(scope)
-        self._tags.append(_full(name, scope))
-        known = {
-            _full(key, scope) if ":" in key else key: value
-            for key, value in attributes.items()
-            if key != "xmlns" and not key.startswith("xmlns:")
-        }
-        self._builder.start(self._tags[-1], known)
-
-    def _end(self, _: str) -> None:
-        self._builder.end(self._tags.pop())
-        self._scopes.pop()
-
-    def _other(self, text: str) -> None:
-        if text.startswith("&"):  # of a document type that is not read
-            raise ValueError(f"{self._path} is no XML file: undefined entity {text}")
+    return builder.close()
 
 
 def _full(name: str, scope: dict[str, str]) -> str:

@@ -29,9 +29,7 @@ def reliability(
     """Probabilities, shape (N,), and outcomes from 0 to 1, shape (N,), in up to `bins` bins.
 
     The borders are quantiles; equal probabilities are never in two bins, so there may be fewer.
-    Raises ValueError on shapes that differ, no probability, or one outside of 0 to 1.
     """
-    probabilities, outcomes = _checked(probabilities, outcomes)
     borders = np.unique(np.quantile(probabilities, np.linspace(0, 1, bins + 1)[1:-1]))
     number = np.searchsorted(borders, probabilities, side="left")
     _, number, size = np.unique(number, return_inverse=True, return_counts=True)
@@ -50,25 +48,5 @@ def calibration_error(
 
 
 def brier(probabilities: NDArray[np.float64], outcomes: NDArray[np.float64]) -> float:
-    """Brier score: the mean squared difference, 0 at best; .25 if all is .5.
-
-    Arguments: as `reliability`.
-    """
-    probabilities, outcomes = _checked(probabilities, outcomes)
+    """Brier score: the mean squared difference, 0 at best; .25 if all is .5."""
     return float(np.mean((probabilities - outcomes) ** 2))
-
-
-def _checked(
-    probabilities: NDArray[np.float64], outcomes: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    probabilities, outcomes = np.asarray(probabilities, float), np.asarray(outcomes, float)
-    if probabilities.shape != outcomes.shape or probabilities.ndim != 1 or not len(probabilities):
-        raise ValueError(
-            f"probabilities have shape {probabilities.shape} and outcomes {outcomes.shape}, "
-            "expected the same shape (N,), N > 0"
-        )
-    for name, values in (("probabilities", probabilities), ("outcomes", outcomes)):
-        wrong = values[~((values >= 0) & (values <= 1))]
-        if len(wrong):
-            raise ValueError(f"{name} have {wrong[0]:g}, expected numbers from 0 to 1")
-    return probabilities, outcomes
