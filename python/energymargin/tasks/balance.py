@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,11 +78,6 @@ class BalanceTask(ScriptedTask):
         """
         super().__init__(effector)
         self._scene = scene()
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The keywords that make this task again."""
-        return {"effector": self._effector}
 
     def scene(self, params: Params) -> Scene:
         """Floor, square and support; the drive alone holds the support."""

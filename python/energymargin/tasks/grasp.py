@@ -75,7 +75,12 @@ RATE = 3.0  # 1/J, lambda of eq. 4; public implementation
 
 
 class GraspTask(FrictionTask):
-    """Grasp a box with a three-finger gripper and lift it from a table."""
+    """Grasp a box with a three-finger gripper and lift it from a table.
+
+    `friction`: the coefficient of the gripper's links; None draws one for each trajectory.
+    `effector`: "coast", the fingers are held by their compliance alone, or "drive", each edge of
+    the search starts with the velocities that they have at the start.
+    """
 
     name = "grasp"
     # "coast", the paper's reading, is the default: the fingers stand still while they hold, and
@@ -84,15 +89,6 @@ class GraspTask(FrictionTask):
     length = 2.0  # s
     friction_range = FRICTION_RANGE
     usual: ClassVar[Params] = {"clench": 1.0}
-
-    def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
-        """A task of these parameters; raises ValueError on others.
-
-        `friction` is the coefficient of the gripper's links; None draws one for each trajectory.
-        `effector`: "coast", the fingers are held by their compliance alone, or "drive", each edge
-        of the search starts with the velocities that they have at the start.
-        """
-        super().__init__(friction, effector)
 
     def scene(self, params: Params) -> Scene:
         """Table, box and gripper, whose fingers clench."""

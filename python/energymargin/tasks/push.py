@@ -86,13 +86,7 @@ class PushTask(FrictionTask):
         pusher.
         """
         super().__init__(friction, effector)
-        self._follow = yes_or_no("follow", follow)
-        self._layout = scene(FRICTION_MIDDLE)
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The keywords that make this task again."""
-        return {**super().parameters, "follow": self._follow}
+        self.follow = yes_or_no("follow", follow)
 
     def scene(self, params: Params) -> Scene:
         """Table, wall, box and pusher, all of the friction in `params`."""
@@ -104,7 +98,7 @@ class PushTask(FrictionTask):
         """A random start state, drawn again while box and pusher overlap."""
         x, y = OBJECT_START
         while True:
-            state: NDArray[np.float64] = self._layout.pack(
+            state: NDArray[np.float64] = self.layout.pack(
                 object={"yaw": random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)},
                 effector={
                     "position": (
@@ -142,7 +136,7 @@ class PushTask(FrictionTask):
             "force": (FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
             "torque": (0.0, 0.0, TORQUE_BOUND * scale),
             "duration": LONGEST_EDGE,
-            "within": workspace if workspace.contains(self._layout, state) else None,
+            "within": workspace if workspace.contains(self.layout, state) else None,
             "rate": RATE,
         }
 
@@ -153,8 +147,8 @@ class PushTask(FrictionTask):
         is to `follow`, still does from where the pusher has come to: a box that was passed by is
         lost, wherever it lies. At z itself, which the labels ask for, both are the same.
         """
-        motion = swept_from(self._layout, state, "effector")
-        return _swept(at=motion) & _swept() if self._follow else _swept(at=motion)
+        motion = swept_from(self.layout, state, "effector")
+        return _swept(at=motion) & _swept() if self.follow else _swept(at=motion)
 
     def captured_throughout(self, params: Params) -> regions.Region:
         """Z_cap of every instant: the box lies in what the pusher is about to sweep."""

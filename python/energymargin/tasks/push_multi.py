@@ -68,21 +68,16 @@ RATE = 20.0  # 1/J, lambda of eq. 4
 
 
 class PushMultiTask(FrictionTask):
-    """Push ten discs over a table into a goal region, with a bar (planar)."""
+    """Push ten discs over a table into a goal region, with a bar (planar).
+
+    `friction`: the coefficient of all bodies; None draws one for each trajectory. `effector`:
+    "coast", the bar is not actuated, or "drive", each edge of the search starts with the bar at its
+    velocity of the start state.
+    """
 
     name = "push-multi"
     length = 2.5  # s
     friction_range = FRICTION_RANGE
-
-    def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
-        """A task of these parameters; raises ValueError on others.
-
-        `friction` is the coefficient of all bodies; None draws one for each trajectory. `effector`:
-        "coast", the bar is not actuated, or "drive", each edge of the search starts with the bar
-        at its velocity of the start state.
-        """
-        super().__init__(friction, effector)
-        self._layout = scene(FRICTION_MIDDLE)
 
     def scene(self, params: Params) -> Scene:
         """Table, discs and bar, all of the friction in `params`."""
@@ -110,7 +105,7 @@ class PushMultiTask(FrictionTask):
             "velocity": (0.0, random.uniform(*BAR_SPEED_RANGE), 0.0),
             "angular_velocity": (0.0, 0.0, params["turn"]),
         }
-        return np.asarray(self._layout.pack(**moved))
+        return np.asarray(self.layout.pack(**moved))
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """An unsteady hand, which makes up for the discs' friction on average."""
@@ -146,7 +141,7 @@ class PushMultiTask(FrictionTask):
         The disc lies in what the bar was about to sweep at z, and still does from where the bar has
         come to: a disc that was passed by is lost, wherever it lies.
         """
-        motion = swept_from(self._layout, state, "bar")
+        motion = swept_from(self.layout, state, "bar")
         return {disc: _in_front(disc) & _swept(disc, at=motion) & _swept(disc) for disc in DISCS}
 
     def captured_throughout(self, params: Params) -> dict[str, regions.Region]:

@@ -72,22 +72,17 @@ RATE = 20.0  # 1/J, lambda of eq. 4
 
 
 class ScoopTask(FrictionTask):
-    """Scoop four boxes from a table and lift them."""
+    """Scoop four boxes from a table and lift them.
+
+    `friction`: the coefficient of the scoop; None draws one for each trajectory. `effector`:
+    "coast", the scoop is held against its weight and not actuated otherwise, or "drive", each edge
+    of the search also starts with the scoop at its velocity of the start state.
+    """
 
     name = "scoop"
     plane = ("x", "z")
     length = 2.0  # s
     friction_range = FRICTION_RANGE
-
-    def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
-        """A task of these parameters; raises ValueError on others.
-
-        `friction` is the coefficient of the scoop; None draws one for each trajectory. `effector`:
-        "coast", the scoop is held against its weight and not actuated otherwise, or "drive", each
-        edge of the search also starts with the scoop at its velocity of the start state.
-        """
-        super().__init__(friction, effector)
-        self._layout = scene(FRICTION_RANGE[0])
 
     def scene(self, params: Params) -> Scene:
         """Table, boxes and scoop, with the friction in `params`."""
@@ -111,7 +106,7 @@ class ScoopTask(FrictionTask):
             for box, place in zip(BOXES, places, strict=True)
         }
         moved["scoop"] = {"velocity": (params["speed"], 0.0, 0.0)}
-        return np.asarray(self._layout.pack(**moved))
+        return np.asarray(self.layout.pack(**moved))
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The scoop goes on, and in a bend up, with an unsteady hand."""
@@ -142,7 +137,7 @@ class ScoopTask(FrictionTask):
 
     def captured(self, state: NDArray[np.float64], params: Params) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each box; it moves with the scoop."""
-        speed = float(self._layout.unpack(state)["scoop"]["velocity"][0])
+        speed = float(self.layout.unpack(state)["scoop"]["velocity"][0])
         ahead = CAPTURE_AHEAD * max(speed, 0.0)
         return {box: _in_scoop(box, ahead) for box in BOXES}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -361,28 +362,31 @@ class ScriptedTask(ABC):
 
 
 class FrictionTask(ScriptedTask):
-    """A scripted task whose friction is a parameter, or else drawn for each trajectory."""
+    """A scripted task whose friction is a parameter, or else drawn for each trajectory.
+
+    `friction`: a positive coefficient; None draws one for each trajectory.
+    """
 
     friction_range: tuple[float, float]
     """Of the draw."""
     usual: ClassVar[Params] = {}
     """Of problems, what their params leave out."""
 
-    def __init__(self, friction: float | None, effector: str) -> None:
-        """`friction`: a positive coefficient, or None; raises ValueError on others."""
+    def __init__(self, friction: float | None = None, effector: str = EFFECTORS[0]) -> None:
+        """A task of these parameters; raises ValueError on others."""
         super().__init__(effector)
-        self._friction = None if friction is None else positive_number("friction", friction)
+        self.friction = None if friction is None else positive_number("friction", friction)
         self._last: tuple[Params, Scene] | None = None
 
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The keywords that make this task again."""
-        return {"friction": self._friction, "effector": self._effector}
+    @cached_property
+    def layout(self) -> Scene:
+        """Which numbers of a state are whose: the same with every friction."""
+        return self.scene({"friction": self.friction_range[0]})
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:
         """The friction, if the task leaves it open; it takes one draw either way."""
         friction = random.uniform(*self.friction_range)
-        return {"friction": friction if self._friction is None else self._friction}
+        return {"friction": friction if self.friction is None else self.friction}
 
     @abstractmethod
     def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
@@ -399,7 +403,7 @@ class FrictionTask(ScriptedTask):
         The friction is that of `params`, or else the task's own; ValueError if neither is given.
         """
         known = {**self.usual, **(params or {})}
-        known["friction"] = drawn("friction", params, self._friction)
+        known["friction"] = drawn("friction", params, self.friction)
         last = self._last
         if last is None or last[0] != known:  # one scene for all frames of a trajectory
             last = self._last = (known, self.scene(known))

@@ -72,7 +72,12 @@ FORCE_WEIGHTS = ForceWeights(engage=1.0, stick=1.0, distance=1.0, ground_stick=1
 
 
 class ToppleTask(FrictionTask):
-    """Topple a box with a springy fingertip (planar)."""
+    """Topple a box with a springy fingertip (planar).
+
+    `friction`: the coefficient of box and ground; None draws one for each trajectory. `effector`:
+    "coast", base and fingertip are not actuated, the spring between them acts, or "drive", each
+    edge of the search also starts with both at their velocity of the start state.
+    """
 
     name = "topple"
     # "coast" is the default: in "drive" each edge stops the finger again where the start state has
@@ -80,15 +85,6 @@ class ToppleTask(FrictionTask):
     plane = ("x", "z")
     length = 1.5  # s
     friction_range = FRICTION_RANGE
-
-    def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
-        """A task of these parameters; raises ValueError on others.
-
-        `friction` is the coefficient of box and ground; None draws one for each trajectory.
-        `effector`: "coast", base and fingertip are not actuated, the spring between them acts, or
-        "drive", each edge of the search also starts with both at their velocity of the start state.
-        """
-        super().__init__(friction, effector)
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction in `params`."""
