@@ -1,10 +1,8 @@
 """Reports of small stores, and their pages, parsed."""
 
 import base64
-import json
 from html.parser import HTMLParser
-
-import numpy as np
+from xml.etree import ElementTree
 
 from energymargin import datasets, report
 from energymargin.searches import SearchSettings
@@ -15,12 +13,25 @@ OPTIONS = report.Options(draws=200, pictures=1)
 METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
 
 
+class Svg:
+    """A picture of a data URI."""
+
+    def __init__(self, source):
+        kind, _, data = source.partition(",")
+        assert kind == "data:image/svg+xml;base64"
+        self._root = ElementTree.fromstring(base64.b64decode(data))
+
+    @property
+    def texts(self):
+        return ["".join(one.itertext()) for one in self._root.iter() if one.tag.endswith("}text")]
+
+
 class Document(HTMLParser):
     """A page, taken apart."""
 
     def __init__(self, path):
         super().__init__()
-        self.elements, self.rows, self.figures = [], [], {}
+        self.elements, self.rows, self.pictures = [], [], {}
         self._text, self._within = [], []
         self.feed(path.read_text())
         self.text = " ".join(" ".join(self._text).split())
@@ -28,6 +39,9 @@ class Document(HTMLParser):
     def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
         self._within.append((tag, dict(attrs)))
+        figure = next((a.get("id") for t, a in reversed(self._within) if t == "figure"), None)
+        if tag == "img" and figure:
+            self.pictures.setdefault(figure, []).append(Svg(dict(attrs)["src"]))
         if tag == "tr":
             self.rows.append([])
         if tag in ("td", "th") and self.rows:
@@ -39,11 +53,7 @@ class Document(HTMLParser):
 
     def handle_data(self, data):
         tags = [tag for tag, _ in self._within]
-        if tags and tags[-1] == "script":
-            name = self._within[-1][1].get("id", "")
-            if name.startswith("data-"):
-                self.figures[name.removeprefix("data-")] = json.loads(data)
-        elif "style" not in tags and data.strip():
+        if not {"style", "script"} & set(tags) and data.strip():
             self._text.append(data.strip())
             if "tr" in tags:
                 self.rows[-1][-1].append(data.strip())
@@ -54,13 +64,6 @@ class Document(HTMLParser):
 
     def attributes(self, name):
         return [attrs[name] for _, attrs in self.elements if attrs.get(name)]
-
-
-def numbers(array):
-    """Of an array in a figure."""
-    if isinstance(array, dict):
-        return np.frombuffer(base64.b64decode(array["bdata"]), dtype=array["dtype"])
-    return np.array([np.nan if value is None else value for value in array], dtype=float)
 
 
 def pushes(folder):
@@ -77,7 +80,7 @@ def scores(path):
 
 
 def written(folder, run=None, progress=None, **options):
-    chosen = report.Options(**{"draws": 9, "pictures": 0, **options})
+    chosen = report.Options(**{"draws": 9, "pictures": 0, "trajectories": 1, **options})
     path = folder / "r.html"
     report.write(folder / "push-scores.db", path, run=run, options=chosen, progress=progress)
     return Document(folder / "r.html")

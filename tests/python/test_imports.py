@@ -36,7 +36,6 @@ FOREIGN = (
     "h5py",
     "matplotlib.pyplot",
     "pandas",
-    "plotly.graph_objects",
     "rich",
     "viser",
 )

@@ -91,8 +91,8 @@ def test_where_no_effort_is_finite_there_are_no_numbers(ax):
 
 
 def test_columns_share_the_band_of_infinity():
-    high = plots.Along(None, {"effort/est": np.array([9.0, 5.0])}, None)
-    endless = plots.Along(None, {"effort/est": np.array([np.inf, 1.0])}, None)
+    high = plots.TrajectoryScores(None, {"effort/est": np.array([9.0, 5.0])}, None)
+    endless = plots.TrajectoryScores(None, {"effort/est": np.array([np.inf, 1.0])}, None)
     figure = plots.figure_scores({"high": high, "endless": endless})
     figure.draw_without_rendering()
     left, right = figure.axes
@@ -143,7 +143,7 @@ def test_scores_of_at_least_one_object_are_dashed_lines_beside_those_of_all(ax):
 
 
 def test_scores_of_several_units_are_drawn_one_kind_at_a_time(labelled, ax):
-    along = plots.along(labelled, 3)
+    along = plots.trajectory_scores(labelled, 3)
     with pytest.raises(ValueError, match="choose kind='likelihood' or 'effort' or 'force'"):
         plots.plot_scores(*along, ax=ax)
     assert plots.plot_scores(*along, ax=ax, kind="effort") is ax
@@ -154,8 +154,8 @@ def test_scores_of_several_units_are_drawn_one_kind_at_a_time(labelled, ax):
 
 def test_all_kinds_are_drawn_by_one_figure_a_column_a_trajectory(labelled):
     columns = {
-        "first": plots.along(labelled, 0, times=np.arange(10) / 4),
-        "other": plots.along(labelled, 7),
+        "first": plots.trajectory_scores(labelled, 0, times=np.arange(10) / 4),
+        "other": plots.trajectory_scores(labelled, 7),
     }
     figure = plots.figure_scores(columns)
     assert len(figure.axes) == 3 * 2
@@ -164,12 +164,12 @@ def test_all_kinds_are_drawn_by_one_figure_a_column_a_trajectory(labelled):
 
 
 def test_the_scores_along_a_trajectory_are_those_of_its_states(labelled):
-    times, scores, captured = plots.along(labelled, 3, times=np.arange(10.0))
-    assert times.tolist() == list(range(10))
-    assert scores["force"].tolist() == labelled.scores["force"][30:40].tolist()
-    assert captured.tolist() == labelled.captured[30:40].tolist()
+    found = plots.trajectory_scores(labelled, 3, times=np.arange(10.0))
+    assert found.times.tolist() == list(range(10))
+    assert found.scores["force"].tolist() == labelled.scores["force"][30:40].tolist()
+    assert found.captured.tolist() == labelled.captured[30:40].tolist()
     with pytest.raises(ValueError, match="trajectory is 20, expected one from 0 to 19"):
-        plots.along(labelled, 20)
+        plots.trajectory_scores(labelled, 20)
 
 
 def test_a_run_of_a_store_is_drawn_as_what_it_has_and_what_is_missing_is_said(tmp_path, ax):
@@ -178,7 +178,7 @@ def test_a_run_of_a_store_is_drawn_as_what_it_has_and_what_is_missing_is_said(tm
     dataset = datasets.generate("push", trajectories=2, frames=3, seed=0)
     with ScoreStore(tmp_path / "scores.db", create=True) as store:
         run = begin_run(store, dataset, ["capture"], SearchSettings(5, 0))
-        plots.plot_scores(*plots.along(run, 1), ax=ax)
+        plots.plot_scores(*plots.trajectory_scores(run, 1), ax=ax)
         assert said(ax)[0] == "capture (3 missing)"
         roc_ax = plots.plot_roc(run, ax=Figure().subplots())
     assert said(roc_ax) == ["chance .500", "capture: no scores yet"]
@@ -221,18 +221,18 @@ def test_a_bad_argument_of_scores_is_named_with_what_was_expected(ax, arguments,
 
 @pytest.mark.parametrize("columns", [["a"], {"a": {"capture": [0.1]}}])
 def test_columns_that_are_not_along_trajectories_are_refused(columns):
-    with pytest.raises(ValueError, match="expected Along by title"):
+    with pytest.raises(ValueError, match="expected TrajectoryScores by title"):
         plots.figure_scores(columns)
 
 
 def test_the_columns_of_a_figure_are_checked_as_scores_are():
     with pytest.raises(ValueError, match="capture has 7, expected 0 to 1"):
-        plots.figure_scores({"a": plots.Along(None, {"capture": np.array([7.0])}, None)})
+        plots.figure_scores({"a": plots.TrajectoryScores(None, {"capture": np.array([7.0])}, None)})
 
 
 PLOTS = {
     "scores": lambda labelled, push, ax: plots.plot_scores(
-        *plots.along(labelled, 3), ax=ax, kind="effort"
+        *plots.trajectory_scores(labelled, 3), ax=ax, kind="effort"
     ),
     "roc": lambda labelled, push, ax: plots.plot_roc(labelled, ax=ax),
     "precision": lambda labelled, push, ax: plots.plot_precision_recall(labelled, ax=ax),
@@ -272,7 +272,7 @@ def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tm
             plots.plot_roc(scores, ax=Figure().subplots())
             plots.plot_precision_recall(scores, ax=Figure().subplots())
             assert (
-                plots.along(scores, 1).captured.tolist()
+                plots.trajectory_scores(scores, 1).captured.tolist()
                 == dataset.trajectories[1].captured.tolist()
             )
         begin_run(store, dataset, ["capture"], SearchSettings(6, 0))
@@ -282,7 +282,11 @@ def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tm
                 match=r"has 2 runs, choose one by its number \(--run\): run 1: .*; run 2: ",
             ):
                 plots.plot_roc(scores, ax=ax)
-    for plot in (plots.plot_roc, plots.plot_precision_recall, lambda it: plots.along(it, 0)):
+    for plot in (
+        plots.plot_roc,
+        plots.plot_precision_recall,
+        lambda it: plots.trajectory_scores(it, 0),
+    ):
         with pytest.raises(ValueError, match="scores is a dict, expected LabelledScores, a Run or"):
             plot({"capture": np.arange(1000)})
 

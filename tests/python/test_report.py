@@ -15,19 +15,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import COMMAND, run
-from reports import METRICS, OPTIONS, SETTINGS, Document, numbers, scores, written
+from reports import METRICS, OPTIONS, SETTINGS, Document, scores, written
 from stores import changed
 
 from energymargin import datasets, report
 from energymargin.datasets import Future
-from energymargin.evaluation import LabelledScores, evaluate
-from energymargin.evaluation.curves import CAPTURED, SUCCESS, precision_recall, ranks, roc
+from energymargin.evaluation import evaluate
+from energymargin.evaluation.curves import (
+    CAPTURED,
+    SUCCESS,
+    metrics_against,
+    precision_recall,
+    ranks,
+    roc,
+)
 from energymargin.evaluation.labelled import HORIZON
-from energymargin.report.along import chosen
-from energymargin.report.curves import visible
+from energymargin.report.pictures import chosen
 from energymargin.report.worst import SearchRepeater
 from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
+from energymargin.table_text import short
 
 
 @pytest.fixture(scope="module")
@@ -125,99 +132,41 @@ def test_the_same_scores_make_the_same_bytes_whenever_they_were_copied(pushes_re
     assert (own / "again.html").read_bytes() == (pushes_report / "report.html").read_bytes()
 
 
-def test_a_curve_is_that_of_energymargin_curves(document, labelled):
-    (figure, *_), (*_, last) = document.figures["roc"], document.figures["roc"]
-    for metric, target, of in (("capture", CAPTURED, figure), ("success", SUCCESS, last)):
-        (drawn,) = (trace for trace in of["data"] if trace["name"].startswith(f"{metric} "))
-        one = roc(labelled, metric, target=target)
-        assert np.array_equal(numbers(drawn["x"]), one.false_positive_rate)
-        assert np.array_equal(numbers(drawn["y"]), one.true_positive_rate)
-        assert f"AUC {one.auc:.3f}" in drawn["name"]
-
-
-def test_the_area_below_the_steps_drawn_is_the_ap_of_the_legend(document, labelled):
-    (figure, *_) = document.figures["pr"]
-    for metric in ("capture", "effort/est", "effort/rrt", "force"):
-        (drawn,) = (t for t in figure["data"] if t["name"].startswith(f"{metric} "))
-        assert drawn["line"]["shape"] == "vh"  # each step at the height of its end
-        x, y = numbers(drawn["x"]), numbers(drawn["y"])
-        ap = evaluate(labelled, draws=9).states[metric][2].ap
-        assert np.diff(x) @ y[1:] == pytest.approx(ap) and y[0] == y[1]
-        assert f"AP {ap:.3f}" in drawn["name"]
-
-
-def test_a_long_curve_keeps_all_that_moves_on_the_screen():
-    random = np.random.default_rng(0)
-    labels = random.random(20000) < 0.1
-    values = labels + random.normal(size=20000)
-    values[labels.argmin()] = 99.0  # the first one is wrong: the precision starts at 0, and jumps
-    states = np.arange(20000)
-    one = precision_recall(
-        LabelledScores("push", states, labels, labels, {"capture": values}), "capture", horizon=0
-    )
-    kept = np.array(visible(one.recall, one.steps))
-    assert len(kept) < 2000 and kept[0] == 0 and kept[-1] == len(one.recall) - 1
-    before = kept[np.searchsorted(kept, np.arange(len(one.recall)), "right") - 1]
-    for drawn in (one.recall, one.steps):
-        assert np.abs(drawn - drawn[before]).max() < 1 / 400
-    assert np.diff(one.recall[kept]) @ one.steps[kept][1:] == pytest.approx(one.ap, abs=2e-3)
-
-
-def test_every_score_of_a_trajectory_is_drawn_and_an_infinite_effort_too(document, labelled):
-    figures, endless = document.figures["along"], 0
-    assert len(figures) == 12
-    for metric in METRICS:
-        traces = [t for figure in figures for t in figure["data"] if t["name"] == metric]
-        drawn = np.concatenate([numbers(trace["y"]) for trace in traces])
-        finite = labelled.scores[metric][np.isfinite(labelled.scores[metric])]
-        assert np.array_equal(np.sort(drawn[~np.isnan(drawn)]), np.sort(finite))
-        marks = [
-            t for figure in figures for t in figure["data"] if t["name"] == f"{metric}: no escape"
-        ]
-        infinite = np.isposinf(labelled.scores[metric]).sum()
-        assert sum(len(numbers(trace["y"])) for trace in marks) == infinite
-        for mark in marks:
-            assert mark["marker"]["symbol"] == traces[0]["marker"]["symbol"]
-            assert mark["legendgroup"] == traces[0]["legendgroup"] == metric
-        endless += infinite
-    assert endless > 0
-
-
-def test_infinite_efforts_stand_in_a_band_of_their_own_and_no_mark_is_at_the_edge(document):
-    banded = 0
-    for figure in document.figures["along"]:
-        for axis in ("y", "y2", "y3"):
-            own = figure["layout"][f"yaxis{axis[1:]}"]
-            traces = [trace for trace in figure["data"] if trace["yaxis"] == axis]
-            low, high = own["range"]
-            drawn = np.concatenate([numbers(trace["y"]) for trace in traces])
-            spare = 0.01 * (high - low)
-            assert low + spare < np.nanmin(drawn) and np.nanmax(drawn) < high - spare
-            endless = [t for t in traces if t["name"].endswith(": no escape")]
-            if not endless:
-                assert "tickvals" not in own
-                continue
-            banded += 1
-            (border,) = [s for s in figure["layout"]["shapes"] if s["yref"] == axis]
-            finite = [numbers(t["y"]) for t in traces if t not in endless]
-            infinite = np.concatenate([numbers(t["y"]) for t in endless])
-            assert own["ticktext"][-1] == "∞" and "∞" not in own["ticktext"][:-1]
-            assert np.nanmax(np.concatenate(finite), initial=0) < border["y0"] < infinite.min()
-            assert own["tickvals"][-2] < border["y0"] < own["tickvals"][-1] < high
-    assert banded > 0
-
-
-def test_a_histogram_counts_every_state(document, labelled):
-    counted = {}
-    for name, figures in document.figures.items():
-        if name.startswith("histogram"):
-            (figure,) = figures
-            metric = figure["layout"]["title"]["text"]
-            counted[metric] = sum(
-                count for trace in figure["data"] for _, count in trace["customdata"]
+def test_the_curves_are_drawn_for_each_label_with_their_auc_and_ap(document, labelled):
+    pictures = document.pictures["roc"]
+    assert len(pictures) == 2
+    for picture, target in ((pictures[0], CAPTURED), (pictures[-1], SUCCESS)):
+        for metric in metrics_against(labelled, target):
+            auc, ap = (
+                roc(labelled, metric, target=target),
+                precision_recall(labelled, metric, target=target),
             )
+            assert f"{metric} {short(auc.auc)}" in picture.texts
+            assert f"{metric} {short(ap.ap)}" in picture.texts
+
+
+def test_every_trajectory_is_drawn_with_all_its_scores(document, labelled):
+    pictures = document.pictures["along"]
+    assert len(pictures) == 12
+    titles = {picture.texts[-1] for picture in pictures}
+    for picture in pictures:
+        assert set(METRICS) - {"effort/est", "effort/rrt"} <= set(picture.texts)
+        assert "time [s]" in picture.texts and "effort of escape [J]" in picture.texts
+    said = [text for picture in pictures for text in picture.texts]
+    assert titles and said.count("∞") == sum(
+        any(np.isposinf(v[own]).any() for m, v in labelled.scores.items() if "effort" in m)
+        for own in labelled.by_trajectory()
+    )
+
+
+def test_the_histograms_count_every_state(document, labelled):
+    (picture,) = document.pictures["distributions"]
+    counts = [re.fullmatch(r"(.*) \((\d+)\)", text) for text in picture.texts]
+    found = [(one[1], int(one[2])) for one in counts if one]
+    of_states = sum(count for label, count in found if "trajectory" not in label)
+    of_trajectories = sum(count for label, count in found if "trajectory" in label)
     whole = 12 * (6 - HORIZON)  # of each trajectory the states with as many frames left
-    assert counted == dict.fromkeys(METRICS, whole) | {"success": 12}
+    assert (of_states, of_trajectories) == (4 * whole, 12)
 
 
 def test_how_wrong_a_score_is_means_what_the_auc_lacks_of_one():
@@ -240,9 +189,9 @@ def test_a_state_that_is_level_with_others_is_said_to_be_and_is_not_wrong_by_tha
     changed(path, "UPDATE states SET captured = trajectory < 4")
     changed(path, "UPDATE scores SET value = 1 WHERE question = 1")  # the capture score
     assert "capture 1.000, but" not in written(own, pictures=1).text  # as of a card
-    # A captured state of score 1, and lost ones: 6 above it, 12 level, and 30 below.
+    # A captured state of score .5, and lost ones: 6 above it, 12 level, and 30 below.
     value = (
-        "CASE WHEN stream < 24 THEN 1 WHEN stream < 30 THEN 2 WHEN stream < 42 THEN 1 ELSE 0 END"
+        "CASE WHEN stream < 24 THEN .5 WHEN stream < 30 THEN 1 WHEN stream < 42 THEN .5 ELSE 0 END"
     )
     changed(path, f"UPDATE scores SET value = {value} WHERE question = 1")
     text = written(own, pictures=1, horizon=0).text
@@ -319,7 +268,7 @@ def test_states_of_one_label_have_no_auc_and_the_page_says_why(own):
     found = written(own, pictures=1)
     assert "No AUC and no AP where all that are scored are of one kind" in found.text
     assert found.row("capture")[:6] == [["—"]] * 6
-    assert "There are no curves" in found.text and "roc" not in found.figures
+    assert "There are no curves" in found.text and "roc" not in found.pictures
     assert found.text.count("None: all have the same label.") == 5
 
 
@@ -327,7 +276,7 @@ def test_a_store_without_any_score_still_makes_a_page(own):
     changed(own / "push-scores.db", "DELETE FROM scores")
     found = written(own)
     assert "72 of 72 states are not scored yet." in found.text
-    assert "Not shown are 12 trajectories" in found.text and "along" not in found.figures
+    assert "Not shown are 12 trajectories" in found.text and "along" not in found.pictures
 
 
 def test_without_the_dataset_there_are_frames_instead_of_times_and_no_pictures(own):
@@ -335,10 +284,9 @@ def test_without_the_dataset_there_are_frames_instead_of_times_and_no_pictures(o
     found = written(own, pictures=1)
     assert "there is no push.h5 beside push-scores.db" in found.text
     assert found.text.count("No pictures: there is no push.h5 beside push-scores.db.") == 1
-    assert found.text.count("there is no push.h5") == 2 and not found.attributes("src")
+    assert found.text.count("there is no push.h5") == 2
     assert "Ranked above" in found.text
-    axis = found.figures["along"][0]["layout"]["xaxis"]
-    assert axis["title"]["text"] == "frame"
+    assert "frame" in found.pictures["along"][0].texts
 
 
 def test_the_command_that_completes_a_page_is_of_its_run_and_its_place(own):

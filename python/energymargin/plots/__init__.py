@@ -19,14 +19,18 @@ from energymargin.plots.datasets import figure_qualitative
 from energymargin.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.plots.states import plot_state, state_legend
 from energymargin.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
-from energymargin.plots.trajectories import Along, along, figure_scores, plot_scores
+from energymargin.plots.trajectories import (
+    TrajectoryScores,
+    figure_scores,
+    plot_scores,
+    trajectory_scores,
+)
 
 __all__ = [
     "CAPTURED_COLOR",
     "LOST_COLOR",
     "SUCCEEDED_COLOR",
-    "Along",
-    "along",
+    "TrajectoryScores",
     "figure_along",
     "figure_belief",
     "figure_improvement",
@@ -42,4 +46,5 @@ __all__ = [
     "plot_scores",
     "plot_state",
     "state_legend",
+    "trajectory_scores",
 ]

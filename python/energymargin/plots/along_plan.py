@@ -12,10 +12,10 @@ from energymargin.metrics import KINDS, value_text, with_unit
 from energymargin.plots.styles import (
     CAPTURED_COLOR,
     LEGEND_SIZE,
-    LOST_COLOR,
     axes_or_new,
     light_grid,
     metric_style,
+    shade_frames,
 )
 
 __all__ = ["figure_along", "plot_along"]
@@ -24,7 +24,6 @@ WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
 LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
 TOP = 0.94  # of the height of axes: where marks stand for infinity
 FREE = 0.15  # of the height, below those marks
-SHADE = 0.15
 WEAKEST_COLOR = "black"
 
 
@@ -136,12 +135,7 @@ def _mark(ax: Axes, weakest: Moment, value: float, text: str) -> None:
 
 def _finished(ax: Axes, along: Along, kind: str) -> Axes:
     """Shades, labels and the legend."""
-    middles = (along.times[1:] + along.times[:-1]) / 2
-    borders = np.concatenate([along.times[:1], middles, along.times[-1:]])
-    label: str | None = "nominal motion not captured"
-    for k in np.flatnonzero(~along.captured):
-        ax.axvspan(borders[k], borders[k + 1], facecolor=LOST_COLOR, alpha=SHADE, label=label)
-        label = None  # once in the legend
+    shade_frames(ax, along.times, ~along.captured, "nominal motion not captured")
     ax.set(xlabel="time of the plan [s]", ylabel=KINDS[kind].axis)
     light_grid(ax)
     ax.legend(fontsize=LEGEND_SIZE, frameon=False)

@@ -1,4 +1,4 @@
-"""How well scores predict labels: ROC, and precision over recall."""
+"""How well scores predict labels: ROC, precision over recall, and histograms by label."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from energymargin.checks import yes_or_no
@@ -15,13 +17,16 @@ from energymargin.evaluation.curves import (
     CAPTURED,
     OneLabelError,
     Target,
+    Wrongness,
     metrics_against,
     target_name,
 )
 from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
-from energymargin.metrics import ANY
+from energymargin.metrics import ANY, axis_label, is_likelihood
 from energymargin.plots.styles import (
     CHANCE_COLOR,
+    LOST_COLOR,
+    PALETTE,
     axes_or_new,
     draw_legend,
     light_grid,
@@ -30,10 +35,13 @@ from energymargin.plots.styles import (
 from energymargin.plots.trajectories import Scores, labelled_scores
 from energymargin.table_text import short
 
-__all__ = ["plot_precision_recall", "plot_roc"]
+__all__ = ["plot_distribution", "plot_precision_recall", "plot_roc"]
 
 Curve = TypeVar("Curve", curves.Roc, curves.PrecisionRecall)
 SIZE = (6.0, 4.0)  # inch
+BINS = 20
+FAR = 1  # percent of the scores at either end that may lie outside of the bins' range
+LABEL_STYLES = {True: (PALETTE[0].color, ""), False: (LOST_COLOR, "///")}
 
 
 def plot_roc(
@@ -86,10 +94,10 @@ def plot_roc(
     for metric, curve in found.items():
         label = f"{metric} {short(curve.auc)}"
         _draw(ax, curve.false_positive_rate, curve.true_positive_rate, metric, label)
+    ax.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
     _finish(ax, lacking, target_name(target, horizon, last))
     if legend:
         draw_legend(ax, inside, "AUC")
-    ax.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
     return ax
 
 
@@ -146,11 +154,55 @@ def plot_precision_recall(
     for metric, curve in found.items():
         label = f"{metric} {short(curve.ap)}"
         _draw(ax, curve.recall, curve.steps, metric, label, steps=True)
+    ax.set(xlabel="recall [0..1]", ylabel="precision [0..1]")
     _finish(ax, lacking, target_name(target, horizon, last))
     if legend:
         draw_legend(ax, inside, "AP")
-    ax.set(xlabel="recall [0..1]", ylabel="precision [0..1]")
     return ax
+
+
+def plot_distribution(one: Wrongness, *, ax: Axes | None = None) -> Axes:
+    """Histograms of a metric's scores with either label, in percent of those with that label.
+
+    Infinite scores have a bar of their own at the right end; a few scores far away are in the
+    first and the last bin. Returns `ax`, or the axes of a new figure.
+    """
+    ax = axes_or_new(ax, *SIZE)
+    scores, labels = one.compared.scores, one.compared.labels
+    finite = scores[np.isfinite(scores)]
+    edges = np.linspace(*_range(one.metric, finite), BINS + 1)
+    width = edges[1] - edges[0]
+    for label, (color, hatch) in LABEL_STYLES.items():
+        own = scores[labels == label]
+        counts, _ = np.histogram(own[np.isfinite(own)].clip(edges[0], edges[-1]), edges)
+        heights = np.append(counts, np.isposinf(own).sum()) * 100 / max(1, len(own))
+        ax.bar(
+            np.append(edges[:-1] + width / 2, edges[-1] + 2 * width),
+            heights,
+            0.95 * width,
+            color=to_rgba(color, 0.45),
+            edgecolor=color,
+            hatch=hatch,
+            linewidth=0.6,
+            label=f"{one.words(label).one} ({len(own)})",
+        )
+    if np.isposinf(scores).any():
+        ticks = [tick for tick in MaxNLocator(4).tick_values(*edges[[0, -1]]) if tick <= edges[-1]]
+        ax.set_xticks([*ticks, edges[-1] + 2 * width], [*(f"{t:.3g}" for t in ticks), "∞"])
+    ax.set_xlim(edges[0] - width, edges[-1] + width * (3.0 if np.isposinf(scores).any() else 1.0))
+    ax.set(xlabel=axis_label(one.metric), ylabel="share of that label [%]")
+    light_grid(ax)
+    draw_legend(ax, "best")
+    return ax
+
+
+def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
+    """Where the bins begin and end."""
+    if is_likelihood(metric) or not len(finite):
+        return 0.0, 1.0
+    low, high = np.percentile(finite, [FAR, 100 - FAR])
+    low = min(0.0, float(low))
+    return (low, float(high)) if high > low else (low, low + 1.0)
 
 
 def _curves(

@@ -18,7 +18,7 @@ from energymargin.evaluation import LabelledScores
 from energymargin.outlines import Limits, Plan, view_of
 from energymargin.plots.scenes import lost_objects
 from energymargin.plots.states import plot_state, score_title, state_legend
-from energymargin.plots.trajectories import along, figure_scores
+from energymargin.plots.trajectories import figure_scores, trajectory_scores
 from energymargin.plots.trees import draw_color_bar, most_cost
 from energymargin.tasks.base import Task, plane_of
 from energymargin.trajectories import Trajectory
@@ -63,7 +63,7 @@ def figure_along(dataset: Dataset, labelled: LabelledScores) -> Figure:
     columns = {}
     for name, t in one_of_each(dataset).items():
         times = dataset.trajectories[t].times
-        columns[f"{name} trajectory"] = along(labelled, t, times=times)
+        columns[f"{name} trajectory"] = trajectory_scores(labelled, t, times=times)
     return figure_scores(columns)
 
 

@@ -7,9 +7,13 @@ the rest. No two things differ in colour alone.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from energymargin.metrics import ANY
 
@@ -30,6 +34,7 @@ __all__ = [
     "light_grid",
     "metric_style",
     "nodes_in_words",
+    "shade_frames",
 ]
 
 COSTS = "cividis"
@@ -98,26 +103,53 @@ def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
     return ax
 
 
-def draw_legend(ax: Axes, inside: str | None, title: str | None = None) -> None:
-    """A legend `inside` the axes, at that corner, or for None to the right of them, over no data.
+def draw_legend(
+    ax: Axes,
+    inside: str | None,
+    title: str | None = None,
+    *,
+    entries: Mapping[str, Artist] | None = None,
+    anchor: tuple[float, float] = (1.03, 1.0),
+) -> None:
+    """A legend `inside` the axes, at that corner, or for None to the right of them at `anchor`,
+    over no data.
 
-    Beside axes that the caller brought there may be no room. There is none if there is nothing to
-    name.
+    `entries`: artists by label; None takes those of the axes. Beside axes that the caller brought
+    there may be no room. There is no legend if there is nothing to name.
     """
     handles, labels = ax.get_legend_handles_labels()
+    named = dict(zip(labels, handles, strict=True)) if entries is None else entries
     place: dict[str, Any] = {"loc": inside, "framealpha": 0.85}
     if inside is None:
-        place = {"loc": "upper left", "bbox_to_anchor": (1.03, 1.0), "frameon": False}
-    if handles:
+        corner = "upper left" if anchor[1] == 1.0 else "center left"
+        place = {"loc": corner, "bbox_to_anchor": anchor, "frameon": False}
+    if named:
         ax.legend(
-            handles,
-            labels,
+            named.values(),
+            named.keys(),
             **place,
             fontsize=LEGEND_SIZE,
             title=title,
             title_fontsize=LEGEND_SIZE,
             alignment="left",
             handlelength=3.2,
+        )
+
+
+def shade_frames(
+    ax: Axes, times: NDArray[np.float64], shaded: NDArray[np.bool_], label: str
+) -> None:
+    """A band about each shaded frame, reaching half-way to its neighbours; about the only one, half
+    a unit to both sides. The label is in the legend once."""
+    middles = (times[1:] + times[:-1]) / 2
+    alone = 0.5 if len(times) == 1 else 0.0
+    borders = np.concatenate([times[:1] - alone, middles, times[-1:] + alone])
+    for number, k in enumerate(np.flatnonzero(shaded)):
+        ax.axvspan(
+            *(borders[k], borders[k + 1]),
+            facecolor=LOST_COLOR,
+            alpha=0.15,
+            label=None if number else label,
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,20 +15,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import one_of, yes_or_no
 from energymargin.evaluation import LabelledScores
-from energymargin.metrics import ANY, KINDS, is_likelihood, of_kind
+from energymargin.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
 from energymargin.plots.styles import (
-    LEGEND_SIZE,
-    LOST_COLOR,
     axes_or_new,
     draw_legend,
     light_grid,
     metric_style,
+    shade_frames,
 )
 from energymargin.store import Run, ScoreStore
 
-__all__ = ["Along", "Scores", "along", "figure_scores", "labelled_scores", "plot_scores"]
+__all__ = [
+    "BAND",
+    "Scores",
+    "TrajectoryScores",
+    "figure_scores",
+    "labelled_scores",
+    "plot_scores",
+    "trajectory_scores",
+]
 
+BAND = (0.1, 0.9)  # quantiles of the particles of a belief
 ROW = 0.11  # of the axes' height: of a row of marks
+MARKED = 80  # frames; the line of a longer trajectory has no marks
 AROUND = 0.1  # of what is finite: free above and below it, under the band
 
 Scores = LabelledScores | Run | ScoreStore | str | os.PathLike[str]
@@ -52,7 +61,7 @@ def labelled_scores(scores: Scores) -> LabelledScores:
     )
 
 
-class Along(NamedTuple):
+class TrajectoryScores(NamedTuple):
     """What `plot_scores` draws of one trajectory of K frames."""
 
     times: NDArray[np.float64] | None
@@ -61,6 +70,10 @@ class Along(NamedTuple):
     """By metric, shape (K,): inf where no escape was found, NaN where there is no score."""
     captured: NDArray[np.bool_] | None
     """Whether each frame is captured, shape (K,); None: it is not known."""
+    captured_any: NDArray[np.bool_] | None = None
+    """Whether at least one of several objects is captured, shape (K,); None: there is one set."""
+    bands: Mapping[str, NDArray[np.float64]] = {}
+    """By metric, the quantiles BAND of its score under a belief, shape (K, 2)."""
 
     @property
     def frames(self) -> NDArray[np.float64]:
@@ -70,7 +83,9 @@ class Along(NamedTuple):
         return np.arange(len(next(iter(self.scores.values()))), dtype=float)
 
 
-def along(scores: Scores, trajectory: int, *, times: ArrayLike | None = None) -> Along:
+def trajectory_scores(
+    scores: Scores, trajectory: int, *, times: ArrayLike | None = None
+) -> TrajectoryScores:
     """The scores and labels of a trajectory, by its number; `scores` as of `plot_roc`.
 
     `times`: of its K frames [s], shape (K,), as in `Trajectory.times`; a store does not hold them.
@@ -82,17 +97,22 @@ def along(scores: Scores, trajectory: int, *, times: ArrayLike | None = None) ->
         there = np.unique(labelled.trajectory)
         known = f"one from {there[0]} to {there[-1]}" if len(there) else "none, for there are none"
         raise ValueError(f"trajectory is {trajectory!r}, expected {known}")
-    return Along(
+    return TrajectoryScores(
         None if times is None else np.asarray(times, dtype=float),
         {metric: values[states] for metric, values in labelled.scores.items()},
         labelled.captured[states],
+        None if labelled.captured_any is None else labelled.captured_any[states],
     )
 
 
 def _checked(
-    times: ArrayLike | None, scores: Mapping[str, ArrayLike], captured: ArrayLike | None
-) -> Along:
-    """Checked arguments of `plot_scores`; ValueError as it raises."""
+    times: ArrayLike | None,
+    scores: Mapping[str, ArrayLike],
+    captured: ArrayLike | None,
+    captured_any: ArrayLike | None = None,
+    bands: Mapping[str, ArrayLike] | None = None,
+) -> TrajectoryScores:
+    """Checked fields of TrajectoryScores; ValueError as `plot_scores` raises."""
     if not (isinstance(scores, Mapping) and scores):
         kind = "empty" if isinstance(scores, Mapping) else f"a {type(scores).__name__}"
         raise ValueError(f"scores is {kind}, expected arrays by metric")
@@ -102,13 +122,22 @@ def _checked(
         raise ValueError(f"{name} has shape {first.shape}, expected (K,), K > 0: a number a frame")
     frames = len(first)
     for name, values in arrays.items():
-        _check_shape(name, values, frames)
+        _check_shape(name, values, (frames,))
         _check_scores(name, values)
     if times is not None:
         times = _numbers("times", times)
-        _check_shape("times", times, frames)
+        _check_shape("times", times, (frames,))
         _check_times(times)
-    return Along(times, arrays, None if captured is None else _labels(captured, frames))
+    ends = {name: _numbers(name, values) for name, values in (bands or {}).items()}
+    for name, values in ends.items():
+        _check_shape(f"the band of {name}", values, (frames, 2))
+    return TrajectoryScores(
+        times,
+        arrays,
+        None if captured is None else _labels("captured", captured, frames),
+        None if captured_any is None else _labels("captured_any", captured_any, frames),
+        ends,
+    )
 
 
 def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -118,9 +147,9 @@ def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise ValueError(f"{name} is {values!r}, expected numbers") from None
 
 
-def _check_shape(name: str, values: NDArray[Any], frames: int) -> None:
-    if values.shape != (frames,):
-        raise ValueError(f"{name} has shape {values.shape}, expected ({frames},)")
+def _check_shape(name: str, values: NDArray[Any], shape: tuple[int, ...]) -> None:
+    if values.shape != shape:
+        raise ValueError(f"{name} has shape {values.shape}, expected {shape}")
 
 
 def _check_scores(name: str, values: NDArray[np.float64]) -> None:
@@ -142,12 +171,12 @@ def _check_times(times: NDArray[np.float64]) -> None:
         raise ValueError(f"times has {times[k]:g} at frame {k}, expected finite numbers that rise")
 
 
-def _labels(captured: ArrayLike, frames: int) -> NDArray[np.bool_]:
-    labels = np.asarray(captured)
-    _check_shape("captured", labels, frames)
+def _labels(name: str, given: ArrayLike, frames: int) -> NDArray[np.bool_]:
+    labels = np.asarray(given)
+    _check_shape(name, labels, (frames,))
     wrong = [label for label in labels.tolist() if label not in (0, 1)]
     if wrong:
-        raise ValueError(f"captured has {wrong[0]!r}, expected True and False, or 1 and 0")
+        raise ValueError(f"{name} has {wrong[0]!r}, expected True and False, or 1 and 0")
     return labels.astype(bool)
 
 
@@ -155,12 +184,14 @@ def plot_scores(
     times: ArrayLike | None,
     scores: Mapping[str, ArrayLike],
     captured: ArrayLike | None = None,
+    captured_any: ArrayLike | None = None,
+    bands: Mapping[str, ArrayLike] | None = None,
     *,
     ax: Axes | None = None,
     kind: str | None = None,
     legend: bool = True,
 ) -> Axes:
-    """Scores of one kind along one trajectory; arguments as the fields of `Along`.
+    """Scores of one kind along one trajectory; arguments as the fields of `TrajectoryScores`.
 
     `kind`: "likelihood" (capture, success), "probability", "effort" or "force", each of which has
     a unit of its own; None if there is only one. `figure_scores` draws all of them. Frames that
@@ -171,42 +202,59 @@ def plot_scores(
     Returns `ax`, or the axes of a new figure. Raises ValueError on an unknown kind or metric,
     arrays of other lengths, or numbers that cannot be times, labels, or scores of these metrics.
     """
-    data = _checked(times, scores, captured)
+    data = _checked(times, scores, captured, captured_any, bands)
     kind = _chosen(kind, data.scores)
     yes_or_no("legend", legend)
     inside = None if ax is None else "best"
     ax = axes_or_new(ax, 6.0, 3.0)
-    _draw(ax, data, kind)
-    draw_endless([ax], [data], kind)
+    _draw_row([ax], [data], _Row(of_kind(kind, data.scores), KINDS[kind].axis))
     if legend:
         draw_legend(ax, inside)
     return ax
 
 
-def figure_scores(columns: Mapping[str, Along]) -> Figure:
-    """All scores along several trajectories side by side, a row a kind; `columns` by title.
+def figure_scores(columns: Mapping[str, TrajectoryScores], *, width: float = 4.2) -> Figure:
+    """All scores along several trajectories side by side, a row a kind.
 
-    Raises ValueError as `plot_scores` does, or if there is nothing to draw.
+    `columns`: by title; `width`: of each column [inch]. Raises ValueError as `plot_scores` does, or
+    if there is nothing to draw.
     """
-    if not (isinstance(columns, Mapping) and all(isinstance(c, Along) for c in columns.values())):
-        raise ValueError(f"columns is a {type(columns).__name__}, expected Along by title: {{...}}")
+    if not (
+        isinstance(columns, Mapping)
+        and all(isinstance(each, TrajectoryScores) for each in columns.values())
+    ):
+        kind = type(columns).__name__
+        raise ValueError(f"columns is a {kind}, expected TrajectoryScores by title: {{...}}")
     columns = {title: _checked(*data) for title, data in columns.items()}
-    kinds = [kind for kind in KINDS if any(of_kind(kind, c.scores) for c in columns.values())]
-    if not kinds:
+    rows = _rows({metric: None for data in columns.values() for metric in data.scores})
+    if not rows:
         raise ValueError("columns has no scores, expected those of a trajectory at least")
-    size = (4.2 * len(columns) + 1.2, 1.9 * len(kinds) + 0.5)
+    size = (width * len(columns) + 1.2, 1.9 * len(rows) + 0.5)
     figure = Figure(figsize=size, dpi=200, layout="constrained")
-    axes = figure.subplots(len(kinds), len(columns), sharex="col", sharey="row", squeeze=False)
+    axes = figure.subplots(len(rows), len(columns), sharex="col", sharey="row", squeeze=False)
     for title, ax in zip(columns, axes[0], strict=True):
         ax.set_title(title, fontsize=10)
-    for kind, row_axes in zip(kinds, axes, strict=True):
-        for ax, data in zip(row_axes, columns.values(), strict=True):
-            _draw(ax, data, kind)
-        draw_endless(list(row_axes), list(columns.values()), kind)
+    for row, row_axes in zip(rows, axes, strict=True):
+        _draw_row(list(row_axes), list(columns.values()), row)
         for ax in row_axes:
             ax.label_outer()
         _shared_legend(row_axes)
     return figure
+
+
+class _Row(NamedTuple):
+    """Metrics that share an axis."""
+
+    metrics: list[str]
+    axis: str
+    """Its label."""
+
+
+def _rows(metrics: Iterable[str]) -> list[_Row]:
+    """One for each kind; a metric of another program has its own."""
+    rows = [_Row(of_kind(name, metrics), kind.axis) for name, kind in KINDS.items()]
+    others = [_Row([metric], metric) for metric in metrics if metric_kind(metric) is None]
+    return [*(row for row in rows if row.metrics), *others]
 
 
 def _shared_legend(axes: NDArray[Any]) -> None:
@@ -215,22 +263,13 @@ def _shared_legend(axes: NDArray[Any]) -> None:
     for ax in axes:
         handles, texts = ax.get_legend_handles_labels()
         entries.update(zip(texts, handles, strict=True))
-    axes[-1].legend(
-        entries.values(),
-        entries.keys(),
-        loc="center left",
-        bbox_to_anchor=(1.03, 0.5),
-        frameon=False,
-        fontsize=LEGEND_SIZE,
-        handlelength=3.2,
-    )
+    draw_legend(axes[-1], None, entries=entries, anchor=(1.03, 0.5))
 
 
 def _chosen(kind: str | None, scores: Mapping[str, Any]) -> str:
     """A kind that has scores; ValueError if it has none or, of None, several have."""
     there = [name for name in KINDS if of_kind(name, scores)]
-    known = [name for each in KINDS for name in of_kind(each, scores)]
-    unknown = [name for name in scores if name not in known]
+    unknown = [name for name in scores if metric_kind(name) is None]
     if unknown:
         metrics = ", ".join(metric for each in KINDS.values() for metric in each.metrics)
         raise ValueError(f"scores has {unknown[0]!r}, expected some of {metrics}")
@@ -242,18 +281,23 @@ def _chosen(kind: str | None, scores: Mapping[str, Any]) -> str:
     return one_of("kind", there[0] if kind is None else kind, there)
 
 
-def _draw(ax: Axes, data: Along, kind: str) -> None:
-    """All of a kind but what is infinite."""
-    frames = data.frames
-    for name in of_kind(kind, data.scores):
-        _draw_scores(ax, frames, data.scores[name], name)
-    if data.captured is not None:
-        _shade(ax, frames, ~data.captured)
-    ax.margins(y=0.12)
-    if kind in ("likelihood", "probability"):
-        ax.set_ylim(-0.05, 1.05)
-    ax.set(xlabel="frame" if data.times is None else "time [s]", ylabel=KINDS[kind].axis)
-    light_grid(ax)
+def _draw_row(axes: Sequence[Axes], columns: Sequence[TrajectoryScores], row: _Row) -> None:
+    """The scores of these metrics along each trajectory, on axes that share their scale."""
+    for ax, data in zip(axes, columns, strict=True):
+        for name in row.metrics:
+            if name in data.scores:
+                _draw_band(ax, data, name)
+                _draw_scores(ax, data.frames, data.scores[name], name)
+        if data.captured is not None:
+            shade_frames(ax, data.frames, ~data.captured, "not captured")
+        if data.captured_any is not None:
+            shade_frames(ax, data.frames, ~data.captured_any, "no object captured")
+        ax.margins(y=0.12)
+        if is_likelihood(row.metrics[0]):
+            ax.set_ylim(-0.05, 1.05)
+        ax.set(xlabel="frame" if data.times is None else "time [s]", ylabel=row.axis)
+        light_grid(ax)
+    _draw_endless(axes, columns, row.metrics)
 
 
 def _draw_scores(
@@ -269,34 +313,34 @@ def _draw_scores(
         color=style.color,
         linestyle="--" if name.endswith(ANY) else "-",
         linewidth=1.2,
-        marker=style.marker,
+        marker=style.marker if len(values) <= MARKED else "",
         markersize=3.5,
         markerfacecolor="white" if name.endswith(ANY) else style.color,
         label="_nolegend_" if np.isposinf(values).all() else label,
     )
 
 
-def _shade(ax: Axes, times: NDArray[np.float64], shaded: NDArray[np.bool_]) -> None:
-    """A band about each shaded frame, reaching half-way to its neighbours; about the only one, half
-    a unit to both sides."""
-    middles = (times[1:] + times[:-1]) / 2
-    alone = 0.5 if len(times) == 1 else 0.0
-    borders = np.concatenate([times[:1] - alone, middles, times[-1:] + alone])
-    label: str | None = "not captured"
-    for k in np.flatnonzero(shaded):
-        ax.axvspan(borders[k], borders[k + 1], facecolor=LOST_COLOR, alpha=0.15, label=label)
-        label = None  # once in the legend
+def _draw_band(ax: Axes, data: TrajectoryScores, name: str) -> None:
+    """Between the quantiles of a score; what is infinite ends at the largest finite one."""
+    ends = data.bands.get(name, np.empty(0))
+    finite = ends[np.isfinite(ends)]
+    if len(finite):
+        shown = np.minimum(ends, finite.max())
+        color, label = metric_style(name).color, f"{name}: {BAND[0]:g} to {BAND[1]:g} quantile"
+        ax.fill_between(data.frames, *shown.T, color=color, alpha=0.25, linewidth=0, label=label)
 
 
-def draw_endless(axes: Sequence[Axes], columns: Sequence[Along], kind: str) -> None:
+def _draw_endless(
+    axes: Sequence[Axes], columns: Sequence[TrajectoryScores], metrics: Sequence[str]
+) -> None:
     """A band for infinity at the top of axes that share their scale, with a row of marks a metric.
 
     What is finite stays below it, and so do the numbers on the y axis.
     """
-    given = [(name, values) for data in columns for name, values in data.scores.items()]
-    names = of_kind(kind, [name for name, values in given if np.isposinf(values).any()])
-    drawn = of_kind(kind, dict(given))
-    values = np.concatenate([np.empty(0), *(each for name, each in given if name in drawn)])
+    drawn = [{name: data.scores.get(name, np.empty(0)) for name in metrics} for data in columns]
+    names = [name for name in metrics if any(np.isposinf(of[name]).any() for of in drawn)]
+    bands = [data.bands.get(name, np.empty(0)).ravel() for data in columns for name in metrics]
+    values = np.concatenate([*(each for of in drawn for each in of.values()), *bands])
     finite = values[np.isfinite(values)]
     below = 1.0 - ROW * len(names) if len(finite) else 0.0  # of the height
     for number, name in enumerate(names):
@@ -312,7 +356,7 @@ def draw_endless(axes: Sequence[Axes], columns: Sequence[Along], kind: str) -> N
         _keep_below(axes, finite, below)
 
 
-def _mark_endless(ax: Axes, data: Along, name: str, height: float) -> None:
+def _mark_endless(ax: Axes, data: TrajectoryScores, name: str, height: float) -> None:
     """Marks at a height of the axes (0..1), which stand for infinity."""
     endless = np.isposinf(data.scores.get(name, np.empty(0)))
     if not endless.any():

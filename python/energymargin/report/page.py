@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from jinja2 import Environment, StrictUndefined
-from plotly.offline import get_plotlyjs
 
 from energymargin.checks import whole_number
 from energymargin.evaluation import Among, Cell, Evaluation, LabelledScores, evaluate
@@ -22,9 +21,7 @@ from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, DASH, paper_text
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import ANY, TIMED
 from energymargin.replacing import replaced
-from energymargin.report.along import Along, along
-from energymargin.report.curves import curves, distributions
-from energymargin.report.plots import Plot
+from energymargin.report.pictures import Along, Picture, along, curves, distributions
 from energymargin.report.subject import (
     Data,
     Fact,
@@ -36,6 +33,7 @@ from energymargin.report.subject import (
     read_subject,
     time_facts,
     version_facts,
+    view_command,
 )
 from energymargin.report.worst import Worst, worst
 
@@ -165,6 +163,7 @@ def _page(
         target=target_name(horizon=horizon),
         tables=tables((result, of_captured)),
         along=along(subject, data, wrong, options.trajectories),
+        view=view_command(subject, data),
         curves=curves(labelled, horizon, last),
         distributions=distributions(every),
         pictures=options.pictures,
@@ -297,8 +296,10 @@ class ReportPage:
     """What the scores of states are held against, in words."""
     tables: Sequence[EvaluationTable]
     along: Along
-    curves: Sequence[Plot]
-    distributions: Sequence[Plot]
+    view: str
+    """The command that shows a frame with its numbers; empty without a dataset."""
+    curves: Picture | None
+    distributions: Picture | None
     pictures: int
     """How many were asked for of each score and label."""
     worst: Worst
@@ -318,9 +319,7 @@ def rendered(page: ReportPage) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    return environment.from_string(_text("page.html")).render(
-        page=page, style=_text("style.css"), script=_text("page.js"), plotly=get_plotlyjs()
-    )
+    return environment.from_string(_text("page.html")).render(page=page, style=_text("style.css"))
 
 
 def _text(name: str) -> str:

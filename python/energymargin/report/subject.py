@@ -27,13 +27,13 @@ from energymargin.evaluation.curves import SUCCESS, target_name
 from energymargin.evaluation.labelled import FORCE, SUCCESSES
 from energymargin.futures import disturbance_in_words
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
+from energymargin.plots.trajectories import BAND
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, algorithm
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
 
 __all__ = [
-    "BAND",
     "Data",
     "Fact",
     "Notice",
@@ -44,14 +44,14 @@ __all__ = [
     "read_subject",
     "time_facts",
     "version_facts",
+    "view_command",
 ]
 
-BAND = (0.1, 0.9)  # quantiles of the particles of a belief
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 Fact = tuple[str, str]
 """What it is, and its value."""
 
-PACKAGES = ("numpy", "scikit-learn", "matplotlib", "plotly")
+PACKAGES = ("numpy", "scikit-learn", "matplotlib")
 
 # Of `energymargin score`, where they are not the names of the settings.
 OPTIONS = {"common_random_numbers": "--common"}
@@ -196,6 +196,14 @@ def _other(dataset: Dataset, subject: Subject, path: Path) -> str:
 def facts(subject: Subject, data: Data) -> list[Fact]:
     """Which run it is, of which states, with which settings."""
     return list(_facts(subject, data))
+
+
+def view_command(subject: Subject, data: Data) -> str:
+    """Opens the dataset in the viewer, beside the scores of this run; empty without a dataset."""
+    if data.path is None:
+        return ""
+    words = ["energymargin", "view", data.path.name, "--scores", subject.path.name]
+    return shlex.join([*words, *(["--run", str(subject.number)] if subject.runs > 1 else [])])
 
 
 def time_facts(subject: Subject) -> list[Fact]:

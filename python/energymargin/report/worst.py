@@ -29,7 +29,7 @@ from energymargin.evaluation.curves import CAPTURED, Wrongness
 from energymargin.metrics import KINDS, metric_kind, with_unit
 from energymargin.outlines import Plan
 from energymargin.plots.styles import LEGEND_SIZE
-from energymargin.report.subject import Data, Subject
+from energymargin.report.subject import Data, Subject, view_command
 from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
 
@@ -51,6 +51,8 @@ class Card:
     text: str
     image: str | None
     """A data URI; None if there is no picture."""
+    view: str = ""
+    """The command that shows the state in the viewer; empty without a dataset."""
     why: str = ""
     """Why there is none of this state, why it is not that of the score in the file, or why the
     score is uncertain."""
@@ -120,19 +122,25 @@ class _Drawer:
         title = _title(one, place)
         text = f"{self._where(number)}. {_why(one, place)}"
         if self._repeater is None:
-            return Card(title, text, None)
+            return Card(title, text, None, self._view(number))
         try:
             repeated = self._repeater.repeat(number, one.metric)
             image = picture(repeated, self._repeater.plane)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
-            return Card(title, text, None, f"No picture: {error}.")
-        return Card(title, text, image, self._notes(one, number, repeated))
+            return Card(title, text, None, self._view(number), f"No picture: {error}.")
+        return Card(title, text, image, self._view(number), self._notes(one, number, repeated))
 
     def _number(self, one: Wrongness, place: int) -> int:
         """Of the state that stands for a place in what is compared."""
         if one.target == CAPTURED:
             return int(one.compared.number[place])
         return int(self._subject.members[one.compared.trajectory[place]][-1])
+
+    def _view(self, number: int) -> str:
+        labelled, frame = self._subject.labelled, self._subject.frames[number]
+        command = view_command(self._subject, self._data)
+        place = f" --trajectory {labelled.trajectory[number]} --frame {frame}"
+        return command + place if command else ""
 
     def _where(self, number: int) -> str:
         labelled, frame = self._subject.labelled, int(self._subject.frames[number])

@@ -1,0 +1,183 @@
+"""The pictures of a report, as SVG: scores along trajectories, curves, and histograms by label."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from energymargin.evaluation import LabelledScores
+from energymargin.evaluation.curves import (
+    CAPTURED,
+    SUCCESS,
+    OneLabelError,
+    Target,
+    Wrongness,
+    metrics_against,
+    roc,
+    target_name,
+)
+from energymargin.plots.curves import plot_distribution, plot_precision_recall, plot_roc
+from energymargin.plots.trajectories import figure_scores, trajectory_scores
+from energymargin.report.subject import Data, Subject
+
+__all__ = ["Along", "Image", "Picture", "along", "chosen", "curves", "distributions"]
+
+WORST, OTHERS, ALL = "Most wrong first", "A sample of the others", "The others"
+WIDE = 8.0  # inch, of the axes of scores along a trajectory
+CURVES = (10.0, 4.9)  # inch, of both curves
+HISTOGRAM = (5.0, 2.7)  # inch
+COLUMNS = 2  # of histograms
+
+
+class Image(NamedTuple):
+    """One of several pictures at the same place."""
+
+    group: str
+    """Of the list that it is chosen from; may be empty."""
+    title: str
+    source: str
+    """A data URI."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A place in the page: one image, or several to choose from."""
+
+    name: str
+    label: str
+    """What it shows, for who cannot see it."""
+    images: Sequence[Image]
+    chooser: str = ""
+    """The name of the choice."""
+
+    def groups(self) -> dict[str, list[tuple[int, str]]]:
+        """Numbers and titles of the images, by group."""
+        groups: dict[str, list[tuple[int, str]]] = {}
+        for number, image in enumerate(self.images):
+            groups.setdefault(image.group, []).append((number, image.title))
+        return groups
+
+
+@dataclass(frozen=True)
+class Along:
+    """The trajectories that a page shows."""
+
+    picture: Picture | None
+    """None if no trajectory has a score."""
+    shown: int
+    scored: int
+    """How many have scores, of which these are shown."""
+    unscored: int
+    """How many have none at all."""
+    worst: int
+    """How many are shown because their scores are most wrong."""
+    endless: bool
+    """Whether there are infinite efforts."""
+
+
+def along(subject: Subject, data: Data, wrong: NDArray[np.float64], most: int) -> Along:
+    """At most so many trajectories: half those whose scores are most wrong, `wrong` (T,), and of
+    the others some that are evenly spaced. Those without any score are left out."""
+    every = subject.labelled.scores.values()
+    lacks = np.all([np.isnan(values) for values in every], axis=0)
+    scored = np.array([t for t, own in enumerate(subject.members) if not lacks[own].all()], int)
+    worst, others = chosen(scored, wrong, most)
+    rest = ALL if len(worst) + len(others) == len(scored) else OTHERS
+    images = [_trajectory(subject, data, t, WORST) for t in worst]
+    images += [_trajectory(subject, data, t, rest) for t in others]
+    label = "Each score along the chosen trajectory, over time"
+    return Along(
+        Picture("along", label, images, "Trajectory") if images else None,
+        shown=len(images),
+        scored=len(scored),
+        unscored=len(wrong) - len(scored),
+        worst=len(worst),
+        endless=any(bool(np.isposinf(values).any()) for values in every),
+    )
+
+
+def chosen(
+    scored: NDArray[np.int64], wrong: NDArray[np.float64], most: int
+) -> tuple[list[int], list[int]]:
+    """Of the trajectories `scored` the most wrong ones, from the worst on, and evenly spaced
+    others, rising."""
+    order = scored[np.argsort(-np.nan_to_num(wrong[scored], nan=-1.0), kind="stable")]
+    worst = order[: (most + 1) // 2]
+    rest = np.sort(order[len(worst) :])
+    few = min(most - len(worst), len(rest))
+    others = rest[np.linspace(0, len(rest) - 1, few).round().astype(int)] if few else rest[:0]
+    return worst.tolist(), others.tolist()
+
+
+def _trajectory(subject: Subject, data: Data, t: int, group: str) -> Image:
+    own, labelled = subject.members[t], subject.labelled
+    number = int(labelled.trajectory[own[0]])
+    times = None if data.dataset is None else data.dataset.trajectories[t].times
+    bands = {metric: ends[own] for metric, ends in subject.bands.items()}
+    scores = trajectory_scores(labelled, number, times=times)._replace(bands=bands)
+    end = "successful" if labelled.success[own[-1]] else "failed"
+    captured = int(labelled.captured[own].sum())
+    lacking = int(np.any([np.isnan(v[own]) for v in labelled.scores.values()], axis=0).sum())
+    title = f"trajectory {number}: {end}, captured in {captured} of {len(own)}"
+    title += f", {lacking} not scored" if lacking else ""
+    return Image(group, title, _svg(figure_scores({title: scores}, width=WIDE)))
+
+
+def curves(labelled: LabelledScores, horizon: int, last: int) -> Picture | None:
+    """ROC and precision over recall of the states, and of whole trajectories; None if no score has
+    labels of both kinds."""
+    targets: tuple[Target, ...] = (CAPTURED, SUCCESS)
+    images = []
+    for target in targets:
+        metrics = _told_apart(labelled, target, horizon, last)
+        if metrics:
+            figure = Figure(figsize=CURVES, layout="constrained")
+            left, right = figure.subplots(1, 2)
+            asked: dict[str, Any] = {"metrics": metrics, "target": target, "horizon": horizon}
+            plot_roc(labelled, ax=left, last=last, **asked)
+            plot_precision_recall(labelled, ax=right, last=last, **asked)
+            images.append(Image("", target_name(target, horizon, last), _svg(figure)))
+    label = "ROC, and precision over recall, of each score"
+    return Picture("roc", label, images, "Held against") if images else None
+
+
+def _told_apart(labelled: LabelledScores, target: Target, horizon: int, last: int) -> list[str]:
+    """The metrics whose labels are of both kinds."""
+    metrics = []
+    for metric in metrics_against(labelled, target):
+        with suppress(OneLabelError):
+            roc(labelled, metric, target=target, horizon=horizon, last=last)
+            metrics.append(metric)
+    return metrics
+
+
+def distributions(every: Sequence[Wrongness]) -> Picture | None:
+    """A histogram of each metric that has scores; None if there is none."""
+    there = [one for one in every if len(one.compared.scores)]
+    if not there:
+        return None
+    rows = math.ceil(len(there) / COLUMNS)
+    size = (HISTOGRAM[0] * COLUMNS, HISTOGRAM[1] * rows)
+    figure = Figure(figsize=size, layout="constrained")
+    for number, one in enumerate(there):
+        plot_distribution(one, ax=figure.add_subplot(rows, COLUMNS, number + 1))
+    label = "Histograms of each score by label"
+    return Picture("distributions", label, [Image("", label, _svg(figure))])
+
+
+def _svg(figure: Figure) -> str:
+    """A data URI; the same figure gives the same bytes."""
+    drawn = io.BytesIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "energymargin"}):
+        figure.savefig(drawn, format="svg", metadata={"Date": None, "Creator": None})
+    return f"data:image/svg+xml;base64,{base64.b64encode(drawn.getvalue()).decode()}"
