@@ -8,9 +8,9 @@ import pytest
 from sliding import HORIZON, MASS, problem, still
 
 import energymargin as em
-from energymargin.actions.hardening import MOST, adapted, scaled
-from energymargin.actions.journal import text_of
+from energymargin.actions.evolution import MOST, adapted, scaled
 from energymargin.actions.parameters import Parameters
+from energymargin.disturbances import text_of
 from energymargin.plans import in_steps
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
@@ -32,11 +32,6 @@ def test_the_middle_between_two_edges_holds_best(middle):
     assert middle.after.score > middle.before.score + 0.2
     assert middle.sure > 0.99
     assert middle.start == {"x": 0.8}
-
-
-def test_the_cross_entropy_method_finds_it_too():
-    found = em.improve(problem(), BOX, placed, method="cem", **SMALL)
-    assert abs(found.values["x"]) < 0.2
 
 
 def test_a_plan_is_followed_over_its_own_duration():
@@ -139,17 +134,16 @@ def test_numpys_own_generator_is_left_alone():
 
 
 def test_a_search_that_was_stopped_goes_on_to_the_same_result(tmp_path, middle):
-    path, steps = tmp_path / "search.jsonl", []
+    path = tmp_path / "search.jsonl"
 
-    def stop(done, _):
-        steps.append(done)
-        if len(steps) == 30:
+    def stop(done, budget):
+        if done > budget / 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         em.improve(problem(), BOX, placed, file=path, progress=stop, **SMALL)
     kept = path.read_text()
-    path.write_text(kept + '["cut')
+    path.write_text(kept + kept[:40])
     again = em.improve(problem(), BOX, placed, file=path, **SMALL)
     assert again.to_csv() == middle.to_csv() and again.steps == middle.steps
     assert path.read_text().startswith(kept)
@@ -249,7 +243,6 @@ def test_a_file_refuses_a_predicate_which_it_cannot_tell_from_another(tmp_path):
     [
         (em.disturbances.Uniform(), em.disturbances.Uniform(1 + 1e-15)),
         (em.disturbances.Uniform(), em.disturbances.Gaussian(force=1.0)),
-        (em.disturbances.Uniform(), None),
         (
             em.disturbances.of_plan(force=(0.1, 0, 0), torque=(0, 0, 0)),
             em.disturbances.of_plan(force=(0.1 + 1e-12, 0, 0), torque=(0, 0, 0)),
@@ -270,14 +263,14 @@ def test_a_file_knows_numpys_numbers(tmp_path):
 
 def test_a_search_ends_where_everything_is_out_at_once():
     far = {"x": (1.5, 2.0, 3.0)}
-    found = em.improve(problem(), far, still, method="cem", budget=100, rollouts=4)
+    found = em.improve(problem(), far, still, budget=100, rollouts=4)
     assert found.after.score == 0 and found.complete
 
 
 def test_a_draw_is_the_starts():
     calm = em.disturbances.Uniform(0.0)
     near = {"x": (-0.1, 0.05, 0.1)}
-    small = {"disturbance": calm, "rollouts": 4, "budget": 50_000, "method": "cem"}
+    small = {"disturbance": calm, "rollouts": 4, "budget": 50_000}
     found = em.improve(problem(), near, still, harden=False, **small)
     assert found.values == found.start and found.ranking.best == "start"
 
@@ -308,14 +301,28 @@ def test_a_timeout_leaves_the_plan_that_is_found_by_then_and_a_cancel_raises(tmp
         em.improve(problem(), BOX, placed, cancel=cancel, file=tmp_path / "search.jsonl", **large)
 
 
-def test_a_file_of_another_search_is_refused(tmp_path):
+def test_a_file_serves_searches_of_several_seeds(tmp_path):
+    path, small = tmp_path / "search.jsonl", {**SMALL, "budget": 1000}
+    first = em.improve(problem(), BOX, placed, file=path, **small)
+    other = em.improve(problem(), BOX, placed, file=path, seed=1, **small)
+    kept = path.read_text()
+    assert em.improve(problem(), BOX, placed, file=path, **small).to_csv() == first.to_csv()
+    assert other.to_csv() == em.improve(problem(), BOX, placed, seed=1, **small).to_csv()
+    assert path.read_text() == kept
+
+
+def test_a_file_of_something_else_is_refused(tmp_path):
     path = tmp_path / "search.jsonl"
-    em.improve(problem(), BOX, placed, file=path, **{**SMALL, "budget": 1000})
-    with pytest.raises(ValueError, match="of a search whose seed is 0, here 1"):
-        em.improve(problem(), BOX, placed, file=path, seed=1, **{**SMALL, "budget": 1000})
-    for content in (b"no search\n", b"\xff\xfe\x00", b"[1, 2]\n", b'"abc"\n', b'{"seed": 0}\n3\n'):
+    for content in (
+        b"no search",
+        b"no search\n",
+        b"\xff\xfe\x00\n",
+        b"[1, 2]\n",
+        b'"abc"\n',
+        b"\n",
+    ):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="no file of a search"):
+        with pytest.raises(ValueError, match=r"whose line 1 is no evaluation .* another file"):
             em.improve(problem(), BOX, placed, file=path, **SMALL)
     with pytest.raises(ValueError, match="which is a folder"):
         em.improve(problem(), BOX, placed, file=tmp_path, **SMALL)
@@ -329,7 +336,7 @@ def test_a_bit_that_has_changed_in_a_file_is_refused_and_its_line_can_be_taken_o
         changed = bytearray(kept)
         changed[place] ^= 1 << random.integers(8)
         path.write_bytes(changed)
-        with pytest.raises(ValueError, match=r"file is .*search\.jsonl, w(hich is no|hose line)"):
+        with pytest.raises(ValueError, match=r"file is .*search\.jsonl, whose line"):
             em.improve(problem(), BOX, placed, file=path, **small)
     lines = kept.splitlines(keepends=True)
     path.write_bytes(b"".join([*lines[:1], *lines[2:]]))

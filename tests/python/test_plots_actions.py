@@ -8,8 +8,7 @@ from matplotlib import pyplot
 from matplotlib.colors import same_color
 from matplotlib.figure import Figure
 
-from energymargin.actions import Improvement, Ranking
-from energymargin.actions.improved import Generation
+from energymargin.actions import Generation, Improvement, Ranking
 from energymargin.actions.ranking import Standing
 from energymargin.plots import figure_improvement, plot_ranking
 

@@ -10,8 +10,8 @@ from scipy import stats
 from sliding import diverging, problem, still
 
 import energymargin as em
-from energymargin.actions.candidates import Candidates
 from energymargin.actions.racing import Duel, beaten, beats, duel, looks
+from energymargin.actions.trials import Candidates
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
 PLACES = (0.0, 0.3, -0.5, 0.7, -0.9, 0.8)

@@ -3,8 +3,7 @@
 from energymargin.actions.along_plan import Along, Moment, along
 from energymargin.actions.choosing import Candidates, Noise
 from energymargin.actions.guard import Decision, Guard, GuardCounters, ProblemOfAction
-from energymargin.actions.improved import Generation, Improvement
-from energymargin.actions.improvement import improve
+from energymargin.actions.improvement import Generation, Improvement, improve
 from energymargin.actions.ranking import Ranking, Standing, rank
 
 __all__ = [

@@ -12,45 +12,167 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
-from energymargin.actions.candidates import Candidates, check_uncertainty
-from energymargin.actions.hardening import adapted, scaled
-from energymargin.actions.improved import Generation, Improvement
-from energymargin.actions.journal import Journal, digest_of, text_of
-from energymargin.actions.parameters import Parameters
-from energymargin.actions.ranking import Race, Ranking, Terms, score_of
-from energymargin.actions.strategies import METHODS, Strategy, population_of, strategy
-from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Trials
-from energymargin.arguments import shown
+from energymargin.actions.evolution import (
+    Evolution,
+    adapted,
+    cma_package,
+    population_of,
+    scaled,
+)
+from energymargin.actions.journal import Journal
+from energymargin.actions.parameters import Constraint, Make, Maker, Parameters, Point
+from energymargin.actions.racing import Duel, duel
+from energymargin.actions.ranking import Race, Ranking, Standing, Terms, score_of
+from energymargin.actions.trials import (
+    Candidates,
+    Disturbance,
+    Draws,
+    Question,
+    Runner,
+    Trials,
+    check_uncertainty,
+)
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, one_of, whole_number, yes_or_no
 from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
-from energymargin.plans import in_steps
+from energymargin.metrics import value_text
+from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
+from energymargin.table_text import csv_text, markdown_table
 
-__all__ = ["improve"]
+__all__ = ["Generation", "Improvement", "improve"]
 
 SHARE_OF_SEARCH = 0.8  # of a timeout
 FINAL_ROLLOUTS, FINAL_SEARCHES = 200, 16
+METHODS = ("cma",)
 MOST_EMPTY = 50  # generations in a row without a plan that can be
 LAST = 2  # generations whose best are compared at the end
 
 SCREEN, SEARCH, FINAL = 0, 1, 2  # streams of draws
 START, FAVOURITE = "start", "favourite"
 
-Make = Callable[[dict[str, float]], "Plan | Problem | None"]
-Constraint = Callable[[dict[str, float]], float]
-Point = NDArray[np.float64]
 Key = TypeVar("Key")
+
+
+@dataclass(frozen=True, eq=False)
+class Generation:
+    """Plans that were compared on the same draws."""
+
+    __repr__ = short_repr
+
+    points: NDArray[np.float64]
+    """Their parameters in the unit cube, shape (P, D)."""
+    scores: NDArray[np.float64]
+    """Shape (P,): a probability, or the median effort [J]; NaN of those that cannot be."""
+    best: int
+    """Number of the best."""
+    factor: float
+    """How many times as strong as stated the disturbance was."""
+    favourite: NDArray[np.float64]
+    """What the strategy would bet on after it, shape (D,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """The best plan that was found."""
+
+    _repr_html_ = shown_by("improvement")
+
+    values: dict[str, float]
+    """Its parameters."""
+    start: dict[str, float]
+    """Those that it began with."""
+    problem: Problem
+    """The question with this plan."""
+    ranking: Ranking
+    """The last comparison, on new draws: the strategy's favourite, the best of the last
+    generations, and the start. Its best is the result."""
+    generations: tuple[Generation, ...]
+    ranges: dict[str, tuple[float, float]]
+    """Lowest and highest value of each parameter, in the order of the columns of their points."""
+    steps: int
+    """Simulation steps."""
+    complete: bool
+    """Whether the search came to its end: False if the timeout or the cancel came first."""
+
+    def __repr__(self) -> str:
+        """Scores before and after."""
+        return f"Improvement({self.decision})"
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the columns of the points."""
+        return tuple(self.ranges)
+
+    @property
+    def plan(self) -> Plan | None:
+        """Of the problem."""
+        return self.problem.plan
+
+    @property
+    def before(self) -> Standing:
+        """The start, in the last comparison."""
+        return self.ranking[START]
+
+    @property
+    def after(self) -> Standing:
+        """The result, in the last comparison."""
+        return self.ranking.standings[0]
+
+    @property
+    def sure(self) -> float:
+        """Confidence that the result is better than the start."""
+        return self._duel.better
+
+    @property
+    def decision(self) -> str:
+        """One sentence for people."""
+        metric = self.ranking.metric
+        before, after = (value_text(metric, s.score) for s in (self.before, self.after))
+        if self.ranking.best == START:
+            return f"the start is the best that was found: {metric} {before}"
+        return (
+            f"{metric} {before} at the start, {after} with the plan that was found; of "
+            f"{self._duel.draws} draws it gains {self._duel.wins} and loses {self._duel.losses}"
+        )
+
+    def to_markdown(self) -> str:
+        """Parameters and scores before and after, and the last comparison."""
+        rows = [
+            [name, f"{self.start[name]:.4g}", f"{self.values[name]:.4g}"] for name in self.values
+        ]
+        table = markdown_table(["parameter", "start", "found"], rows)
+        decision = f"{self.decision[0].upper()}{self.decision[1:]}."
+        return f"{table}\n\n{decision}\n\n{self.ranking.to_markdown()}"
+
+    def to_csv(self) -> str:
+        """A line for each plan that was tried, in full precision: generation, the factor of the
+        disturbance, the score, the values of the parameters."""
+        low, high = np.array(list(self.ranges.values())).T
+        rows = [
+            (number, one.factor, score, *values)
+            for number, one in enumerate(self.generations, 1)
+            for score, values in zip(
+                one.scores.tolist(), (low + one.points * (high - low)).tolist(), strict=True
+            )
+        ]
+        return csv_text(("generation", "factor", "score", *self.parameters), rows)
+
+    @cached_property
+    def _duel(self) -> Duel:
+        return duel(self.after.values, self.before.values)
 
 
 def improve(
@@ -94,14 +216,14 @@ def improve(
         budget: simulation steps, about, with those of the last comparison. The screening, one
             generation and the last comparison are made in any case.
         rollouts: draws of each candidate of a generation; of an effort, searches.
-        method: "cma", CMA-ES, which needs the extra [improve]; or "cem", the cross-entropy method.
+        method: "cma", CMA-ES, which needs the extra [improve].
         harden: the disturbance grows while most candidates hold, so that the search goes on to the
             plan that withstands the most. The result is told under the stated disturbance.
         seed: the same seed gives the same result, on any number of threads and on any executor.
         nodes: of the searches, as of `em.escape_effort`.
         search: the same.
-        file: where finished batches are kept: the same call goes on from there, after Ctrl-C, or
-            with a larger budget. What a changed plan or constraint asks is simulated anew. A file
+        file: where evaluations are kept by what they ask: the same call goes on from there, after
+            Ctrl-C, or with a larger budget. Another plan, constraint or seed asks anew. A file
             cannot tell two functions apart, so the disturbance is a model of em.disturbances, and
             no set is a Predicate.
         threads: None takes all cores.
@@ -114,7 +236,7 @@ def improve(
     Plans of which more than one rollout and more than 1 % diverge count as plans that cannot be.
 
     Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, a start that breaks a constraint
-    and a file of another search; DivergedError where the rollouts of the start diverge;
+    and a file of something else; DivergedError where the rollouts of the start diverge;
     TimeoutError or Cancelled if the limit comes before the first generation is finished.
     """
     limit = Limit(timeout, cancel)
@@ -128,100 +250,20 @@ def improve(
     harden = yes_or_no("harden", harden)
     function_or_none("progress", progress, "of (steps, budget)")
     check_uncertainty(uncertainty)
-    maker = _Maker(problem, box, make_plan, _functions(constraints), question)
+    maker = Maker(problem, box, make_plan, constraints, question)
     start = maker.start()
-    path = _path(file)
-    what: dict[str, Any] = {}
-    if path is not None:
-        what = {
-            **{"algorithm": [ALGORITHM, ALGORITHM_IMPROVED], "parameters": box.to_plain()},
-            **{"start": digest_of(start), "metric": metric, "disturbance": text_of(disturbance)},
-            **{"uncertainty": uncertainty.to_json() if uncertainty else None, "seed": seed},
-            **{"rollouts": rollouts, "method": method, "harden": harden},
-            **{"nodes": nodes, "search": search},
-        }
+    cma_package()
     spent = _Spent(budget, progress)
     with Trials(executor, threads, spent.add) as trials:
-        journal = Journal(trials, path, what, spent.add)
+        runner: Runner = trials
+        if file is not None:
+            common = (ALGORITHM, ALGORITHM_IMPROVED, uncertainty and uncertainty.to_json())
+            runner = Journal(trials, file, common, spent.add)
         run = _Run(
             *(maker, question, uncertainty, rollouts, start.horizon),
-            *(journal, spent, of_search, limit),
+            *(runner, spent, of_search, limit),
         )
-        return run.improved(method, harden=harden)
-
-
-@dataclass(frozen=True)
-class _Maker:
-    """What values become."""
-
-    problem: Problem
-    box: Parameters
-    make_plan: Make
-    constraints: tuple[Constraint, ...]
-    question: Question
-
-    def __post_init__(self) -> None:
-        """Raises ValueError on what is no problem and no function."""
-        if not isinstance(self.problem, Problem):
-            raise ValueError(f"problem is {shown(self.problem)}, expected a Problem")
-        if not callable(self.make_plan):
-            raise ValueError(
-                f"make_plan is {shown(self.make_plan)}, expected a function of the values by name"
-            )
-
-    def start(self) -> Problem:
-        """The problem of the start; ValueError if there is none."""
-        values = self.box.values(self.box.start)
-        for number, constraint in enumerate(self.constraints):
-            value = _constrained(constraint, number, values)
-            if value < 0:
-                raise ValueError(
-                    f"constraints[{number}] is {value:g} at the start {values}, expected at least 0"
-                )
-        made = self.make(self.box.start)
-        if made is None:
-            raise ValueError(f"make_plan returned None for the start {values}, expected a plan")
-        self.question.check("problem", made)
-        return made
-
-    def violation(self, point: Point) -> float:
-        """By how much its values break the constraints; 0 if they do not."""
-        values = self.box.values(point)
-        found = [_constrained(one, k, values) for k, one in enumerate(self.constraints)]
-        return float(sum(max(0.0, -value) for value in found))
-
-    def required(self, point: Point) -> Problem:
-        """The problem of a point that was made before; ValueError if it cannot be any more."""
-        made = self.make(point)
-        if made is None:
-            raise ValueError("make_plan returned None for values that it made a plan of before")
-        return made
-
-    def make(self, point: Point) -> Problem | None:
-        """The problem of a point in the unit cube; None if it cannot be."""
-        values = self.box.values(point)
-        made = self.make_plan(dict(values))
-        if made is None or isinstance(made, Problem):
-            return made
-        if not isinstance(made, Plan):
-            raise ValueError(
-                f"make_plan returned {shown(made)} for {values}, expected a Plan, a Problem or None"
-            )
-        try:
-            plan = in_steps(made, self.problem.scene.step)
-            horizon = plan.duration if self.problem.horizon is None else self.problem.horizon
-            changed: Problem = self.problem.replace(plan=plan, horizon=horizon, effector="coast")
-        except ValueError as error:
-            raise ValueError(f"make_plan, for {values}: {error}") from error
-        return changed
-
-    def check_horizon(self, point: Point, made: Problem, expected: float | None) -> None:
-        """Raises ValueError on one of another horizon, unless success is asked."""
-        if made.horizon != expected and self.question.metric != "probability/success":
-            raise ValueError(
-                f"make_plan makes a horizon of {made.horizon} s for {self.box.values(point)}, of "
-                f"{expected} s for the start, expected the same: set the problem's horizon"
-            )
+        return run.improved(harden=harden)
 
 
 @dataclass(eq=False)
@@ -250,7 +292,7 @@ class _Spent:
 class _Run:
     """One search."""
 
-    maker: _Maker
+    maker: Maker
     question: Question
     uncertainty: Uncertainty | None
     rollouts: int
@@ -260,10 +302,10 @@ class _Run:
     of_search: Limit
     limit: Limit
 
-    def improved(self, method: str, *, harden: bool) -> Improvement:
+    def improved(self, *, harden: bool) -> Improvement:
         """Screens, searches, compares."""
         box = self.maker.box
-        search = strategy(method, self._screened(), self._seed(SEARCH))
+        search = Evolution(self._screened(), self._seed(SEARCH))
         generations, whole = self._searched(search, harden=harden)
         finalists = {FAVOURITE: generations[-1].favourite}
         for number, one in list(enumerate(generations, 1))[-LAST:]:
@@ -300,7 +342,7 @@ class _Run:
         chosen: Point = points[int(ranking.best)]
         return chosen
 
-    def _searched(self, search: Strategy, *, harden: bool) -> tuple[list[Generation], bool]:
+    def _searched(self, search: Evolution, *, harden: bool) -> tuple[list[Generation], bool]:
         """The generations until the budget leaves but the last comparison, or the limit is reached,
         and whether it was not.
 
@@ -319,7 +361,7 @@ class _Run:
                 break
             scores = _scores(self.question, len(points), draws)
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
-            search.tell(points, losses)
+            search.tell(losses)
             favourite, last = search.favourite, self.spent.steps - before
             best = int(np.argmin(losses))
             generations.append(Generation(points, scores, best, factor, favourite))
@@ -409,29 +451,3 @@ def _losses(scores: Point, draws: dict[int, Draws], violations: Sequence[float])
     ]
     ordered = sorted(set(keys))
     return [float(ordered.index(key)) for key in keys]
-
-
-def _constrained(constraint: Constraint, number: int, values: dict[str, float]) -> float:
-    value = constraint(dict(values))
-    if isinstance(value, (bool, np.bool_)):
-        return 0.0 if value else -1.0
-    if not isinstance(value, (int, float, np.number)) or np.isnan(value):
-        raise ValueError(
-            f"constraints[{number}] returned {shown(value)} for {values}, expected a number"
-        )
-    return float(value)
-
-
-def _functions(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
-    if callable(constraints) or not isinstance(constraints, Sequence):
-        raise ValueError(f"constraints is {shown(constraints)}, expected a list of functions")
-    for number, one in enumerate(constraints):
-        if not callable(one):
-            raise ValueError(f"constraints[{number}] is {shown(one)}, expected a function")
-    return tuple(constraints)
-
-
-def _path(file: str | Path | None) -> Path | None:
-    if not (file is None or isinstance(file, (str, Path))):
-        raise ValueError(f"file is {file!r}, expected the name of a file, or None")
-    return None if file is None else Path(file)

@@ -1,13 +1,13 @@
-"""Batches of trials, each kept in a file once it is done, so that the same search goes on.
+"""A file of evaluations, by the digests of their questions: what was run once is read.
 
-A batch is known by what it asked: its question, its draws and the problems of its candidates. So a
-search that has become another one by a changed constraint or plan runs its own batches. A function
-looks like any other in a file, so none is kept there: not as disturbance, not as set.
+A line is a checksum and an evaluation: its digest, and what came of its draws. The digest is of all
+that the draws depend on. So any search may go on with the file, and one that has become another by
+a changed plan, constraint or seed runs its own. A function looks like any other in a file, so none
+is kept there: not as disturbance, not as set.
 """
 
 from __future__ import annotations
 
-import copyreg
 import hashlib
 import json
 from collections.abc import Callable, Sequence
@@ -19,147 +19,110 @@ import numpy as np
 from energymargin._core import Problem
 from energymargin.actions.trials import Draws, Question, Trial, Trials
 from energymargin.arguments import shown
+from energymargin.disturbances import Disturbance, text_of
 from energymargin.limits import Limit
 from energymargin.replacing import replace_text
 
-__all__ = ["Journal", "digest_of", "text_of"]
+__all__ = ["Journal"]
 
 DIGITS = 16  # of a checksum
+CHECKSUM = b"0123456789abcdef"
 
 
 class Journal:
-    """Trials that are run once; the batches of an earlier search of the same kind are read.
-
-    A line is a batch. The first line says what the search is; a line that a kill left unfinished is
-    cut. Each line begins with a checksum of the rest.
-    """
+    """Trials that are run once."""
 
     def __init__(
         self,
         trials: Trials,
-        path: Path | None,
-        what: dict[str, Any],
+        file: str | Path,
+        common: Sequence[object],
         on_draws: Callable[[Draws], None],
     ) -> None:
-        """`what`: all that the batches depend on. `on_draws`: called with draws that are read.
+        """`common`: all that the draws depend on beside question and trial. `on_draws`: called with
+        draws that are read.
 
-        Raises ValueError on a file of another search, and on a line that has changed.
+        Raises ValueError on another file, and on a line that has changed.
         """
-        self._trials, self._path, self._on_draws = trials, path, on_draws
-        self._known: dict[str, list[Any]] = {} if path is None else dict(_lines(path, what))
+        if not isinstance(file, (str, Path)):
+            raise ValueError(f"file is {file!r}, expected the name of a file, or None")
+        self._trials, self._path, self._common = trials, Path(file), common
+        self._on_draws = on_draws
+        self._known = _evaluations(self._path)
 
     def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """As Trials.run."""
-        if self._path is None:
-            return self._trials.run(question, trials, limit)
-        key = _key(question, trials)
-        if key in self._known:
-            draws = [_drawn(*columns) for columns in self._known[key]]
-            for one in draws:
-                self._on_draws(one)
-            return list(draws)
-        found = self._trials.run(question, trials, limit)
-        if None not in found:
-            plain = [[d.values.tolist(), d.times.tolist(), d.steps] for d in found if d is not None]
-            with self._path.open("a") as file:
-                file.write(_line([key, plain]))
-        return found
+        digests = [self._digest(question, trial) for trial in trials]
+        new = [number for number, digest in enumerate(digests) if digest not in self._known]
+        for digest in digests:
+            if digest in self._known:
+                self._on_draws(self._known[digest])
+        found = self._trials.run(question, [trials[number] for number in new], limit)
+        with self._path.open("a", encoding="utf-8") as file:
+            for number, draws in zip(new, found, strict=True):
+                if draws is not None:
+                    self._known[digests[number]] = draws
+                    columns = [draws.values.tolist(), draws.times.tolist(), draws.steps]
+                    file.write(_line([digests[number], *columns]))
+        return [self._known.get(digest) for digest in digests]
+
+    def _digest(self, question: Question, trial: Trial) -> str:
+        """The particles of a candidate follow from the first one, their numbers and `common`."""
+        disturbance = _disturbance_text(question.disturbance)
+        asked = (question.metric, question.seed, question.nodes, question.search, disturbance)
+        draws = (trial.first, trial.count, trial.particles, _problem_text(trial.problems[0]))
+        return hashlib.sha256(repr((*self._common, *asked, *draws)).encode()).hexdigest()
 
 
-def digest_of(problem: Problem) -> str:
-    """SHA-256 of all that a problem says. Raises ValueError on a set that has no text."""
-    try:
-        text = problem.to_json()
-    except ValueError as error:
-        raise ValueError(
-            f"file keeps batches by the text of their problems: {error}, or leave file out"
-        ) from error
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def text_of(disturbance: Any) -> str:
-    """A model as JSON text, the same for equal ones alone, to the last bit; "null" for None.
-
-    Raises ValueError on a function: two of one name may do different things.
-    """
+def _disturbance_text(disturbance: Any) -> str | None:
     if disturbance is None:
-        return json.dumps(None)
-    reduce: Any = copyreg.dispatch_table.get(type(disturbance))
-    if reduce is None:
+        return None
+    if not isinstance(disturbance, Disturbance):
         raise ValueError(
             f"disturbance is {shown(disturbance)}, which a file cannot tell from another function: "
             "use a model of em.disturbances, or leave file out"
         )
-    make, arguments = reduce(disturbance)
-    return json.dumps([make.__name__, *arguments], default=lambda array: np.asarray(array).tolist())
+    return text_of(disturbance)
 
 
-def _key(question: Question, trials: Sequence[Trial]) -> str:
-    """SHA-256 of a batch; the particles of a candidate follow from the first one, their numbers
-    and the search's seed."""
-    asked = [
-        (trial.first, trial.count, trial.particles, digest_of(trial.problems[0]))
-        for trial in trials
-    ]
-    text = repr((question.metric, question.seed, text_of(question.disturbance), asked))
-    return hashlib.sha256(text.encode()).hexdigest()
+def _problem_text(problem: Problem) -> str:
+    try:
+        return problem.to_json()
+    except ValueError as error:
+        raise ValueError(
+            f"file keeps evaluations by the text of their problems: {error}, or leave file out"
+        ) from error
 
 
-def _drawn(values: list[float], times: list[float], steps: int) -> Draws:
-    return Draws(np.array(values), np.array(times), steps)
-
-
-def _lines(path: Path, what: dict[str, Any]) -> list[tuple[str, list[Any]]]:
-    """The batches of a file by their keys; it is made if there is none."""
+def _evaluations(path: Path) -> dict[str, Draws]:
+    """Those of a file by their digests; a line that a kill left unfinished is cut."""
     if path.is_dir():
         raise ValueError(f"file is {path}, which is a folder, expected the name of a file")
     if not path.exists():
-        replace_text(path, _line(what))
-        return []
-    try:
-        head, *batches, unfinished = path.read_bytes().split(b"\n")
-        known = dict(_content(head))
-    except (TypeError, ValueError):
-        raise ValueError(f"file is {path}, which is no file of a search: name another") from None
-    _require_same_search(path, known, json.loads(json.dumps(what)))
-    found = [_batch(path, number, line) for number, line in enumerate(batches, start=2)]
+        return {}
+    *lines, unfinished = path.read_bytes().split(b"\n")
+    known = dict(_evaluation(path, number, line) for number, line in enumerate(lines, start=1))
     if unfinished:
-        replace_text(path, b"\n".join([head, *batches, b""]).decode())
-    return found
+        if unfinished[:DIGITS].strip(CHECKSUM):  # a line of something else
+            _evaluation(path, len(lines) + 1, unfinished)
+        replace_text(path, b"\n".join([*lines, b""]).decode())
+    return known
 
 
-def _require_same_search(path: Path, known: dict[str, Any], asked: dict[str, Any]) -> None:
-    names = sorted({*known.keys(), *asked})
-    different = [name for name in names if known.get(name) != asked.get(name)]
-    if different:
-        name = different[0]
-        raise ValueError(
-            f"file is {path}, of a search whose {name} is {shown(known.get(name))}, here "
-            f"{shown(asked.get(name))}: name another file, or remove it"
-        )
-
-
-def _batch(path: Path, number: int, line: bytes) -> tuple[str, list[Any]]:
-    """The key and the draws of a line."""
+def _evaluation(path: Path, number: int, line: bytes) -> tuple[str, Draws]:
     try:
-        key, draws = _content(line)
+        digest, values, times, steps = content = json.loads(line.partition(b" ")[2])
+        same = _line(content).encode() == line + b"\n"
     except (TypeError, ValueError):
+        same = False
+    if not same:
         raise ValueError(
-            f"file is {path}, whose line {number} is not as it was written: take the line out, and "
-            "its trials run again"
-        ) from None
-    return key, draws
+            f"file is {path}, whose line {number} is no evaluation as it was written: name another "
+            "file, or take the line out, and it runs again"
+        )
+    return digest, Draws(np.array(values), np.array(times), steps)
 
 
-def _line(content: Any) -> str:
-    """What is written of a content: with a checksum."""
-    text = json.dumps(content, sort_keys=True)
-    return f'["{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]}", {text}]\n'
-
-
-def _content(line: bytes) -> Any:
-    """What a line was written of; TypeError or ValueError if it has changed since."""
-    _, content = json.loads(line)
-    if _line(content).encode() != line + b"\n":
-        raise ValueError("the checksum is another")
-    return content
+def _line(evaluation: list[Any]) -> str:
+    text = json.dumps(evaluation)
+    return f"{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]} {text}\n"

@@ -1,16 +1,25 @@
-"""The parameters of a plan: a box of numbers, and the unit cube in which they are varied."""
+"""The parameters of a plan: a box of numbers, the unit cube in which they are varied, and the
+problems that they make."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin._core import Plan, Problem
+from energymargin.actions.trials import Question
 from energymargin.arguments import shown
+from energymargin.plans import in_steps
 
-__all__ = ["Parameters"]
+__all__ = ["Constraint", "Make", "Maker", "Parameters", "Point"]
+
+Make = Callable[[dict[str, float]], "Plan | Problem | None"]
+Constraint = Callable[[dict[str, float]], float]
+Point = NDArray[np.float64]
 
 EXPECTED = "expected (low, high) or (low, start, high), rising"
 
@@ -25,9 +34,8 @@ class Parameters:
         """
         if not isinstance(given, Mapping) or not given:
             raise ValueError(f"parameters is {shown(given)}, expected a dict: name -> (low, high)")
-        _check_names(given)
-        bounds = np.array([_bounds(str(name), value) for name, value in given.items()])
-        self.names = tuple(map(str, given))
+        bounds = np.array([_bounds(name, value) for name, value in given.items()])
+        self.names = tuple(given)
         self._low, self._start, self._high = bounds.T
 
     def __len__(self) -> int:
@@ -51,19 +59,91 @@ class Parameters:
         found = self._start if exact else self._low + point * (self._high - self._low)
         return dict(zip(self.names, found.tolist(), strict=True))
 
-    def to_plain(self) -> dict[str, list[float]]:
-        """As (low, start, high), for a file."""
-        rows = np.array([self._low, self._start, self._high]).T.tolist()
-        return dict(zip(self.names, rows, strict=True))
+
+@dataclass(frozen=True)
+class Maker:
+    """What points become: values, constraints and problems."""
+
+    problem: Problem
+    box: Parameters
+    make_plan: Make
+    constraints: Sequence[Constraint]
+    question: Question
+
+    def __post_init__(self) -> None:
+        """Raises ValueError on what is no problem and no function."""
+        if callable(self.constraints) or not isinstance(self.constraints, Sequence):
+            raise ValueError(
+                f"constraints is {shown(self.constraints)}, expected a list of functions"
+            )
+        for number, one in enumerate(self.constraints):
+            if not callable(one):
+                raise ValueError(f"constraints[{number}] is {shown(one)}, expected a function")
+        if not isinstance(self.problem, Problem):
+            raise ValueError(f"problem is {shown(self.problem)}, expected a Problem")
+        if not callable(self.make_plan):
+            raise ValueError(
+                f"make_plan is {shown(self.make_plan)}, expected a function of the values by name"
+            )
+
+    def start(self) -> Problem:
+        """The problem of the start; ValueError if there is none."""
+        values = self.box.values(self.box.start)
+        for number, constraint in enumerate(self.constraints):
+            value = _constrained(constraint, number, values)
+            if value < 0:
+                raise ValueError(
+                    f"constraints[{number}] is {value:g} at the start {values}, expected at least 0"
+                )
+        made = self.make(self.box.start)
+        if made is None:
+            raise ValueError(f"make_plan returned None for the start {values}, expected a plan")
+        self.question.check("problem", made)
+        return made
+
+    def violation(self, point: Point) -> float:
+        """By how much its values break the constraints; 0 if they do not."""
+        values = self.box.values(point)
+        found = [_constrained(one, k, values) for k, one in enumerate(self.constraints)]
+        return float(sum(max(0.0, -value) for value in found))
+
+    def required(self, point: Point) -> Problem:
+        """The problem of a point that was made before; ValueError if it cannot be any more."""
+        made = self.make(point)
+        if made is None:
+            raise ValueError("make_plan returned None for values that it made a plan of before")
+        return made
+
+    def make(self, point: Point) -> Problem | None:
+        """The problem of a point in the unit cube; None if it cannot be."""
+        values = self.box.values(point)
+        made = self.make_plan(dict(values))
+        if made is None or isinstance(made, Problem):
+            return made
+        if not isinstance(made, Plan):
+            raise ValueError(
+                f"make_plan returned {shown(made)} for {values}, expected a Plan, a Problem or None"
+            )
+        try:
+            plan = in_steps(made, self.problem.scene.step)
+            horizon = plan.duration if self.problem.horizon is None else self.problem.horizon
+            changed: Problem = self.problem.replace(plan=plan, horizon=horizon, effector="coast")
+        except ValueError as error:
+            raise ValueError(f"make_plan, for {values}: {error}") from error
+        return changed
+
+    def check_horizon(self, point: Point, made: Problem, expected: float | None) -> None:
+        """Raises ValueError on one of another horizon, unless success is asked."""
+        if made.horizon != expected and self.question.metric != "probability/success":
+            raise ValueError(
+                f"make_plan makes a horizon of {made.horizon} s for {self.box.values(point)}, of "
+                f"{expected} s for the start, expected the same: set the problem's horizon"
+            )
 
 
-def _check_names(given: Mapping[str, Any]) -> None:
-    for name in given:
-        if not isinstance(name, str):
-            raise ValueError(f"parameters has the name {shown(name)}, expected a str")
-
-
-def _bounds(name: str, value: Any) -> tuple[float, float, float]:
+def _bounds(name: Any, value: Any) -> tuple[float, float, float]:
+    if not isinstance(name, str):
+        raise ValueError(f"parameters has the name {shown(name)}, expected a str")
     try:
         numbers = [] if isinstance(value, str) else [float(one) for one in value]
     except (TypeError, ValueError):
@@ -74,3 +154,14 @@ def _bounds(name: str, value: Any) -> tuple[float, float, float]:
     if not (good and numbers[0] <= numbers[1] <= numbers[2] and numbers[0] < numbers[2]):
         raise ValueError(f"parameters[{name!r}] is {shown(value)}, {EXPECTED}")
     return numbers[0], numbers[1], numbers[2]
+
+
+def _constrained(constraint: Constraint, number: int, values: dict[str, float]) -> float:
+    value = constraint(dict(values))
+    if isinstance(value, (bool, np.bool_)):
+        return 0.0 if value else -1.0
+    if not isinstance(value, (int, float, np.number)) or np.isnan(value):
+        raise ValueError(
+            f"constraints[{number}] returned {shown(value)} for {values}, expected a number"
+        )
+    return float(value)

@@ -11,9 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
-from energymargin.actions.candidates import Candidates
 from energymargin.actions.racing import Duel, beaten, beats, duel, looks
-from energymargin.actions.trials import EFFORT, Disturbance, Draws, Question, Runner, Trials
+from energymargin.actions.trials import (
+    EFFORT,
+    Candidates,
+    Disturbance,
+    Draws,
+    Question,
+    Runner,
+    Trials,
+)
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, whole_number, yes_or_no

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, CaptureProbability, EscapeEffort, Problem
 from energymargin.arguments import shown
+from energymargin.beliefs import Belief, Uncertainty
+from energymargin.beliefs.belief import CommonParticle, common_particles
 from energymargin.checks import function_of, one_of, whole_number
 from energymargin.closing import Closing
 from energymargin.divergence import ANY
@@ -119,6 +122,14 @@ def check_disturbance(disturbance: Any) -> None:
     function_of("disturbance", disturbance, "random", "times")
 
 
+def check_uncertainty(uncertainty: Uncertainty | None) -> None:
+    """Raises ValueError on another thing."""
+    if not (uncertainty is None or isinstance(uncertainty, Uncertainty)):
+        raise ValueError(
+            f"uncertainty is {uncertainty!r}, expected an em.beliefs.Uncertainty or None"
+        )
+
+
 @dataclass(frozen=True)
 class Trial:
     """Draws of one candidate."""
@@ -140,6 +151,41 @@ class Trial:
             own = slice(0, 1) if alone else slice(start, start + count)
             problems, particles = self.problems[own], self.particles[own]
             yield Trial(self.candidate, problems, self.first + start, count, particles)
+
+
+class Candidates:
+    """Problems that are compared; with an uncertainty draw j of each has particle j of it."""
+
+    def __init__(
+        self, problems: Sequence[Problem], uncertainty: Uncertainty | None, seed: int
+    ) -> None:
+        """`seed`: of the particles. Raises ValueError on an uncertainty that names what a problem
+        does not have, or that is of other bodies in each."""
+        check_uncertainty(uncertainty)
+        self._problems = list(problems)
+        self._particles: list[CommonParticle] = []
+        self._more: Iterator[CommonParticle] | None = None
+        if uncertainty is not None and problems:
+            beliefs = [Belief(problem, uncertainty=uncertainty) for problem in problems]
+            self._more = common_particles(beliefs, seed)
+
+    def __len__(self) -> int:
+        """How many."""
+        return len(self._problems)
+
+    def __iter__(self) -> Iterator[Problem]:
+        """The problems."""
+        return iter(self._problems)
+
+    def trial(self, candidate: int, first: int, count: int) -> Trial:
+        """So many draws of a candidate from number `first` on."""
+        if self._more is None:
+            return Trial(candidate, (self._problems[candidate],), first, count)
+        self._particles += islice(self._more, max(first + count - len(self._particles), 0))
+        own = self._particles[first : first + count]
+        problems = tuple(particle.problems[candidate] for particle in own)
+        particles = tuple(particle.number for particle in own)
+        return Trial(candidate, problems, first, count, particles)
 
 
 @dataclass(frozen=True, eq=False)

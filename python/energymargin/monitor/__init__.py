@@ -6,17 +6,9 @@ it is to raise its alarm, so that at most a given share of the trajectories has 
 same `Conditions`.
 """
 
-from energymargin.monitor.alarm import Alarm
-from energymargin.monitor.calibration import (
-    Alarms,
-    Threshold,
-    alarms,
-    first_loss,
-    threshold,
-)
+from energymargin.monitor.alarm import Alarm, Alarms, Threshold, alarms, first_loss, threshold
 from energymargin.monitor.conditions import Conditions
-from energymargin.monitor.monitor import Monitor
-from energymargin.monitor.readings import Counters, Reading
+from energymargin.monitor.monitor import Counters, Monitor, Reading
 
 __all__ = [
     "Alarm",

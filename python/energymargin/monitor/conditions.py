@@ -6,16 +6,45 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from energymargin import disturbances
 from energymargin.arguments import shown
-from energymargin.checks import positive_number
-from energymargin.monitor.pace import checked_rollouts
+from energymargin.checks import positive_number, whole_number
+from energymargin.disturbances import Disturbance, Uniform, text_of
 
-__all__ = ["Conditions"]
+__all__ = ["Conditions", "Pace"]
+
+SHARE = 0.7  # of a period that a score takes; the rest is for what else the machine does
+MEMORY = 0.8  # of the mean cost, from one score to the next
+FASTEST = 2.0  # times as many rollouts as before, at most
 
 Rollouts = int | tuple[int, int]
+
+
+class Pace:
+    """The number of rollouts of the next score: fixed, or as many as fit into a period.
+
+    It is chosen before a score begins, from what those before it took. A score that was cut short
+    in its course would count too few of the rollouts that last long, those that stay captured.
+    """
+
+    def __init__(self, rollouts: Rollouts, period: float) -> None:
+        """`rollouts`: a number, or the least and the most; `period` [s].
+
+        Raises ValueError on others.
+        """
+        self._least, self._most = _checked_rollouts(rollouts)
+        self._budget = SHARE * period
+        self._cost: float | None = None  # s, of a rollout, a running mean
+        self.rollouts = self._least
+        """Of the next score."""
+
+    def note(self, rollouts: int, asking: float, scoring: float) -> None:
+        """What a score took [s]: `asking` for the problem, and `scoring` its `rollouts`."""
+        cost = scoring / max(rollouts, 1)
+        mean = cost if self._cost is None else MEMORY * self._cost + (1 - MEMORY) * cost
+        self._cost = mean
+        fitting = int(max(self._budget - asking, 0.0) / max(mean, cost, 1e-9))
+        growing = int(FASTEST * self.rollouts)
+        self.rollouts = min(max(min(fitting, growing), self._least), self._most)
 
 
 @dataclass(frozen=True)
@@ -36,7 +65,7 @@ class Conditions:
 
     def __post_init__(self) -> None:
         """Checks them."""
-        checked_rollouts(self.rollouts)
+        _checked_rollouts(self.rollouts)
         positive_number("horizon", self.horizon)
         positive_number("period", self.period)
 
@@ -68,14 +97,18 @@ def _same(first: float, second: float) -> bool:
 
 def _is_same_disturbance(first: Any, second: Any) -> bool:
     """Models are the same that say the same, functions that are one."""
-    first, second = (disturbances.Uniform() if one is None else one for one in (first, second))
-    if isinstance(first, disturbances.Disturbance):
-        return type(first) is type(second) and _said(first) == _said(second)
+    first, second = (Uniform() if one is None else one for one in (first, second))
+    if isinstance(first, Disturbance) and isinstance(second, Disturbance):
+        return text_of(first) == text_of(second)
     return first is second or bool(first == second)
 
 
-def _said(model: Any) -> list[Any]:
-    """The numbers of a model of disturbances."""
-    names = [name for name in dir(model) if not name.startswith("_")]
-    values = [getattr(model, name) for name in names]
-    return [np.asarray(value).tolist() for value in values if not callable(value)]
+def _checked_rollouts(rollouts: Rollouts) -> tuple[int, int]:
+    """(least, most) of a number of rollouts, or of these two; ValueError on others."""
+    if not isinstance(rollouts, tuple):
+        count = whole_number("rollouts", rollouts, 1)
+        return count, count
+    if len(rollouts) != 2:
+        raise ValueError(f"rollouts is {rollouts!r}, expected a number, or (least, most)")
+    least = whole_number("rollouts", rollouts[0], 1)
+    return least, whole_number("rollouts", rollouts[1], least)

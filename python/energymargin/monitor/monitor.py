@@ -10,9 +10,9 @@ import math
 import threading
 import time as clock
 from collections import deque
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,14 +27,11 @@ from energymargin.checks import not_negative_number, positive_number, whole_numb
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, is_unknown
 from energymargin.executors.threads import thread_count
-from energymargin.monitor.alarm import Alarm
-from energymargin.monitor.calibration import Threshold
-from energymargin.monitor.conditions import Conditions
-from energymargin.monitor.pace import Pace
-from energymargin.monitor.readings import Counters, Reading, slope
+from energymargin.monitor.alarm import Alarm, Threshold
+from energymargin.monitor.conditions import Conditions, Pace
 from energymargin.searches import SearchSettings, metric_search
 
-__all__ = ["Monitor"]
+__all__ = ["Counters", "Monitor", "Reading"]
 
 LONGEST_CLOSE = 0.2  # s
 UNKNOWN = (math.nan, math.nan)
@@ -42,6 +39,51 @@ UNKNOWN = (math.nan, math.nan)
 _log = logging.getLogger("energymargin.monitor")
 
 ProblemOf = Callable[[NDArray[np.float64]], Problem] | Callable[..., Problem]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The score of one state of a stream."""
+
+    time: float
+    """Of the state, as it was pushed [s]."""
+    value: float
+    """Probability of staying captured over the problem's horizon; NaN with an `error`, or if more
+    than one of its rollouts and more than 1 % of them diverged."""
+    interval: tuple[float, float]
+    """95 % interval of the value."""
+    rollouts: int
+    """How many the value is of, without those that diverged."""
+    trend: float
+    """Slope of the values over the monitor's `trend_window` [1/s]; NaN with fewer than two."""
+    alarm: bool
+    """Whether the alarm is on."""
+    lateness: float
+    """From the push to the reading [s], by the machine's clock."""
+    late: bool
+    """Whether that is more than the monitor's `period`."""
+    probability: CaptureProbability | None = field(default=None, repr=False)
+    """All that is known, as its curve; None with an `error`."""
+    error: Exception | None = None
+    """Why the state has no value: what `problem_of` or the score raised."""
+
+    @property
+    def diverged(self) -> int:
+        """Rollouts that diverged, which do not count."""
+        return 0 if self.probability is None else self.probability.diverged
+
+
+class Counters(NamedTuple):
+    """States of a stream since it began."""
+
+    pushed: int
+    scored: int
+    dropped: int
+    """Left out for newer ones, or by `reset` and `close`."""
+    late: int
+    """Scored, but later than a period after their push."""
+    failed: int
+    """Without a value."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +285,7 @@ class Monitor(Closing):
 
     def _count(self, **more: int) -> None:
         own = self._counts._asdict()
-        self._counts = Counters(**{name: own[name] + more.get(name, 0) for name in own})
+        self._counts = Counters(**own | {name: own[name] + more[name] for name in more})
 
     def _work(self) -> None:
         while (pushed := self._next()) is not None:
@@ -337,7 +379,7 @@ class Monitor(Closing):
         near = [r for r in self._history if first <= r.time < reading.time]
         near = [r for r in near if not math.isnan(r.value)]
         near.append(reading)
-        return slope([r.time for r in near], [r.value for r in near])
+        return _slope([r.time for r in near], [r.value for r in near])
 
     def _call(self, reading: Reading) -> None:
         if self._on_reading is None:
@@ -399,3 +441,12 @@ def _conditions_of(alarm: Alarm | None) -> Conditions | None:
             "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
         )
     return alarm.conditions
+
+
+def _slope(times: Sequence[float], values: Sequence[float]) -> float:
+    """Of the line of least squares through values at times [s]; NaN of fewer than two times."""
+    t, y = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
+    if len(t) < 2 or np.ptp(t) == 0:
+        return float("nan")
+    t = t - t.mean()
+    return float(t @ (y - y.mean()) / (t @ t))
