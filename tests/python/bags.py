@@ -1,47 +1,11 @@
-"""Bags of ROS 2 that tests write, with the writer of mcap-ros2-support."""
+"""Bags of ROS 1 and ROS 2 that tests write, with the writers of rosbags."""
+
+import tempfile
+from pathlib import Path
 
 import numpy as np
 
-TIME = "builtin_interfaces/Time"
-BORDER = "=" * 80
-PARTS = {
-    "std_msgs/Header": f"{TIME} stamp\nstring frame_id",
-    TIME: "int32 sec\nuint32 nanosec",
-    "geometry_msgs/Point": "float64 x\nfloat64 y\nfloat64 z",
-    "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z",
-    "geometry_msgs/Quaternion": "float64 x\nfloat64 y\nfloat64 z\nfloat64 w",
-    "geometry_msgs/Pose": "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation",
-    "geometry_msgs/Twist": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
-    "geometry_msgs/Transform": (
-        "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation"
-    ),
-    "geometry_msgs/PoseWithCovariance": "geometry_msgs/Pose pose\nfloat64[36] covariance",
-    "geometry_msgs/TwistWithCovariance": "geometry_msgs/Twist twist\nfloat64[36] covariance",
-    "geometry_msgs/TransformStamped": (
-        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform"
-    ),
-}
-WHOLE = {
-    "geometry_msgs/msg/PoseStamped": "std_msgs/Header header\ngeometry_msgs/Pose pose",
-    "geometry_msgs/msg/PoseWithCovarianceStamped": (
-        "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose"
-    ),
-    "geometry_msgs/msg/TransformStamped": PARTS["geometry_msgs/TransformStamped"],
-    "nav_msgs/msg/Odometry": (
-        "std_msgs/Header header\nstring child_frame_id\n"
-        "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist"
-    ),
-    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
-    "std_msgs/msg/String": "string data",
-}
 EPOCH = 1_700_000_000  # s
-
-
-def definition(kind):
-    """Of a message and of all that may be in it."""
-    return "\n".join(
-        [WHOLE[kind], *(f"{BORDER}\nMSG: {name}\n{text}" for name, text in PARTS.items())]
-    )
 
 
 def header(time, frame="world"):
@@ -89,15 +53,47 @@ def message(kind, time, x, y, yaw, *, frame="world", child="", **how):
 
 
 def write_bag(path, messages):
-    """A bag of (topic, kind, time of the log [s], message)."""
-    from mcap_ros2.writer import Writer
+    """A bag of (topic, kind, time of the log [s], message): a file of ROS 2 (.mcap, .db3) or ROS 1
+    (.bag), or else the folder of a bag."""
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
 
-    with path.open("wb") as stream:
-        writer, schemas = Writer(stream), {}
-        for topic, kind, time, content in messages:
-            if kind not in schemas:
-                schemas[kind] = writer.register_msgdef(kind, definition(kind))
-            nanoseconds = round(time * 1e9)
-            writer.write_message(topic, schemas[kind], content, nanoseconds, nanoseconds)
-        writer.finish()
+    if path.suffix == ".bag":
+        store = get_typestore(Stores.ROS1_NOETIC)
+        path.unlink(missing_ok=True)
+        _write(Writer1(path), store, store.serialize_ros1, messages)
+        return path
+    store = get_typestore(Stores.LATEST)
+    plugin = StoragePlugin.SQLITE3 if path.suffix == ".db3" else StoragePlugin.MCAP
+    with tempfile.TemporaryDirectory() as parent:
+        folder = Path(parent) / path.stem
+        writer = Writer(folder, version=9, storage_plugin=plugin)
+        _write(writer, store, store.serialize_cdr, messages)
+        (folder if not path.suffix else folder / path.name).replace(path)
     return path
+
+
+def _write(writer, store, serialize, messages):
+    connections = {}
+    with writer:
+        for topic, kind, time, content in messages:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            data = serialize(_filled(store, kind, content), kind)
+            writer.write(connections[topic], round(time * 1e9), data)
+
+
+def _filled(store, kind, content):
+    """A message of this type, from a table of its fields; a `seq` of ROS 1 is 0."""
+    fields = {}
+    for name, (_, of_field) in store.fielddefs[kind][1]:
+        value = content.get(name, 0)
+        if isinstance(value, dict):
+            value = _filled(store, of_field, value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            value = [_filled(store, of_field[0][1], one) for one in value]
+        elif isinstance(value, list):
+            value = np.array(value)
+        fields[name] = value
+    return store.types[kind](**fields)

@@ -26,7 +26,7 @@ __all__ = ["import_recordings"]
 
 FilesArgument = Annotated[
     list[Path] | None,
-    typer.Argument(help="The recordings: CSV files, a row a frame, or bags of ROS 2 (MCAP)."),
+    typer.Argument(help="The recordings: CSV files, a row a frame, or bags of ROS."),
 ]
 ObjectTopicOption = Annotated[
     str | None,
@@ -228,7 +228,7 @@ def _read_bag(
             f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
             f"{known or 'none'}"
         )
-    return recordings.read_mcap(
+    return recordings.read_bag(
         path, object=object_topic, effector=effector_topic, origin=layout.origin, **rules
     )
 

@@ -1,11 +1,10 @@
-"""Recordings: read from CSV files or bags of ROS 2, placed into a task's scene, scored by frame.
+"""Recordings: read from CSV files or bags of ROS, placed into a task's scene, scored by frame.
 
 In the plane: of each of two bodies x, y and yaw.
 """
 
-from energymargin.recordings.bags import bag_topics, read_mcap
-from energymargin.recordings.csv_files import Columns
-from energymargin.recordings.reading import read_csv
+from energymargin.recordings.bags import bag_topics, read_bag
+from energymargin.recordings.csv_files import Columns, read_csv
 from energymargin.recordings.recording import Motion, Placed, Recording, Repairs, placed
 from energymargin.recordings.trajectories import (
     RecordedTask,
@@ -24,8 +23,8 @@ __all__ = [
     "bag_topics",
     "dataset",
     "placed",
+    "read_bag",
     "read_csv",
     "read_frame_labels",
     "read_labels",
-    "read_mcap",
 ]

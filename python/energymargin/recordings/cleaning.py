@@ -1,4 +1,4 @@
-"""Gaps, outliers and noise of measured poses.
+"""Gaps, outliers and noise of measured poses, and how well they are known.
 
 Gaps: frames that a camera dropped, by the steps of their numbers, and the time without a body. A
 tracker that has lost a body may write zeros.
@@ -15,22 +15,25 @@ Noise: velocities come from a smoothing spline (`scipy.interpolate.make_smoothin
 the poses at their own times, with unequal steps. It passes motion slower than 2 pi times its time
 scale, and little that is faster. Where it would leave a measured pose by more than the noise, as at
 an impact, the time scale is shorter. docs/guides/recordings.md has the measurements behind it.
+
+Errors: a cubic smoothing spline is the mean of a belief: that of a value whose acceleration is
+white noise, seen with errors (Wahba, Improper priors, spline smoothing and the problem of guarding
+against model errors in regression, 1978). The variances of that belief are those of two Kalman
+filters, forward and back (Fraser and Potter, 1969); how large the errors are, the spline's
+residuals tell. So a frame that was filled, or that is near an end, is known less well than one amid
+others.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from energymargin.recordings.csv_files import FrameTable, of_body
-from energymargin.recordings.deviations import error_variance, unit_variances
 from energymargin.recordings.recording import Motion
-from energymargin.reprs import short_repr
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -41,20 +44,17 @@ __all__ = [
     "LEAST_TURN",
     "SIGMA_OF_MAD",
     "SMOOTHING",
-    "Clock",
     "causally_smoothed",
     "diagonal",
-    "filled_clock",
     "gap_limits",
     "jumps",
     "lost",
-    "require_short_gaps",
     "smoothed",
+    "unit_variances",
 ]
 
 USUAL = 1.5  # median steps of time; with a shorter one, no frame is missing
 JITTER = 0.25  # of the median step of time: so much times are rounded, or late
-LEAST_STEP = 0.5  # of the median step of time, between frames that are filled in
 
 LEAST_JUMP = 5e-3  # m; ten times a good camera's noise
 LEAST_TURN = np.radians(5.0)  # rad
@@ -72,47 +72,6 @@ NOISE_OF_THIRD = math.sqrt(1 + 9 + 9 + 1)  # the third difference of noise has s
 LEAST_FRAMES = 7  # a spline needs 5, the search for outliers 7
 
 
-@dataclass(frozen=True, eq=False)
-class Clock:
-    """Numbers and times [s] of all K frames, also of those that the file does not have."""
-
-    __repr__ = short_repr
-
-    frames: NDArray[np.int64]
-    times: NDArray[np.float64]
-    missing: tuple[int, ...]
-    """Numbers of the frames that the file does not have."""
-
-    def since(self, time: float) -> Clock:
-        """The frames from a time on."""
-        later = self.times >= time
-        frames = self.frames[later]
-        missing = tuple(number for number in self.missing if number >= frames[0])
-        return Clock(frames, self.times[later], missing)
-
-
-def require_short_gaps(
-    table: FrameTable, body: str, good: NDArray[np.bool_], longest_gap: float
-) -> None:
-    """Raises ValueError with the line after a longer time without a good pose of this body."""
-    times = table.values["time"]
-    rows = np.flatnonzero(good)
-    gaps = np.diff(times[rows])
-    longest, jitter = gap_limits(longest_gap, times)
-    if (gaps > longest + jitter).any():
-        k = int(np.argmax(gaps > longest + jitter))
-        before, after = rows[k], rows[k + 1]
-        numbers = table.values["frame"]
-        poses = np.stack([table.values[name] for name in of_body(body)[0]], axis=1)
-        zeros = " (its pose is 0, 0, 0 there)" if _zeros(poses[before:after]).any() else ""
-        raise table.source.error(
-            f"the {body} was not seen for {gaps[k]:.3g} s, from frame {numbers[before]:.0f} to "
-            f"{numbers[after]:.0f}{zeros}, expected at most {longest:g} s: cut the recording "
-            "there, or allow a larger longest_gap",
-            int(table.lines[after]),
-        )
-
-
 def gap_limits(longest_gap: float, times: NDArray[np.float64]) -> tuple[float, float]:
     """The longest time without a pose that is filled, of a slow camera a bit more than its step;
     and by how much rounded and jittering times may be beyond it [s]."""
@@ -127,13 +86,13 @@ def lost(poses: NDArray[np.float64], least_jump: float) -> NDArray[np.bool_]:
     They are those of zeros that the motion does not lead to: before or behind them the body is
     farther away than it usually goes in a step, and than `least_jump` [m].
     """
-    seen, zeros = np.asarray(np.isfinite(poses).all(axis=1)), _zeros(poses)
-    moving = seen & ~zeros
+    seen, at_zero = np.asarray(np.isfinite(poses).all(axis=1)), _zeros(poses)
+    moving = seen & ~at_zero
     steps = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1)[moving[1:] & moving[:-1]]
     usual = float(np.percentile(steps, USUAL_STEPS)) if len(steps) else 0.0
     far = moving & (np.linalg.norm(poses[:, :2], axis=1) > max(least_jump, LEAPS * usual))
-    found = np.zeros_like(zeros)
-    for first, end in _runs(zeros):
+    found = np.zeros_like(at_zero)
+    for first, end in _runs(at_zero):
         before, after = np.flatnonzero(seen[:first])[-1:], end + np.flatnonzero(seen[end:])[:1]
         found[first:end] = far[before].any() or far[after].any()
     return found
@@ -147,32 +106,6 @@ def _runs(rows: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First row and end of each run of true ones."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(np.int8)))
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
-
-
-def filled_clock(table: FrameTable) -> Clock:
-    """All frames of a file, and those whose numbers are missing, at times in between.
-
-    If a camera drops all but every n-th frame, numbers rise by n. Raises ValueError
-    with the line where numbers jump and the time does not.
-    """
-    frames, times = table.values["frame"].astype(np.int64), table.values["time"]
-    steps, stride = np.diff(times), max(1, int(np.median(np.diff(frames))))
-    missing = np.maximum(-(-np.diff(frames) // stride) - 1, 0)
-    crowded = (missing > 0) & (steps / (missing + 1) < LEAST_STEP * np.median(steps))
-    if crowded.any():
-        k = int(np.argmax(crowded))
-        raise table.source.error(
-            f"frame is {frames[k + 1]} after {frames[k]}, but the time rises by {steps[k]:.3g} s: "
-            "expected the frames between to have time, or all frames numbered through",
-            int(table.lines[k + 1]),
-        )
-    numbers = [
-        frames[k] + stride * np.arange(1, count + 1) for k, count in enumerate(missing) if count > 0
-    ]
-    added = np.concatenate([np.zeros(0, np.int64), *numbers])
-    everything = np.sort(np.concatenate([frames, added]))
-    filled = np.interp(everything.astype(float), frames.astype(float), times)
-    return Clock(everything, filled, tuple(added.tolist()))
 
 
 def jumps(
@@ -289,3 +222,64 @@ def _spline(
         if away <= FARTHEST * noise or scale < LEAST_SCALE:
             return spline, scale
         scale /= 2
+
+
+def unit_variances(
+    moments: NDArray[np.float64], at: NDArray[np.float64], scale: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Variances of the spline's value and rate at the K times `at`, each (K,), and of its value at
+    the N rising `moments` of the measurements, (N,), for errors of variance 1.
+
+    Times and the spline's time scale are in steps; shape (K, 2) and (N,).
+    """
+    times = np.union1d(moments, at)
+    seen = np.isin(times, moments)
+    smooth = _variances(times, seen, scale**-4)
+    return smooth[np.searchsorted(times, at)], smooth[seen, 0]
+
+
+def error_variance(residuals: NDArray[np.float64], unit: NDArray[np.float64]) -> float:
+    """Of the measurements, from the spline's residuals at them, shape (N,), and its variances there
+    for errors of variance 1: their sum is the number of the spline's parameters."""
+    return float((residuals**2).sum() / (len(residuals) - unit.sum()))
+
+
+def _variances(
+    times: NDArray[np.float64], seen: NDArray[np.bool_], noise: float
+) -> NDArray[np.float64]:
+    """Variances of value and rate at each time, (T, 2), of a white acceleration of this density.
+
+    What is known from before and what from behind are added up, as inverses of covariances: at the
+    ends one of them is nothing.
+    """
+    steps = np.diff(times)
+    look = np.diag([1.0, 0.0])  # at the value, with an error of variance 1
+    looks = [look if one else np.zeros((2, 2)) for one in seen]
+    forward = [looks[0]]
+    for step, own in zip(steps, looks[1:], strict=True):
+        forward.append(_ahead(forward[-1], step, noise) + own)
+    behind = [np.zeros((2, 2))]
+    for step, own in zip(steps[::-1], looks[:0:-1], strict=True):
+        behind.append(_back(behind[-1] + own, step, noise))
+    both = np.array(forward) + np.array(behind[::-1])
+    return np.asarray(np.diagonal(np.linalg.inv(both), axis1=1, axis2=2))
+
+
+def _ahead(known: NDArray[np.float64], step: float, noise: float) -> NDArray[np.float64]:
+    """What was known, as the inverse of a covariance, after a step of a white acceleration."""
+    back = np.array([[1.0, -step], [0.0, 1.0]])
+    moved = back.T @ known @ back
+    return np.asarray(np.linalg.solve(np.eye(2) + moved @ _added(step, noise), moved))
+
+
+def _back(known: NDArray[np.float64], step: float, noise: float) -> NDArray[np.float64]:
+    """The same before the step."""
+    ahead = np.array([[1.0, step], [0.0, 1.0]])
+    return np.asarray(
+        ahead.T @ np.linalg.solve(np.eye(2) + known @ _added(step, noise), known) @ ahead
+    )
+
+
+def _added(step: float, noise: float) -> NDArray[np.float64]:
+    """The covariance that a white acceleration adds in a step."""
+    return noise * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])

@@ -1,41 +1,37 @@
-"""A recording's CSV file: which column is what, in which units, and its numbers in SI units."""
+"""CSV files: a recording's, with its columns and units, and those of labels."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import os
-from collections import Counter
 from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.reprs import short_repr
+from energymargin.checks import one_of
+from energymargin.recordings.cleaning import LEAST_JUMP, LEAST_TURN, SMOOTHING
+from energymargin.recordings.reading import (
+    BODIES,
+    LONGEST_GAP,
+    POSE,
+    VELOCITY,
+    FrameTable,
+    Rules,
+    SourceFile,
+    frame_origin,
+    recording_of,
+)
+from energymargin.recordings.recording import Recording
 
-__all__ = [
-    "BODIES",
-    "FIELDS",
-    "HEADERS",
-    "UNITS",
-    "Columns",
-    "FrameTable",
-    "SourceFile",
-    "frame_origin",
-    "kind_of",
-    "lines_of",
-    "of_body",
-    "read_table",
-]
+if TYPE_CHECKING:
+    import pandas as pd
 
-BODIES = ("object", "effector")
-POSE = ("x", "y", "yaw")
-VELOCITY = ("vx", "vy", "yaw_rate")
+__all__ = ["Columns", "read_cells", "read_csv"]
 
 UNITS = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -44,49 +40,32 @@ UNITS = {
 }
 """By kind and unit: its size in SI units. Velocities are such a length or angle a second."""
 
+FIELDS = ("frame", "time", *(f"{body}_{axis}" for body in BODIES for axis in (*POSE, *VELOCITY)))
+"""All columns, in the order of the documented header."""
+
 MOST_NAMED = 100  # columns that an error lists
 NOT_SEEN = ("", "nan", "NaN", "NAN")
 LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbers
 
 
-def of_body(body: str) -> tuple[list[str], list[str]]:
-    """The three columns of a body's pose, and the three of its velocity."""
-    return [f"{body}_{axis}" for axis in POSE], [f"{body}_{axis}" for axis in VELOCITY]
+def _kind(name: str) -> str:
+    """ "length", "angle" or "time"; "" of the frame's number."""
+    if name in ("frame", "time"):
+        return name.removeprefix("frame")
+    return "angle" if "yaw" in name else "length"
 
 
-FIELDS = ("frame", "time", *(name for body in BODIES for three in of_body(body) for name in three))
-"""All columns, in the order of the documented header."""
-
-
-def kind_of(field: str) -> str | None:
-    """ "length", "angle" or "time"; None of the frame's number."""
-    if field in ("frame", "time"):
-        return "time" if field == "time" else None
-    return "angle" if "yaw" in field else "length"
-
-
-def _headers() -> dict[str, tuple[str, str | None]]:
-    found: dict[str, tuple[str, str | None]] = {name: (name, None) for name in FIELDS}
+def _headers() -> dict[str, tuple[str, str]]:
+    """By a name in a header, as "object_vx_mm_s": the field, and its unit or ""."""
+    found = {name: (name, "") for name in FIELDS}
     for name in FIELDS:
-        a_second = "_s" if name.rpartition("_")[2] in ("vx", "vy", "rate") else ""
-        for unit in UNITS.get(kind_of(name) or "", ()):
+        a_second = "_s" if name.endswith(VELOCITY) else ""
+        for unit in UNITS.get(_kind(name), ()):
             found[f"{name}_{unit}{a_second}"] = (name, unit)
     return found
 
 
 HEADERS = _headers()
-"""By a name in a header, such as "object_yaw_deg" or "object_vx_mm_s": the field and its unit."""
-
-
-@dataclass(frozen=True)
-class Column:
-    """Where a field stands in a row, and what its numbers are multiplied with."""
-
-    field: str
-    number: int
-    """From 0 on."""
-    factor: float
-    """To SI units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,23 +89,21 @@ class Columns:
 
     def __post_init__(self) -> None:
         """Checks what can be checked without a file."""
-        _require_known("columns", self.columns, FIELDS)
-        _require_known("units", self.units, UNITS)
+        for what, known in (("columns", FIELDS), ("units", tuple(UNITS))):
+            given = getattr(self, what)
+            if not isinstance(given, Mapping):
+                raise ValueError(f"{what} is {given!r}, expected an object")
+            _require_known(what, given, known)
         for kind, unit in self.units.items():
-            if not isinstance(unit, str) or unit not in UNITS[kind]:
-                raise ValueError(f"units has the {kind} in {unit!r}, expected {_or(UNITS[kind])}")
+            one_of(f"the unit of {kind}", unit, list(UNITS[kind]))
         for name, column in self.columns.items():
-            if isinstance(column, bool) or not isinstance(column, (str, int)):
+            number = isinstance(column, int) and not isinstance(column, bool) and column >= 0
+            if not (number or isinstance(column, str)):
                 raise ValueError(
-                    f"columns has {column!r} for {name!r}, expected a name or a number"
+                    f"columns has {column!r} for {name!r}, expected a name or a number from 0 on"
                 )
-            if isinstance(column, int) and column < 0:
-                raise ValueError(f"columns has {column} for {name!r}, expected a number from 0 on")
-        if (
-            not isinstance(self.delimiter, str)
-            or len(self.delimiter) != 1
-            or self.delimiter in '\n\r"'
-        ):
+        one_character = isinstance(self.delimiter, str) and len(self.delimiter) == 1
+        if not one_character or self.delimiter in '\n\r"':
             raise ValueError(f"delimiter is {self.delimiter!r}, expected one character")
         if self.header not in (None, True, False):
             raise ValueError(f"header is {self.header!r}, expected true or false")
@@ -143,7 +120,8 @@ class Columns:
         if given is None or isinstance(given, Columns):
             return given or cls()
         if isinstance(given, Mapping):
-            return cls._made(dict(given))
+            _require_known("the mapping of columns", given, [known.name for known in fields(cls)])
+            return cls(**given)
         if not (isinstance(given, (str, os.PathLike)) and os.fspath(given)):
             raise ValueError(f"columns is {given!r}, expected a mapping or a JSON file of one")
         path = Path(given)
@@ -151,18 +129,9 @@ class Columns:
             content = json.loads(path.read_text(encoding="utf-8"))
             if not isinstance(content, dict):
                 raise ValueError(f"is a {type(content).__name__}, expected a JSON object")
-            return cls._made(content)
+            return cls.of(content)
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{path}: {error}") from error
-
-    @classmethod
-    def _made(cls, content: dict[str, Any]) -> Columns:
-        names = [known.name for known in fields(cls)]
-        _require_known("the mapping of columns", content, names)
-        for name in ("columns", "units"):
-            if not isinstance(content.get(name, {}), Mapping):
-                raise ValueError(f"{name} is {content[name]!r}, expected an object")
-        return cls(**content)
 
     @property
     def has_header(self) -> bool:
@@ -171,220 +140,209 @@ class Columns:
             return self.header
         return not self.columns or any(isinstance(c, str) for c in self.columns.values())
 
-    def found(self, header: Sequence[str] | None, width: int) -> list[Column]:
-        """Where each field stands in rows of `width` cells.
+    def places(self, first: Sequence[str]) -> dict[str, tuple[int, float]]:
+        """By field: the number of its column, and what makes SI units of its numbers.
 
-        Raises ValueError on a header that lacks a field, has it twice or, without `columns`, has
-        others.
+        `first` has the cells of the first line. Raises ValueError on a header that lacks a field,
+        has it twice or, without `columns`, has others.
         """
-        if header is not None:
-            if not self.columns and all(_is_number(name) for name in header):
+        return self._mapped(first) if self.columns else self._documented(first)
+
+    def _documented(self, header: Sequence[str]) -> dict[str, tuple[int, float]]:
+        found: dict[str, tuple[int, float]] = {}
+        for number, cell in enumerate(header):
+            if cell not in HEADERS:
                 raise ValueError(
-                    f"there is no header, expected {','.join(FIELDS[:5])},... in the first line; "
-                    "or say which column is what: columns="
+                    f"the header has {cell!r}, expected {', '.join(FIELDS)}, each perhaps with its "
+                    "unit, as object_yaw_deg; or say which column is what: columns="
                 )
-            doubled = sorted(name for name, count in Counter(header).items() if count > 1)
-            used = doubled if not self.columns else [n for n in doubled if n in self._names()]
-            if used:
-                raise ValueError(f"the header has {used[0]!r} more than once")
-        return self._mapped(header, width) if self.columns else self._documented(header or ())
-
-    def _names(self) -> list[str | int]:
-        return list(self.columns.values())
-
-    def _documented(self, header: Sequence[str]) -> list[Column]:
-        unknown = [name for name in header if name not in HEADERS]
-        if unknown:
-            raise ValueError(
-                f"the header has {unknown[0]!r}, expected {', '.join(FIELDS)}, each "
-                "perhaps with its unit, as object_yaw_deg; or say which column is what: columns="
-            )
-        found: dict[str, Column] = {}
-        for number, name in enumerate(header):
-            known, unit = HEADERS[name]
-            if known in found:
-                raise ValueError(f"the header has {known!r} twice, in two units")
-            found[known] = Column(known, number, self._factor(known, unit))
+            name, unit = HEADERS[cell]
+            if name in found:
+                raise ValueError(f"the header has {name!r} more than once")
+            found[name] = (number, self._factor(name, unit))
         _require_whole("the header", found, needed=FIELDS)
-        return list(found.values())
+        return found
 
-    def _mapped(self, header: Sequence[str] | None, width: int) -> list[Column]:
-        found: dict[int, Column] = {}
+    def _mapped(self, first: Sequence[str]) -> dict[str, tuple[int, float]]:
+        found: dict[str, tuple[int, float]] = {}
         for name, given in self.columns.items():
-            number = given if isinstance(given, int) else _place(given, header)
-            if number >= width:
-                raise ValueError(f"there is no column {number} ({name}), expected 0 to {width - 1}")
-            if number in found:
-                raise ValueError(f"columns has {given!r} for {found[number].field!r} and {name!r}")
-            found[number] = Column(name, number, self._factor(name))
-        return list(found.values())
+            number = given if isinstance(given, int) else self._number(given, first)
+            if number >= len(first):
+                raise ValueError(
+                    f"there is no column {number} ({name}), expected 0 to {len(first) - 1}"
+                )
+            same = [other for other, (place, _) in found.items() if place == number]
+            if same:
+                raise ValueError(f"columns has {given!r} for {same[0]!r} and {name!r}")
+            found[name] = (number, self._factor(name))
+        return found
 
-    def _factor(self, name: str, unit: str | None = None) -> float:
-        kind = kind_of(name)
-        if kind is None:
-            return 1.0
-        return UNITS[kind][unit or self.units.get(kind, next(iter(UNITS[kind])))]
+    def _number(self, name: str, first: Sequence[str]) -> int:
+        """The number of a column from 0 on, by its name in the header."""
+        if not self.has_header:
+            raise ValueError(f"columns names {name!r}, but the file is to have no header")
+        if first.count(name) > 1:
+            raise ValueError(f"the header has {name!r} more than once")
+        if name not in first:
+            known = ", ".join(first[:MOST_NAMED])
+            raise ValueError(f"there is no column {name!r}, expected one of {known}")
+        return first.index(name)
+
+    def _factor(self, name: str, unit: str = "") -> float:
+        kind = _kind(name)
+        sizes = UNITS.get(kind, {"": 1.0})
+        return sizes[unit or self.units.get(kind, next(iter(sizes)))]
 
 
-def _place(name: str, header: Sequence[str] | None) -> int:
-    """The number of a column. Raises ValueError if there is none of this name."""
-    if header is None:
-        raise ValueError(f"columns names {name!r}, but the file is to have no header")
-    if name not in header:
-        raise ValueError(f"there is no column {name!r}, expected one of {_some(header)}")
-    return list(header).index(name)
+def read_csv(
+    path: str | os.PathLike[str],
+    columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    *,
+    repair: bool = True,
+    longest_gap: float = LONGEST_GAP,
+    least_jump: float = LEAST_JUMP,
+    least_turn: float = LEAST_TURN,
+    smoothing: float = SMOOTHING,
+    smooth_poses: bool = True,
+    causal: bool = False,
+    origin: Sequence[float] | None = None,
+) -> Recording:
+    """The recording in a CSV file: a row a frame, with the poses of two bodies in a plane.
 
+    Missing frames, frames in which a body was not seen, and outliers are interpolated.
+    `docs/guides/recordings.md` has the rules. Needs the extra [recordings].
 
-def frame_origin(given: Sequence[float]) -> tuple[float, float, float]:
-    """x, y [m] and yaw [rad] of a frame. Raises ValueError on anything else."""
-    try:
-        values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        values = np.array(np.nan)
-    if values.shape != (3,) or not (np.abs(values) <= 1e6).all():
-        raise ValueError(f"origin is {given!r}, expected x, y [m] and yaw [rad]")
-    x, y, yaw = values.tolist()
-    return x, y, yaw
+    Args:
+        path: the CSV file.
+        columns: which column is what, and the units: Columns, or a JSON file of them. None: the
+            header is frame,time,object_x,object_y,object_yaw,object_vx,object_vy,object_yaw_rate,
+            and the same of the effector [m, rad, s]; velocities may be missing.
+        repair: False makes each frame that would be interpolated an error.
+        longest_gap: the longest time over which poses are interpolated [s].
+        least_jump: an outlier jumps by so much at least [m].
+        least_turn: the same of its yaw [rad].
+        smoothing: the largest time scale of the smoothing spline [s], which gives the velocities
+            that the file does not have.
+        smooth_poses: whether the spline gives the poses of such a body, too.
+        causal: whether the spline of each frame goes through frames up to it alone, as a robot has
+            them: foresight is then not helped by frames to come. The first six are left out.
+        origin: of the camera's frame in the scene's, x, y [m] and yaw [rad]; None is that of
+            `columns`.
+
+    Raises OSError, ImportError without the extra, and ValueError that names the file, the line and
+    what was expected there.
+    """
+    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
+    layout = Columns.of(columns)
+    place = frame_origin(layout.origin if origin is None else origin)
+    return recording_of(_table(SourceFile(Path(path)), layout), rules, place)
 
 
 def _require_known(what: str, given: Iterable[str], known: Collection[str]) -> None:
     unknown = [name for name in given if name not in known]
     if unknown:
-        raise ValueError(f"{what} has {unknown[0]!r}, expected {_or(known)}")
+        raise ValueError(f"{what} has {unknown[0]!r}, expected {', '.join(known)}")
 
 
 def _require_whole(what: str, given: Container[str], needed: Sequence[str]) -> None:
     """Raises ValueError unless all poses are there, and of each body all velocities or none."""
-    velocities = {name for body in BODIES for name in of_body(body)[1]}
-    missing = [name for name in needed if name not in given and name not in velocities]
-    for body in BODIES:
-        some = [name for name in of_body(body)[1] if name in given]
-        missing += [name for name in of_body(body)[1] if some and name not in given]
+    rates = [[f"{body}_{axis}" for axis in VELOCITY] for body in BODIES]
+    optional = {name for three in rates if not any(n in given for n in three) for name in three}
+    missing = [name for name in needed if name not in given and name not in optional]
     if missing:
         raise ValueError(
             f"{what} lacks {missing[0]!r}; only the velocities of a body may be missing, all three"
         )
 
 
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+def read_cells(source: SourceFile, delimiter: str = ",") -> pd.DataFrame:
+    """The cells of a CSV file as text, by line and number of their column; no empty lines.
 
-
-def _some(names: Sequence[str]) -> str:
-    more = f", ... ({len(names)} in all)" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more
-
-
-def _or(words: Iterable[str]) -> str:
-    *others, last = words
-    return f"{', '.join(others)} or {last}" if others else str(last)
-
-
-@dataclass(frozen=True)
-class SourceFile:
-    """A file that errors name."""
-
-    path: Path
-    row: str = "line"
-    """What one of its rows is called."""
-    of_units: str = "Say so: columns="
-    """What to do about numbers in other units."""
-
-    def error(self, text: str, line: int | None = None) -> ValueError:
-        """A ValueError that names the file and the line."""
-        where = "" if line is None else f", {self.row} {line}"
-        return ValueError(f"{self.path}{where}: {text}")
-
-
-@dataclass(frozen=True, eq=False)
-class FrameTable:
-    """R rows of a file."""
-
-    __repr__ = short_repr
-
-    source: SourceFile
-    lines: NDArray[np.int64]
-    """The line of each row in the file, shape (R,)."""
-    values: dict[str, NDArray[np.float64]]
-    """By field: a column in SI units, shape (R,); NaN where a marker was not seen."""
-
-
-def lines_of(path: str | os.PathLike[str], delimiter: str = ",") -> list[tuple[int, list[str]]]:
-    """The cells of a CSV file, with the number of their line; empty lines are left out.
-
-    Raises OSError, and ValueError on a file that is not text in UTF-8, or is empty.
+    Raises OSError, ImportError without pandas, and ValueError on a file that is not text in UTF-8,
+    is empty, or has rows of several lengths.
     """
-    source = SourceFile(Path(path))
-    raw = source.path.read_bytes()
     try:
-        text = raw.decode("utf-8-sig")
+        import pandas as pd
+    except ImportError as error:
+        raise ImportError(
+            "CSV files of recordings need pandas: pip install 'energymargin[recordings]'"
+        ) from error
+    try:
+        cells: pd.DataFrame = pd.read_csv(
+            source.path,
+            sep=delimiter,
+            header=None,
+            dtype=str,
+            keep_default_na=False,
+            skip_blank_lines=False,
+            encoding="utf-8-sig",
+            engine="python",  # which tells a cell that is missing from one that is empty
+        )
     except UnicodeDecodeError as error:
-        line = raw[: error.start].count(b"\n") + 1
-        raise source.error("is not text in UTF-8; save it as CSV in UTF-8", line) from None
-    reader = csv.reader(io.StringIO(text, newline=None), delimiter=delimiter)
-    rows = []
-    try:
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                rows.append((reader.line_num, [cell.strip() for cell in cells]))
-    except csv.Error as error:
-        raise source.error(str(error), reader.line_num) from None
-    if not rows:
-        raise source.error("is empty")
-    return rows
+        raise source.error("is not text in UTF-8; save it as CSV in UTF-8") from error
+    except ValueError as error:  # pandas' own are such
+        raise source.error(f"{error}; expected a CSV file") from error
+    cells.index += 1
+    cells = cells.apply(lambda column: column.str.strip())
+    cells = cells[(cells.fillna("") != "").any(axis=1)]
+    if cells.empty:
+        raise source.error("is empty; expected a CSV file")
+    widths = cells.notna().to_numpy().sum(axis=1)
+    if widths.min() < cells.shape[1]:
+        k = int(np.argmax(widths < cells.shape[1]))
+        raise source.error(f"has {widths[k]} cells, expected {cells.shape[1]}", int(cells.index[k]))
+    return cells
 
 
-def read_table(path: str | os.PathLike[str], columns: Columns) -> FrameTable:
-    """The numbers of a file.
+def _table(source: SourceFile, columns: Columns) -> FrameTable:
+    """The numbers of a recording's file.
 
-    Raises OSError, and ValueError with the line of a header or cell that is none of those expected.
+    Raises as `read_cells`, and ValueError with the line of a header or cell that is none of those
+    expected.
     """
-    source = SourceFile(Path(path))
-    rows = lines_of(path, columns.delimiter)
-    first, cells = rows[0]
+    cells = read_cells(source, columns.delimiter)
     try:
-        found = columns.found(cells if columns.has_header else None, len(cells))
+        places = columns.places(cells.iloc[0].tolist())
     except ValueError as error:
-        raise source.error(str(error), first) from None
-    data = rows[1:] if columns.has_header else rows
-    for line, row in data:
-        if len(row) != len(cells):
-            raise source.error(f"has {len(row)} cells, expected {len(cells)}", line)
+        raise source.error(str(error), int(cells.index[0])) from None
+    rows = cells.iloc[int(columns.has_header) :]
+    values = {
+        name: factor * _numbers(source, name, rows[number])
+        for name, (number, factor) in places.items()
+    }
+
+    def of_body(axes: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+        named = {body: [f"{body}_{axis}" for axis in axes] for body in BODIES}
+        return {
+            body: np.stack([values[name] for name in names], axis=1)
+            for body, names in named.items()
+            if names[0] in values
+        }
+
+    frames = values.get("frame", np.arange(len(rows)))
     return FrameTable(
         source,
-        np.array([line for line, _ in data], dtype=np.int64),
-        {column.field: _column(source, column, data) for column in found},
+        rows.index.to_numpy(np.int64),
+        np.asarray(frames).astype(np.int64),
+        values["time"],
+        of_body(POSE),
+        of_body(VELOCITY),
     )
 
 
-def _column(
-    source: SourceFile, column: Column, rows: list[tuple[int, list[str]]]
-) -> NDArray[np.float64]:
-    values = np.empty(len(rows))
-    for k, (line, row) in enumerate(rows):
-        try:
-            values[k] = column.factor * _number(column.field, row[column.number])
-        except ValueError as error:
-            raise source.error(f"{column.field} is {row[column.number]!r}, {error}", line) from None
-    return values
+def _numbers(source: SourceFile, name: str, cells: pd.Series[str]) -> NDArray[np.float64]:
+    """The numbers of a column, shape (R,); NaN where a body was not seen."""
+    import pandas as pd
 
-
-def _number(field: str, cell: str) -> float:
-    """Raises ValueError with what was expected."""
-    if cell in NOT_SEEN:
-        if field in ("frame", "time"):
-            raise ValueError("expected a number in each row")
-        return math.nan
-    try:
-        value = float(cell) if cell.isascii() and "_" not in cell else math.inf
-    except ValueError:
-        value = math.inf
-    if not math.isfinite(value):
-        raise ValueError("expected a number")
-    if field == "frame" and not (value.is_integer() and abs(value) < LARGEST_NUMBER):
-        raise ValueError("expected a whole number")
-    return value
+    values = pd.to_numeric(cells, errors="coerce").to_numpy(float)
+    needed = name in ("frame", "time")
+    wrong = ~np.isfinite(values)
+    if not needed:
+        wrong &= ~cells.isin(NOT_SEEN).to_numpy()
+    if name == "frame":
+        wrong |= (values != np.round(values)) | (np.abs(values) >= LARGEST_NUMBER)
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        expected = f"a {'whole ' if name == 'frame' else ''}number{' in each row' * needed}"
+        raise source.error(f"{name} is {cells.iloc[k]!r}, expected {expected}", int(cells.index[k]))
+    return np.asarray(values)

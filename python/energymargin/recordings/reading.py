@@ -1,12 +1,14 @@
-"""A camera's recording from its CSV file: checked, and gaps and outliers interpolated."""
+"""What a file says of two bodies, frame by frame, becomes a recording: checked and repaired.
+
+Units that are wrong and columns that are swapped make motions that no camera sees.
+"""
 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,33 +16,101 @@ from numpy.typing import NDArray
 from energymargin.checks import positive_number, yes_or_no
 from energymargin.recordings.cleaning import (
     LEAST_FRAMES,
-    LEAST_JUMP,
-    LEAST_TURN,
-    SMOOTHING,
-    Clock,
     causally_smoothed,
     diagonal,
-    filled_clock,
+    gap_limits,
     jumps,
     lost,
-    require_short_gaps,
     smoothed,
 )
-from energymargin.recordings.csv_files import (
-    BODIES,
-    Columns,
-    FrameTable,
-    frame_origin,
-    of_body,
-    read_table,
-)
-from energymargin.recordings.plausible import require_agreement, require_clock, require_units
 from energymargin.recordings.recording import Motion, Recording, Repairs
+from energymargin.reprs import short_repr
 
-__all__ = ["LONGEST_GAP", "Rules", "read_csv", "recording_of"]
+__all__ = [
+    "BODIES",
+    "LONGEST_GAP",
+    "POSE",
+    "VELOCITY",
+    "FrameTable",
+    "Rules",
+    "SourceFile",
+    "frame_origin",
+    "recording_of",
+    "require_rising",
+]
+
+BODIES = ("object", "effector")
+POSE = ("x", "y", "yaw")
+VELOCITY = ("vx", "vy", "yaw_rate")
 
 LONGEST_GAP = 0.1  # s; three frames at 33 Hz, in which a push of 5 cm/s goes 5 mm
 MOST_REPAIRED = 0.25  # of the frames
+LEAST_STEP = 0.5  # of the median step of time, between frames that are filled in
+
+STEPS = (5e-4, 0.5)  # s; a frame's
+FARTHEST = (50.0, 50.0, 4 * math.pi)  # m and rad, of x, y and yaw
+FASTEST = (10.0, 10.0, 20.0)  # m/s and rad/s
+USUAL = 75.0  # percent of the frames, of which a rate is judged: outliers are fewer
+DISAGREEMENT = 0.5  # of the larger velocity
+LEAST_DISAGREEMENT = (0.01, 0.2)  # m/s, rad/s; three times what noise makes of poses
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A file that errors name."""
+
+    path: Path
+    row: str = "line"
+    """What one of its rows is called."""
+    of_units: str = "Say so: columns="
+    """What to do about numbers in other units."""
+
+    def error(self, text: str, line: int | None = None) -> ValueError:
+        """A ValueError that names the file and the line."""
+        where = "" if line is None else f", {self.row} {line}"
+        return ValueError(f"{self.path}{where}: {text}")
+
+
+@dataclass(frozen=True, eq=False)
+class FrameTable:
+    """R rows of a file, a row a frame, in SI units."""
+
+    __repr__ = short_repr
+
+    source: SourceFile
+    lines: NDArray[np.int64]
+    """The line of each row in the file, shape (R,)."""
+    frames: NDArray[np.int64]
+    """The camera's number of each frame, shape (R,)."""
+    times: NDArray[np.float64]
+    poses: Mapping[str, NDArray[np.float64]]
+    """By body: x, y [m] and yaw [rad], shape (R, 3); NaN where it was not seen."""
+    velocities: Mapping[str, NDArray[np.float64]]
+    """By body, if the file has them: their rates, shape (R, 3)."""
+
+    def error(self, text: str, row: int) -> ValueError:
+        """A ValueError that names the file and the line of a row."""
+        return self.source.error(text, int(self.lines[row]))
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What is repaired, and how; the arguments of `read_csv`, which it checks."""
+
+    repair: bool
+    longest_gap: float
+    least_jump: float
+    least_turn: float
+    smoothing: float
+    smooth_poses: bool
+    causal: bool
+
+    def __post_init__(self) -> None:
+        """Checks them."""
+        for name in ("longest_gap", "least_jump", "least_turn", "smoothing"):
+            positive_number(name, getattr(self, name))
+        for name in ("repair", "smooth_poses", "causal"):
+            yes_or_no(name, getattr(self, name))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,164 +119,62 @@ class _Track:
 
     body: str
     poses: NDArray[np.float64]
-    """Shape (R, 3), the yaw without jumps of 2 pi in the good rows; NaN where it was not seen."""
+    """Shape (R, 3), the yaw without jumps of 2 pi in the good rows."""
     velocities: NDArray[np.float64] | None
     """Those of the file, shape (R, 3)."""
     seen: NDArray[np.bool_]
     jumped: NDArray[np.bool_]
-
-    @property
-    def good(self) -> NDArray[np.bool_]:
-        """The rows that are used, shape (R,)."""
-        return self.seen & ~self.jumped
-
-    def part(self, rows: slice) -> _Track:
-        """Over these rows alone."""
-        return _Track(
-            self.body,
-            self.poses[rows],
-            None if self.velocities is None else self.velocities[rows],
-            self.seen[rows],
-            self.jumped[rows],
-        )
+    good: NDArray[np.bool_]
+    """The rows that are used: seen, no jump, and both bodies were seen before and after."""
 
 
-@dataclass(frozen=True)
-class _Sightings:
-    """The R rows of a file, and what the camera saw of both bodies in them."""
-
-    table: FrameTable
-    tracks: tuple[_Track, ...]
-
-    def between_ends(self) -> _Sightings:
-        """Without the frames before both bodies are first seen, or after either is last seen."""
-        ends = [np.flatnonzero(track.good)[[0, -1]] for track in self.tracks]
-        first, last = max(first for first, _ in ends), min(last for _, last in ends)
-        rows = slice(first, last + 1)
-        table = FrameTable(
-            self.table.source,
-            self.table.lines[rows],
-            {name: values[rows] for name, values in self.table.values.items()},
-        )
-        tracks = tuple(track.part(rows) for track in self.tracks)
-        for track in tracks:
-            _require_enough(table, int(track.good.sum()), f"rows with the {track.body} and both")
-        return _Sightings(table, tracks)
+def frame_origin(given: Sequence[float]) -> tuple[float, float, float]:
+    """x, y [m] and yaw [rad] of a frame. Raises ValueError on anything else."""
+    try:
+        x, y, yaw = (float(value) for value in given)
+    except (TypeError, ValueError, OverflowError):
+        x = y = yaw = math.nan
+    if not max(abs(x), abs(y), abs(yaw)) <= 1e6:
+        raise ValueError(f"origin is {given!r}, expected x, y [m] and yaw [rad]")
+    return x, y, yaw
 
 
-def read_csv(
-    path: str | os.PathLike[str],
-    columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
-    *,
-    repair: bool = True,
-    longest_gap: float = LONGEST_GAP,
-    least_jump: float = LEAST_JUMP,
-    least_turn: float = LEAST_TURN,
-    smoothing: float = SMOOTHING,
-    smooth_poses: bool = True,
-    causal: bool = False,
-    origin: Sequence[float] | None = None,
-) -> Recording:
-    """The recording in a CSV file: a row a frame, with the poses of two bodies in a plane.
-
-    Missing frames, frames in which a body was not seen, and outliers are interpolated.
-    `docs/guides/recordings.md` has the rules.
-
-    Args:
-        path: the CSV file.
-        columns: which column is what, and the units: Columns, or a JSON file of them. None: the
-            header is frame,time,object_x,object_y,object_yaw,object_vx,object_vy,object_yaw_rate,
-            and the same of the effector [m, rad, s]; velocities may be missing.
-        repair: False makes each frame that would be interpolated an error.
-        longest_gap: the longest time over which poses are interpolated [s].
-        least_jump: an outlier jumps by so much at least [m].
-        least_turn: the same of its yaw [rad].
-        smoothing: the largest time scale of the smoothing spline [s], which gives the velocities
-            that the file does not have.
-        smooth_poses: whether the spline gives the poses of such a body, too.
-        causal: whether the spline of each frame goes through frames up to it alone, as a robot has
-            them: foresight is then not helped by frames to come. The first six are left out.
-        origin: of the camera's frame in the scene's, x, y [m] and yaw [rad]; None is that of
-            `columns`.
-
-    Raises OSError, and ValueError that names the file, the line and what was expected there.
-    """
-    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
-    layout = Columns.of(columns)
-    return recording_of(
-        read_table(path, layout), rules, origin=layout.origin if origin is None else origin
-    )
-
-
-@dataclass(frozen=True)
-class Rules:
-    """What is repaired, and how; the arguments of `read_csv`, which it checks."""
-
-    repair: bool = True
-    longest_gap: float = LONGEST_GAP
-    least_jump: float = LEAST_JUMP
-    least_turn: float = LEAST_TURN
-    smoothing: float = SMOOTHING
-    smooth_poses: bool = True
-    causal: bool = False
-
-    def __post_init__(self) -> None:
-        """Checks them."""
-        for name in ("longest_gap", "least_jump", "least_turn", "smoothing"):
-            positive_number(name, getattr(self, name))
-        yes_or_no("repair", self.repair)
-        yes_or_no("causal", self.causal)
-
-
-def recording_of(given: FrameTable, rules: Rules, *, origin: Sequence[float]) -> Recording:
+def recording_of(table: FrameTable, rules: Rules, origin: tuple[float, float, float]) -> Recording:
     """The recording in a table, checked and repaired. Errors as `read_csv`."""
-    table = _with_frames(given)
-    _require_enough(table, len(table.lines), "rows")
-    require_clock(table)
-    _require_longer(table, rules.smoothing)
-    least = (rules.least_jump, rules.least_turn)
-    sightings = _Sightings(table, tuple(_track(table, b, least) for b in BODIES)).between_ends()
-    for track in sightings.tracks:
-        require_short_gaps(sightings.table, track.body, track.good, rules.longest_gap)
-    clock = filled_clock(sightings.table)
-    repairs = _repairs(table, sightings, clock)
-    _require_few(table, repairs, len(clock.times), repair=rules.repair)
+    _require_enough(table, len(table.times), "rows")
+    _require_clock(table, rules.smoothing)
+    tracks = [_track(table, body, rules) for body in BODIES]
+    firsts, lasts = zip(*(np.flatnonzero(t.good)[[0, -1]].tolist() for t in tracks), strict=True)
+    rows = np.arange(max(firsts), min(lasts) + 1)  # between the ends of both
+    inside = np.isin(np.arange(len(table.times)), rows)
+    tracks = [replace(track, good=track.good & inside) for track in tracks]
+    for track in tracks:
+        _require_enough(table, int(track.good.sum()), f"rows with the {track.body} and both")
+        _require_short_gaps(table, track, rules.longest_gap)
+    frames, times = _filled_clock(table, rows)
+    repairs = _repairs(table, tracks, frames)
+    _require_few(table, repairs, len(frames), repair=rules.repair)
     if rules.causal:
-        clock = clock.since(_known_since(sightings))
-        repairs = _repairs(table, sightings, clock)
-    motions = _motions(sightings, clock, rules)
-    place = frame_origin(origin)
-    object_motion, effector_motion = (_moved(motion, place) for motion in motions)
-    name = table.source.path.name
-    return Recording(name, clock.frames, clock.times, object_motion, effector_motion, repairs)
+        known = [t.good for t in tracks if t.velocities is None]
+        since = max((table.times[good][LEAST_FRAMES - 1] for good in known), default=-math.inf)
+        frames, times = frames[times >= since], times[times >= since]
+        repairs = _repairs(table, tracks, frames)
+    object_, effector = (_moved(_motion(table, t, times, rules), origin) for t in tracks)
+    return Recording(table.source.path.name, frames, times, object_, effector, repairs)
 
 
-def _with_frames(table: FrameTable) -> FrameTable:
-    """The table with numbers of frames; those of a file without them have no gap."""
-    if "frame" in table.values:
-        return table
-    numbers = np.arange(len(table.lines), dtype=float)
-    return FrameTable(table.source, table.lines, {"frame": numbers, **table.values})
-
-
-def _track(table: FrameTable, body: str, least: tuple[float, float]) -> _Track:
-    """One body's poses and velocities in the rows of a file, with outliers marked."""
-    require_units(table, body)
-    of_pose, of_velocity = of_body(body)
-    poses = np.stack([table.values[name] for name in of_pose], axis=1)
-    velocities = None
-    if of_velocity[0] in table.values:
-        velocities = np.stack([table.values[name] for name in of_velocity], axis=1)
-    measured = poses if velocities is None else np.concatenate([poses, velocities], axis=1)
-    seen = np.asarray(np.isfinite(measured).all(axis=1))
-    seen &= ~lost(poses, least[0])
-    _require_enough(table, int(seen.sum()), f"rows in which the {body} was seen")
-    jumped = np.zeros_like(seen)
-    jumped[seen] = jumps(table.values["time"][seen], poses[seen], least)
-    _require_enough(table, int((seen & ~jumped).sum()), f"rows without a jump of the {body}")
-    good = seen & ~jumped
-    poses[good, 2] = np.unwrap(poses[good, 2])
-    return _Track(body, poses, velocities, seen, jumped)
+def require_rising(
+    source: SourceFile, name: str, values: NDArray[np.float64], lines: NDArray[np.int64]
+) -> None:
+    """Raises ValueError with the line where these values of a file, shape (R,), do not rise."""
+    falls = np.flatnonzero(np.diff(values) <= 0) + 1
+    if len(falls):
+        k = falls[0]
+        raise source.error(
+            f"{name} is {values[k]:.10g} after {values[k - 1]:.10g}, expected it to rise. Are "
+            f"these {len(falls) + 1} episodes, or was the clock set? Cut the recording there",
+            int(lines[k]),
+        )
 
 
 def _require_enough(table: FrameTable, count: int, what: str) -> None:
@@ -214,47 +182,126 @@ def _require_enough(table: FrameTable, count: int, what: str) -> None:
         raise table.source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
 
 
-def _require_longer(table: FrameTable, smoothing: float) -> None:
-    length = float(np.ptp(table.values["time"]))
+def _require_clock(table: FrameTable, smoothing: float) -> None:
+    """Raises ValueError unless frames and times rise, in steps of a camera, and for long enough."""
+    require_rising(table.source, "frame", table.frames.astype(float), table.lines)
+    require_rising(table.source, "time", table.times, table.lines)
+    step, length = float(np.median(np.diff(table.times))), float(np.ptp(table.times))
+    if not STEPS[0] <= step <= STEPS[1]:
+        raise table.source.error(
+            f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s: is the "
+            f"time in milliseconds, microseconds or nanoseconds? {table.source.of_units}"
+        )
     if smoothing > length:
         raise ValueError(
             f"smoothing is {smoothing:g}, expected at most the recording's {length:g} s"
         )
 
 
-def _repairs(table: FrameTable, sightings: _Sightings, clock: Clock) -> Repairs:
-    """Which frames are interpolated or left out; `sightings` are those between the ends."""
-    between, tracks = sightings.table, sightings.tracks
-    own = np.isin(between.values["frame"], clock.frames)
-    unseen = {track.body: _frames(between, own & ~track.seen) for track in tracks}
-    outliers = {track.body: _frames(between, own & track.jumped) for track in tracks}
+def _track(table: FrameTable, body: str, rules: Rules) -> _Track:
+    """One body's poses and velocities in the rows of a file, with outliers marked."""
+    _require_units(table, body)
+    poses, velocities = table.poses[body].copy(), table.velocities.get(body)
+    seen = np.asarray(np.isfinite(poses).all(axis=1))
+    if velocities is not None:
+        seen &= np.isfinite(velocities).all(axis=1)
+    seen &= ~lost(poses, rules.least_jump)
+    _require_enough(table, int(seen.sum()), f"rows in which the {body} was seen")
+    jumped = np.zeros_like(seen)
+    jumped[seen] = jumps(table.times[seen], poses[seen], (rules.least_jump, rules.least_turn))
+    good = seen & ~jumped
+    _require_enough(table, int(good.sum()), f"rows without a jump of the {body}")
+    poses[good, 2] = np.unwrap(poses[good, 2])
+    return _Track(body, poses, velocities, seen, jumped, good)
+
+
+def _require_units(table: FrameTable, body: str) -> None:
+    """Raises ValueError unless positions, angles and their rates are plausible on a table."""
+    steps = np.diff(table.poses[body], axis=0)
+    steps[:, 2] = np.angle(np.exp(1j * steps[:, 2]))
+    rates = np.abs(steps) / np.diff(table.times)[:, None]
+    for k, axis in enumerate(POSE):
+        unit, others = ("rad", "degrees") if axis == "yaw" else ("m", "millimetres or centimetres")
+        hint = f"is it in {others}? {table.source.of_units}"
+        column = table.poses[body][:, k]
+        far = np.abs(column) > FARTHEST[k]
+        if far.any():
+            row = int(np.argmax(far))
+            raise table.error(
+                f"{body}_{axis} is {column[row]:.6g} {unit}, expected at most "
+                f"{FARTHEST[k]:.4g}: {hint}",
+                row,
+            )
+        seen = rates[np.isfinite(rates[:, k]), k]
+        if len(seen) and np.percentile(seen, USUAL) > FASTEST[k]:
+            raise table.source.error(
+                f"{body}_{axis} changes by {np.percentile(seen, USUAL):.3g} {unit}/s from frame to "
+                f"frame, expected at most {FASTEST[k]:g}: {hint}"
+            )
+
+
+def _require_short_gaps(table: FrameTable, track: _Track, longest_gap: float) -> None:
+    """Raises ValueError with the line after a longer time without a good pose of this body."""
+    rows = np.flatnonzero(track.good)
+    gaps = np.diff(table.times[rows])
+    longest, jitter = gap_limits(longest_gap, table.times)
+    if (gaps > longest + jitter).any():
+        k = int(np.argmax(gaps > longest + jitter))
+        before, after = rows[k], rows[k + 1]
+        at_zero = (table.poses[track.body][before:after] == 0.0).all(axis=1).any()
+        raise table.error(
+            f"the {track.body} was not seen for {gaps[k]:.3g} s, from frame {table.frames[before]} "
+            f"to {table.frames[after]}{' (its pose is 0, 0, 0 there)' if at_zero else ''}, "
+            f"expected at most {longest:g} s: cut the recording there, or allow a larger "
+            "longest_gap",
+            after,
+        )
+
+
+def _filled_clock(
+    table: FrameTable, rows: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Numbers and times [s] of all K frames in these rows, and of those between that are missing.
+
+    If a camera drops all but every n-th frame, numbers rise by n. Raises ValueError
+    with the line where numbers jump and the time does not.
+    """
+    frames, times = table.frames[rows], table.times[rows]
+    steps, stride = np.diff(times), max(1, int(np.median(np.diff(frames))))
+    missing = np.maximum(-(-np.diff(frames) // stride) - 1, 0)
+    crowded = (missing > 0) & (steps / (missing + 1) < LEAST_STEP * np.median(steps))
+    if crowded.any():
+        k = int(np.argmax(crowded))
+        raise table.error(
+            f"frame is {frames[k + 1]} after {frames[k]}, but the time rises by {steps[k]:.3g} s: "
+            "expected the frames between to have time, or all frames numbered through",
+            rows[k + 1],
+        )
+    added = [frames[k] + stride * np.arange(1, n + 1) for k, n in enumerate(missing) if n > 0]
+    everything = np.sort(np.concatenate([frames, *added]))
+    return everything, np.interp(everything.astype(float), frames.astype(float), times)
+
+
+def _repairs(table: FrameTable, tracks: Sequence[_Track], frames: NDArray[np.int64]) -> Repairs:
+    """Which of these frames are interpolated, and which of the file's are left out."""
+    used = np.isin(table.frames, frames)
+    unseen = {track.body: used & ~track.seen for track in tracks}
+    outliers = {track.body: used & track.jumped for track in tracks}
     return Repairs(
-        clock.missing,
-        {body: frames for body, frames in unseen.items() if frames},
-        {body: frames for body, frames in outliers.items() if frames},
-        _frames(table, ~np.isin(table.values["frame"], clock.frames)),
+        tuple(np.setdiff1d(frames, table.frames).tolist()),
+        {body: tuple(table.frames[own].tolist()) for body, own in unseen.items() if own.any()},
+        {body: tuple(table.frames[own].tolist()) for body, own in outliers.items() if own.any()},
+        tuple(table.frames[~used].tolist()),
     )
-
-
-def _known_since(sightings: _Sightings) -> float:
-    """The time [s] from which on a spline has enough poses of each body that has no velocities."""
-    times = sightings.table.values["time"]
-    firsts = [times[t.good][LEAST_FRAMES - 1] for t in sightings.tracks if t.velocities is None]
-    return float(max(firsts, default=times[0]))
-
-
-def _frames(table: FrameTable, rows: NDArray[np.bool_]) -> tuple[int, ...]:
-    return tuple(int(number) for number in table.values["frame"][rows])
 
 
 def _require_few(table: FrameTable, repairs: Repairs, frames: int, *, repair: bool) -> None:
     """Raises ValueError if too many frames are repaired, or any with `repair` False."""
     wrong = sorted({*repairs.frames, *repairs.left_out})
     if wrong and not repair:
-        after = min(int(np.searchsorted(table.values["frame"], wrong[0])), len(table.lines) - 1)
-        raise table.source.error(
-            f"frame {wrong[0]} needs repair ({repairs}), which repair=False forbids",
-            int(table.lines[after]),
+        after = min(int(np.searchsorted(table.frames, wrong[0])), len(table.lines) - 1)
+        raise table.error(
+            f"frame {wrong[0]} needs repair ({repairs}), which repair=False forbids", after
         )
     if len(repairs.frames) > MOST_REPAIRED * frames:
         raise table.source.error(
@@ -263,33 +310,21 @@ def _require_few(table: FrameTable, repairs: Repairs, frames: int, *, repair: bo
         )
 
 
-def _motions(
-    sightings: _Sightings,
-    clock: Clock,
-    rules: Rules,
-) -> list[Motion]:
-    """Of each body at all frames. Raises ValueError if velocities of the file contradict poses."""
-    table, tracks = sightings.table, sightings.tracks
-    times = table.values["time"]
-    smooth_of = causally_smoothed if rules.causal else smoothed
-    motions = []
-    for track, other in zip(tracks, reversed(tracks), strict=True):
-        good = track.good
-        smoother = smoothed if track.velocities is not None else smooth_of
-        smooth, errors = smoother(times[good], track.poses[good], clock.times, rules.smoothing)
-        measured = _interpolated(clock.times, times[good], track.poses[good])
-        of_measured = diagonal(np.broadcast_to(errors, measured.shape))
-        if track.velocities is None:
-            as_seen = replace(smooth, poses=measured, pose_covariances=of_measured)
-            motions.append(smooth if rules.smooth_poses else as_seen)
-            continue
-        velocities = _interpolated(clock.times, times[good], track.velocities[good])
-        of_other = None
-        if other.velocities is not None:
-            of_other = _interpolated(clock.times, times[other.good], other.velocities[other.good])
-        require_agreement(table.source, track.body, velocities, smooth.velocities, of_other)
-        motions.append(Motion(measured, velocities, of_measured))
-    return motions
+def _motion(table: FrameTable, track: _Track, at: NDArray[np.float64], rules: Rules) -> Motion:
+    """A body's at all frames. Raises ValueError if velocities of the file contradict its poses."""
+    times, poses = table.times[track.good], track.poses[track.good]
+    smoother = causally_smoothed if rules.causal and track.velocities is None else smoothed
+    smooth, errors = smoother(times, poses, at, rules.smoothing)
+    if track.velocities is None and rules.smooth_poses:
+        return smooth
+    measured = _interpolated(at, times, poses)
+    known = diagonal(np.broadcast_to(errors, measured.shape))
+    as_seen = replace(smooth, poses=measured, pose_covariances=known)
+    if track.velocities is None:
+        return as_seen
+    velocities = _interpolated(at, times, track.velocities[track.good])
+    _require_agreement(table.source, track.body, velocities, smooth.velocities)
+    return replace(as_seen, velocities=velocities, velocity_covariances=None)
 
 
 def _interpolated(
@@ -298,19 +333,36 @@ def _interpolated(
     return np.stack([np.interp(at, times, column) for column in values.T], axis=1)
 
 
+def _require_agreement(
+    source: SourceFile, body: str, given: NDArray[np.float64], derived: NDArray[np.float64]
+) -> None:
+    """Raises ValueError if a file's velocities, shape (N, 3), contradict those of its poses.
+
+    The root mean square of their difference may be half of the larger one's, and a bit more.
+    """
+    for columns, least in zip((slice(0, 2), slice(2, 3)), LEAST_DISAGREEMENT, strict=True):
+        own, of_poses, apart = (
+            float(np.sqrt(np.mean(np.sum(np.square(rates[:, columns]), axis=1))))
+            for rates in (given, derived, given - derived)
+        )
+        if apart > DISAGREEMENT * max(own, of_poses) + least:
+            rates = ", ".join(f"{body}_{axis}" for axis in VELOCITY[columns])
+            raise source.error(
+                f"{rates} contradict the changes of the poses: {own:.3g} a second (root mean "
+                f"square) in the file, {of_poses:.3g} by the poses, {apart:.3g} apart; expected "
+                "the same. Are columns or bodies swapped, or units others? Velocities may be left "
+                "out"
+            )
+
+
 def _moved(motion: Motion, origin: tuple[float, float, float]) -> Motion:
     """From the camera's frame to the scene's."""
-    x, y, yaw = origin
-    turn = np.array(
-        [
-            [math.cos(yaw), -math.sin(yaw), 0.0],
-            [math.sin(yaw), math.cos(yaw), 0.0],
-            [0.0, 0.0, 1.0],
-        ]
-    )
+    yaw = origin[2]
+    turn = np.eye(3)
+    turn[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
     poses, velocities = motion.pose_covariances, motion.velocity_covariances
     return Motion(
-        motion.poses @ turn.T + [x, y, yaw],
+        motion.poses @ turn.T + origin,
         motion.velocities @ turn.T,
         None if poses is None else turn @ poses @ turn.T,
         None if velocities is None else turn @ velocities @ turn.T,

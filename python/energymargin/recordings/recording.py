@@ -193,21 +193,18 @@ def _packed(
     recording: Recording, scene: Scene, names: tuple[str, str], k: int
 ) -> NDArray[np.float64]:
     """The state of a frame, as measured."""
-    motions = zip(names, (recording.object, recording.effector), strict=True)
-    return np.asarray(scene.pack(**{name: _keywords(scene, name, m, k) for name, m in motions}))
-
-
-def _keywords(scene: Scene, body: str, motion: Motion, k: int) -> dict[str, object]:
-    """Of `Scene.pack`."""
-    x, y, yaw = motion.poses[k]
-    vx, vy, yaw_rate = motion.velocities[k]
-    height = next(b.position[2] for b in scene.bodies if b.name == body)
-    return {
-        "position": (x, y, height),
-        "yaw": yaw,
-        "velocity": (vx, vy, 0.0),
-        "angular_velocity": (0.0, 0.0, yaw_rate),
-    }
+    heights = {body.name: body.position[2] for body in scene.bodies}
+    bodies = {}
+    for name, motion in zip(names, (recording.object, recording.effector), strict=True):
+        x, y, yaw = motion.poses[k]
+        vx, vy, yaw_rate = motion.velocities[k]
+        bodies[name] = {
+            "position": (x, y, heights[name]),
+            "yaw": yaw,
+            "velocity": (vx, vy, 0.0),
+            "angular_velocity": (0.0, 0.0, yaw_rate),
+        }
+    return np.asarray(scene.pack(**bodies))
 
 
 def _in_space(planar: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Region, Scene, World
 from energymargin.datasets import Dataset
-from energymargin.recordings.csv_files import SourceFile, lines_of
+from energymargin.recordings.csv_files import read_cells
+from energymargin.recordings.reading import SourceFile
 from energymargin.recordings.recording import MOST_OVERLAP, Placed, Recording, placed
 from energymargin.tasks.base import Params, Regions, Task, parameters_of
 from energymargin.trajectories import Trajectory
@@ -21,7 +23,7 @@ from energymargin.trajectories import Trajectory
 __all__ = ["RecordedTask", "dataset", "read_frame_labels", "read_labels"]
 
 
-MOST_DIGITS = 15  # of a frame's number
+FRAME = re.compile(r"0|[1-9][0-9]{,14}")
 WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
 
 
@@ -75,17 +77,11 @@ def dataset(
         notice: called with a line of text for each recording in which bodies were moved, or found
             no place.
 
-    Raises ValueError on labels that lack a recording or name another one, and all that `placed`
-    does.
+    Raises ValueError on labels that lack a recording, and all that `placed` does.
     """
-    made = _made(task)
+    made = _recorded_task(task, labelled=labels is not None)
     given = _numbers(made) if params is None else dict(params)
-    names = [recording.name for recording in recordings]
-    _require_recordings(names)
-    if labels is not None:
-        _require_same("labels", names, labels)
-    if captured is not None:
-        _require_same("captured", names, captured)
+    _require_names([recording.name for recording in recordings], labels, captured)
     scene = _scene(made, given)
     world = World(scene)
     trajectories = []
@@ -107,10 +103,10 @@ def dataset(
                 times=recording.times,
                 states=states,
                 contacts=[world.contacts(state) for state in states],
-                captured=_in_capture_set(made, scene, states, given)
+                captured=np.array([_inside(scene, made.captured(s, given), s) for s in states])
                 if captured is None
-                else _labels(recording, captured[recording.name]),
-                success=_in_success_set(made, scene, states[-1], given)
+                else _frame_labels(recording, captured[recording.name]),
+                success=_inside(scene, made.succeeded(given), states[-1])
                 if labels is None
                 else labels[recording.name],
                 params=given,
@@ -118,6 +114,47 @@ def dataset(
             )
         )
     return Dataset(made.name, parameters_of(made), 0, trajectories)
+
+
+def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
+    made = tasks.make(task) if isinstance(task, str) else task
+    for method in ("scene", "captured", *(() if labelled else ("succeeded",))):
+        if not callable(getattr(made, method, None)):
+            without = "" if labelled else " without labels"
+            raise ValueError(
+                f"task {made.name!r} has no {method}(), which recordings{without} need"
+            )
+    return cast(RecordedTask, made)
+
+
+def _numbers(task: RecordedTask) -> dict[str, float]:
+    """The task's parameters that are numbers."""
+    return {
+        name: float(value)
+        for name, value in parameters_of(task).items()
+        if isinstance(value, (int, float)) and not isinstance(value, bool)
+    }
+
+
+def _require_names(names: Sequence[str], *labels: Mapping[str, Any] | None) -> None:
+    """Raises ValueError unless there are some, and each has a name and labels of its own."""
+    if not names:
+        raise ValueError("recordings is empty, expected one at least")
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"two recordings are named {name!r}, expected names of their own")
+        if any(given is not None and name not in given for given in labels):
+            raise ValueError(f"labels or captured lacks {name!r}, expected each recording")
+
+
+def _scene(task: RecordedTask, params: Params) -> Scene:
+    try:
+        return task.scene(params)
+    except KeyError as error:
+        raise ValueError(
+            f"task {task.name!r} draws its {error.args[0]} for each trajectory: give the one of "
+            f"these recordings, as -p {error.args[0]}=0.3"
+        ) from error
 
 
 def _overlaps(in_scene: Placed) -> Iterator[str]:
@@ -135,106 +172,30 @@ def _overlaps(in_scene: Placed) -> Iterator[str]:
         )
 
 
-def _made(task: str | Task) -> RecordedTask:
-    made = tasks.make(task) if isinstance(task, str) else task
-    for method in ("scene", "captured"):
-        if not callable(getattr(made, method, None)):
-            raise ValueError(f"task {made.name!r} has no {method}(), which recordings need")
-    return cast(RecordedTask, made)
-
-
-def _numbers(task: RecordedTask) -> dict[str, float]:
-    """The task's parameters that are numbers."""
-    return {
-        name: float(value)
-        for name, value in parameters_of(task).items()
-        if isinstance(value, (int, float)) and not isinstance(value, bool)
-    }
-
-
-def _scene(task: RecordedTask, params: Params) -> Scene:
-    try:
-        return task.scene(params)
-    except KeyError as error:
-        raise ValueError(
-            f"task {task.name!r} draws its {error.args[0]} for each trajectory: give the one of "
-            f"these recordings, as -p {error.args[0]}=0.3"
-        ) from error
-
-
-def _in_capture_set(
-    task: RecordedTask, scene: Scene, states: NDArray[np.float64], params: Params
-) -> NDArray[np.bool_]:
-    sets = [_of_one_object(task, task.captured(state, params)) for state in states]
-    inside = [region.contains(scene, state) for region, state in zip(sets, states, strict=True)]
-    return np.array(inside, dtype=bool)
-
-
-def _in_success_set(
-    task: RecordedTask, scene: Scene, state: NDArray[np.float64], params: Params
-) -> bool:
-    if not callable(getattr(task, "succeeded", None)):
-        raise ValueError(
-            f"labels is None, and task {task.name!r} has no succeeded(), expected one of them"
-        )
-    return bool(_of_one_object(task, task.succeeded(params)).contains(scene, state))
-
-
-def _of_one_object(task: RecordedTask, sets: Regions) -> Region:
+def _inside(scene: Scene, sets: Regions, state: NDArray[np.float64]) -> bool:
     if not isinstance(sets, Region):
-        raise ValueError(f"task {task.name!r} has several objects, expected one")
-    return sets
+        raise ValueError("the task has several objects, expected one")
+    return bool(sets.contains(scene, state))
 
 
-def _labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bool_]:
-    """Of each frame; one that was missing in the file is as the one before."""
-    numbers = recording.frames.tolist()
-    labels = np.zeros(len(numbers), dtype=bool)
-    for k, number in enumerate(numbers):
-        if number in captured:
-            labels[k] = captured[number]
-        elif number in recording.repairs.missing:
-            labels[k] = labels[k - 1]
-        else:
+def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bool_]:
+    """The label of each frame; one that was missing in the file has that of the one before."""
+    labels: list[bool] = []
+    for number in recording.frames.tolist():
+        if number not in captured and number not in recording.repairs.missing:
             raise ValueError(f"captured lacks frame {number} of {recording.name!r}")
-    unknown = sorted(set(captured) - set(numbers) - set(recording.repairs.left_out))
-    if unknown:
-        raise ValueError(f"captured has frame {unknown[0]} of {recording.name!r}, which it has not")
-    return labels
-
-
-def _require_recordings(names: Sequence[str]) -> None:
-    """Raises ValueError unless there are some, and each has a name of its own."""
-    if not names:
-        raise ValueError("recordings is empty, expected one at least")
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"two recordings are named {name!r}, expected names of their own")
-
-
-def _require_same(what: str, names: Sequence[str], given: Mapping[str, object]) -> None:
-    """Raises ValueError unless each recording is named there, and no other."""
-    for name in names:
-        if name not in given:
-            raise ValueError(f"{what} lacks {name!r}")
-    others = [name for name in given if name not in names]
-    if others:
-        raise ValueError(f"{what} names {others[0]!r}, which is none of the recordings")
+        labels.append(captured[number] if number in captured else labels[-1])
+    return np.array(labels)
 
 
 def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
     """Whether each recording succeeded, by its file's name.
 
     The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
-    Raises OSError, and ValueError with the line that is something else or names a recording again.
+    Raises OSError, ImportError without pandas, and ValueError with the line that is something else
+    or names a recording again.
     """
-    source = SourceFile(Path(path))
-    labels: dict[str, bool] = {}
-    for line, (name, word) in _label_rows(path, ("recording", "success")):
-        if name in labels:
-            raise source.error(f"{name!r} has a label already", line)
-        labels[name] = _label(source, line, "success", word)
-    return labels
+    return {name: label for (name,), label in _labelled(path, ("recording", "success")).items()}
 
 
 def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]]:
@@ -242,37 +203,33 @@ def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]
 
     The file has the columns recording,frame,captured. Raises as `read_labels`.
     """
-    source = SourceFile(Path(path))
     labels: dict[str, dict[int, bool]] = {}
-    for line, (name, number, word) in _label_rows(path, ("recording", "frame", "captured")):
-        of_recording = labels.setdefault(name, {})
-        if not (number.isascii() and number.isdecimal() and len(number) <= MOST_DIGITS):
-            raise source.error(f"frame is {number!r}, expected a whole number", line)
-        if int(number) in of_recording:
-            raise source.error(f"frame {number} of {name!r} has a label already", line)
-        of_recording[int(number)] = _label(source, line, "captured", word)
+    for (name, number), label in _labelled(path, ("recording", "frame", "captured")).items():
+        labels.setdefault(name, {})[int(number)] = label
     return labels
 
 
-def _label_rows(
-    path: str | os.PathLike[str], header: tuple[str, ...]
-) -> list[tuple[int, list[str]]]:
-    """Raises ValueError on another header, and on rows that are not as long."""
+def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
+    """The labels of a file with this header, by what comes before them in their rows."""
     source = SourceFile(Path(path))
-    (first, names), *rows = lines_of(path)
+    cells = read_cells(source)
+    names, *rows = cells.to_numpy().tolist()
+    first, *lines = cells.index.tolist()
     if tuple(names) != header:
         raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
-    for line, cells in rows:
-        if len(cells) != len(header):
-            raise source.error(f"has {len(cells)} cells, expected {len(header)}", line)
-        if not cells[0]:
+    labels: dict[tuple[str, ...], bool] = {}
+    for line, (*key, word) in zip(lines, rows, strict=True):
+        frame = "".join(key[1:])
+        if not key[0]:
             raise source.error("has no name, expected that of a recording's file", line)
-    if not rows:
+        if word.lower() not in WORDS:
+            expected = ", ".join(WORDS)
+            raise source.error(f"{header[-1]} is {word!r}, expected one of {expected}", line)
+        if key[1:] and not FRAME.fullmatch(frame):
+            raise source.error(f"frame is {frame!r}, expected a whole number", line)
+        if tuple(key) in labels:
+            raise source.error(f"{' '.join(key)!r} has a label already", line)
+        labels[tuple(key)] = WORDS[word.lower()]
+    if not labels:
         raise source.error("has no labels")
-    return rows
-
-
-def _label(source: SourceFile, line: int, name: str, word: str) -> bool:
-    if word.lower() not in WORDS:
-        raise source.error(f"{name} is {word!r}, expected one of {', '.join(WORDS)}", line)
-    return WORDS[word.lower()]
+    return labels
