@@ -256,7 +256,7 @@ def test_the_torque_limit_of_a_pair_is_raised_at_the_joint_that_is_followed(tmp_
     )
     of_both = built(tmp_path, text, joints={"leads": {"torque_limit": 40.0}}).joints
     assert [j.torque_limit for j in of_both] == [40.0, math.inf]
-    with pytest.raises(ValueError, match="'torque_limit', expected limits for one that follows"):
+    with pytest.raises(ValueError, match=r"'torque_limit', expected limits$"):
         built(tmp_path, text, joints={"follows": {"torque_limit": 40.0}})
 
 

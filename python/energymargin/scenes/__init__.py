@@ -1,8 +1,8 @@
 """Scenes from files, and states that were measured."""
 
+from energymargin.scenes.additions import NotSimulatedError
 from energymargin.scenes.files import data_file
 from energymargin.scenes.mjcf import from_mjcf
-from energymargin.scenes.mjcf_features import NotSimulatedError
 from energymargin.scenes.overlaps import moved_apart
 from energymargin.scenes.urdf import from_urdf
 

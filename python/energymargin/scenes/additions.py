@@ -1,15 +1,33 @@
-"""What a file of a robot adds to a scene: all of it, or nothing."""
+"""What a file of a robot adds to a scene, whatever its format: all of it, or nothing.
+
+What a caller says of its bodies and joints is checked here, and what is left out is told.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from energymargin._core import Scene, World
+from energymargin.errors import EnergyMarginError
 from energymargin.limits import Limit
+from energymargin.plausibility import warn
 
-__all__ = ["CONTROL", "Additions", "Control", "Pair", "added"]
+__all__ = [
+    "CONTROL",
+    "NO_DRIVE",
+    "Additions",
+    "Control",
+    "NotSimulatedError",
+    "Pair",
+    "added",
+    "check_control",
+    "counted",
+    "driven_by",
+    "pairs_of",
+    "warn_of_loose",
+]
 
 # What `joints` may set of a robot's joints; the rest is the file's.
 CONTROL = (
@@ -26,8 +44,69 @@ CONTROL = (
 )
 Control = Mapping[str, Mapping[str, Any]]
 
+NO_DRIVE = "joints without a drive"
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 Pair = tuple[str, str]
+
+
+class NotSimulatedError(EnergyMarginError, ValueError):
+    """A file asks for what a scene does not simulate."""
+
+    features: dict[str, int]
+    """How many there are, by the name that `ignore` takes."""
+
+    def __init__(self, source: str, features: Mapping[str, int], hints: str = "") -> None:
+        """Names all of them; `hints`: other ways out."""
+        super().__init__(
+            f"{source} asks for what is not simulated: {counted(features)}; "
+            f"ignore={tuple(features)!r} does without{hints}"
+        )
+        self.features = dict(features)
+
+
+def counted(features: Mapping[str, int]) -> str:
+    """Names, each with its number, as "mesh (2), plane (1)"."""
+    return ", ".join(f"{name} ({count})" for name, count in features.items())
+
+
+def warn_of_loose(
+    source: str,
+    ignored: str,
+    names: Collection[str],
+    fingerprint: str,
+    *,
+    leaves: str = NO_DRIVE,
+) -> None:
+    """Warns, once for a fingerprint, of what moves freely without what is ignored."""
+    if names:
+        text = f"{source}: ignore={ignored!r} leaves {leaves}: {', '.join(map(repr, names))}."
+        warn([(text, f"{text} joints={{name: ...}} drives or holds a joint.")], fingerprint)
+
+
+def driven_by(control: Control) -> set[str]:
+    """The joints that a caller drives or holds."""
+    return {name for name, own in control.items() if {"held", "stiffness"} & own.keys()}
+
+
+def check_control(control: Control, settable: Mapping[str, Sequence[str]]) -> None:
+    """Raises ValueError unless a caller sets only what is `settable`: by joint, the keywords."""
+    for name, own in control.items():
+        if name not in settable:
+            raise ValueError(f"joints has {name!r}, expected one of {', '.join(settable)}")
+        for keyword in own:
+            if keyword not in settable[name]:
+                none = "none of a joint that is fixed or follows another one"
+                expected = ", ".join(settable[name]) or none
+                raise ValueError(f"joints[{name!r}] has {keyword!r}, expected {expected}")
+
+
+def pairs_of(disabled: Iterable[Sequence[str]], what: str) -> list[Pair]:
+    """`disable_collisions`; ValueError on what is no pair of two bodies or links."""
+    pairs = [tuple(pair) for pair in disabled]
+    for pair in pairs:
+        if len(pair) != 2 or pair[0] == pair[1]:
+            raise ValueError(f"disable_collisions has {pair!r}, expected pairs of two {what}")
+    return [(pair[0], pair[1]) for pair in pairs]
 
 
 @dataclass(frozen=True, eq=False)

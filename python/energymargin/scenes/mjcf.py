@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Scene
 from energymargin.checks import one_of
 from energymargin.limits import Limit
-from energymargin.scenes.additions import CONTROL, Additions, Control, added
+from energymargin.scenes import additions
+from energymargin.scenes.additions import Additions, Control
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
-from energymargin.scenes.mjcf_couplings import Coupling, couplings
+from energymargin.scenes.mjcf_couplings import couplings
 from energymargin.scenes.mjcf_drives import Drive, drives, joint_drives
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.mjcf_model import (
@@ -125,7 +126,12 @@ def from_mjcf(
     at = _base_pose(selection, position, orientation)
     roles = _roles(selection, _names("object", object), _names("effector", effector))
     coupled = couplings(selection, features)
-    control = _control(selection, coupled, joints or {})
+    settable = {
+        joint_name(made, joint): () if joint in coupled else additions.CONTROL
+        for joint in selection.all_joints()
+    }
+    control = joints or {}
+    additions.check_control(control, settable)
     driven = drives(selection, coupled, control, features)
     contacts = Contacts(selection, features)
     source = str(model) if isinstance(model, Path) else "the model"
@@ -143,7 +149,9 @@ def from_mjcf(
     if not overlapping:
         new.disabled.extend(_pairs(disable_collisions, new, prefix))
     into = Scene(gravity, friction_rule=FRICTION_RULE) if scene is None else scene
-    return added(into, new, prefix, limit, self_collision=self_collision, overlapping=overlapping)
+    return additions.added(
+        into, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
+    )
 
 
 def _names(argument: str, given: Names) -> tuple[str, ...]:
@@ -206,29 +214,10 @@ def _roles(
     return roles | dict.fromkeys(ids["object"], "object")
 
 
-def _control(
-    selection: Selection, coupled: Mapping[int, Coupling], given: Control
-) -> dict[str, Mapping[str, Any]]:
-    """What the caller sets, by the model's names; ValueError on other joints and keywords."""
-    names = {joint_name(selection.model, joint): joint for joint in selection.all_joints()}
-    for name, own in given.items():
-        if name not in names:
-            raise ValueError(f"joints has {name!r}, expected one of {', '.join(names)}")
-        follows = coupled.get(names[name])
-        known = () if follows else CONTROL
-        for keyword in own:
-            if keyword not in known:
-                expected = ", ".join(known) or "none for one that follows another joint"
-                raise ValueError(f"joints[{name!r}] has {keyword!r}, expected {expected}")
-    return dict(given)
-
-
 def _held(model: Any, driven: Mapping[int, Drive], control: Control) -> set[str]:
     """Joints that a control of the model or the caller drives or holds."""
     by_control = {joint_name(model, joint) for joint, drive in driven.items() if drive.controls}
-    return by_control | {
-        name for name, own in control.items() if {"held", "stiffness"} & own.keys()
-    }
+    return by_control | additions.driven_by(control)
 
 
 def _pairs(
@@ -239,9 +228,7 @@ def _pairs(
             f"disable_collisions is {pairs!r}, expected {OVERLAPPING!r} or pairs of bodies"
         )
     known = [keywords["name"].removeprefix(prefix) for keywords in new.bodies]
-    for pair in pairs:
-        if len(pair) != 2 or pair[0] == pair[1]:
-            raise ValueError(f"disable_collisions has {pair!r}, expected pairs of two bodies")
+    for pair in additions.pairs_of(pairs, "bodies"):
         for name in pair:
             if name not in known:
                 raise ValueError(

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable
 
-from energymargin.errors import EnergyMarginError
-from energymargin.plausibility import warn
+from energymargin.scenes.additions import NO_DRIVE, NotSimulatedError, warn_of_loose
 
-__all__ = ["FEATURES", "Features", "NotSimulatedError"]
+__all__ = ["FEATURES", "Features"]
 
 FEATURES = {
     "actuator/activation": "activation dynamics; the control acts at once",
@@ -47,7 +46,6 @@ FEATURES = {
 """What `ignore` may name, and what happens then."""
 
 OF_BODIES = ("equality/connect", "equality/weld")
-NO_DRIVE = "joints without a drive"
 LEAVES = {
     **dict.fromkeys(("actuator/motor", "actuator/tendon", "actuator/gain"), NO_DRIVE),
     **dict.fromkeys(("equality/joint", "equality/tendon"), "joints that follow no other"),
@@ -55,22 +53,6 @@ LEAVES = {
     "tendon": "joints without the limits and springs of their tendons",
 }
 """By what `ignore` names, what moves freely then."""
-
-
-class NotSimulatedError(EnergyMarginError, ValueError):
-    """A model asks for what a scene does not simulate."""
-
-    features: dict[str, int]
-    """How many there are, by the name that `ignore` takes."""
-
-    def __init__(self, source: str, features: dict[str, int]) -> None:
-        """Names all of them."""
-        counted = ", ".join(f"{name} ({count})" for name, count in features.items())
-        super().__init__(
-            f"{source} asks for what is not simulated: {counted}; "
-            f"ignore={tuple(features)!r} does without"
-        )
-        self.features = features
 
 
 class Features:
@@ -105,7 +87,4 @@ class Features:
         for name, leaves in LEAVES.items():
             others = () if name in OF_BODIES else held
             names = [one for one in self._loose.get(name, ()) if one not in others]
-            if names:
-                about = f"{source}: ignore={name!r}"
-                text = f"{about} leaves {leaves}: {', '.join(map(repr, names))}."
-                warn([(text, f"{text} joints={{name: ...}} drives or holds a joint.")], fingerprint)
+            warn_of_loose(source, name, names, fingerprint, leaves=leaves)

@@ -13,13 +13,15 @@ import numpy as np
 
 from energymargin import meshes
 from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene
+from energymargin.checks import one_of
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
 from energymargin.meshes.progress import Progress, Tally
-from energymargin.plausibility import warn
-from energymargin.scenes.additions import CONTROL, Additions, Control, Pair, added
+from energymargin.scenes import additions
+from energymargin.scenes.additions import Additions, Control, Pair
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
+from energymargin.scenes.urdf_elements import MIMIC
 from energymargin.scenes.urdf_inertias import warn_of_links
 from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
 
@@ -117,10 +119,15 @@ def from_urdf(
     On an error a given scene is as it was.
     """
     limit = Limit(timeout, cancel)
-    _check_choices(base, inertia, ignore=ignore, packages=packages)
+    one_of("base", base, ("fixed", "free"))
+    one_of("inertia", inertia, ("file", "shapes"))
+    for name, several in (("ignore", ignore), ("packages", packages)):
+        if isinstance(several, str):
+            raise ValueError(f"{name} is {several!r}, expected a tuple: ({several!r},)")
     root = pose(position, orientation)
     robot = read(Path(path), tuple(ignore), limit, free=base == "free", subtree=subtree)
-    roles, frictions, pairs = roles or {}, frictions or {}, _pairs(disable_collisions)
+    roles, frictions = roles or {}, frictions or {}
+    pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)
     shaping = Shaping(
@@ -132,7 +139,8 @@ def from_urdf(
         limit,
         None if progress is None else Tally(progress, robot.mesh_count),
     )
-    _warn_of_loose(Path(path), robot, joints or {})
+    loose = [name for name in robot.loose if name not in additions.driven_by(joints or {})]
+    additions.warn_of_loose(str(path), MIMIC, loose, str(path))
     bodies = _bodies(robot, shaping, prefix, fixed=base == "fixed")
     warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
@@ -144,7 +152,7 @@ def from_urdf(
         joint_keywords(robot.joints, joints or {}, prefix),
         _disabled_pairs(robot, pairs, prefix, self_collision=self_collision),
     )
-    return added(scene, new, prefix, limit, self_collision=self_collision)
+    return additions.added(scene, new, prefix, limit, self_collision=self_collision)
 
 
 def _bodies(
@@ -157,26 +165,6 @@ def _bodies(
         keywords = body(link, shaping, fixed=fixed and name == robot.root)
         bodies[name] = {"name": prefix + name, **keywords}
     return bodies
-
-
-def _check_choices(base: str, inertia: str, **several: Any) -> None:
-    for name, value, known in (
-        ("base", base, ("fixed", "free")),
-        ("inertia", inertia, ("file", "shapes")),
-    ):
-        if value not in known:
-            raise ValueError(f"{name} is {value!r}, expected {known[0]!r} or {known[1]!r}")
-    for name, value in several.items():
-        if isinstance(value, str):
-            raise ValueError(f"{name} is {value!r}, expected a tuple: ({value!r},)")
-
-
-def _pairs(disabled: Iterable[Iterable[str]]) -> list[tuple[str, str]]:
-    pairs = [tuple(pair) for pair in disabled]
-    for pair in pairs:
-        if len(pair) != 2 or pair[0] == pair[1]:
-            raise ValueError(f"disable_collisions has {pair!r}, expected pairs of two links")
-    return [(pair[0], pair[1]) for pair in pairs]
 
 
 def _check_links(robot: Robot, **named: Iterable[str]) -> None:
@@ -298,7 +286,7 @@ def joint_keywords(
     `control` of a joint replaces what the file has. Raises ValueError on unknown joints and
     keywords, and on limits that contradict each other.
     """
-    _check_control(joints, control)
+    additions.check_control(control, {name: _settable(joint) for name, joint in joints.items()})
     moving = [joint for joint in joints.values() if joint.mimic is None]
     following = [joint for joint in joints.values() if joint.mimic is not None]
     followers: dict[str, list[Joint]] = {joint.name: [] for joint in moving}
@@ -318,21 +306,9 @@ def joint_keywords(
     return list(keywords.values())
 
 
-def _check_control(joints: Mapping[str, Joint], control: Control) -> None:
-    for name, own in control.items():
-        if name not in joints:
-            raise ValueError(f"joints has {name!r}, expected one of {', '.join(joints)}")
-        joint = joints[name]
-        known: tuple[str, ...] = CONTROL
-        if joint.type == "fixed":
-            known = ()
-        elif joint.mimic is not None:
-            known = ("limits",)
-        for keyword in own:
-            if keyword not in known:
-                of = f" for one that follows {joint.mimic[0]!r}" if joint.mimic else ""
-                expected = ", ".join(known) or "none for a fixed joint"
-                raise ValueError(f"joints[{name!r}] has {keyword!r}, expected {expected}{of}")
+def _settable(joint: Joint) -> Sequence[str]:
+    """What `joints` may set of a joint."""
+    return () if joint.type == "fixed" else ("limits",) if joint.mimic else additions.CONTROL
 
 
 def _joint_frames(joint: Joint, prefix: str) -> dict[str, Any]:
@@ -382,17 +358,6 @@ def _torque_limit(joint: Joint, own: Mapping[str, Any]) -> float:
             f"limit of 0 it would not move; {way} says how strong it is, math.inf has no limit"
         )
     return math.inf  # what resists without a motor is not a motor's to limit
-
-
-def _warn_of_loose(path: Path, robot: Robot, control: Control) -> None:
-    """Warns of joints whose <mimic> is ignored and that nothing moves."""
-    driven = {name for name, own in control.items() if {"held", "stiffness"} & own.keys()}
-    names = [name for name in robot.loose if name not in driven]
-    if names:
-        about = f"{path}: ignore='joint/mimic' leaves joints without a drive"
-        shown = ", ".join(map(repr, names))
-        text = f"{about}: {shown}. joints={{name: ...}} drives or holds a joint."
-        warn([(about + shown, text)], str(path))
 
 
 def _given(name: str, limits: Any) -> tuple[float, float]:

@@ -16,9 +16,10 @@ from xml.parsers import expat
 
 from energymargin.limits import Limit
 from energymargin.plausibility import levels_to_user
+from energymargin.scenes.additions import NotSimulatedError, counted
 from energymargin.scenes.urdf_origins import warn_of_origins
 
-__all__ = ["checked", "keep_subtree"]
+__all__ = ["MIMIC", "checked", "keep_subtree"]
 
 # How many numbers an attribute holds; the others are words.
 NUMBERS = {
@@ -130,21 +131,14 @@ def checked(
         hints = "".join(
             f", {hint}" for word, hint in HINTS.items() if any(word in what for what in unknown)
         )
-        raise ValueError(
-            f"{path} asks for what is not simulated: {_counted(unknown)}; "
-            f"ignore={tuple(unknown)!r} does without{hints}"
-        )
+        raise NotSimulatedError(str(path), unknown, hints)
     if undeclared:
         warnings.warn(
             f"{path} leaves namespaces undeclared, and what is in them is left out: "
-            f"{_counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
+            f"{counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
             stacklevel=levels_to_user(),
         )
     return root, loose if MIMIC in ignore else ()
-
-
-def _counted(names: Counter[str]) -> str:
-    return ", ".join(f"{name} ({count})" for name, count in names.items())
 
 
 def _require_places(ignore: Collection[str]) -> None:
