@@ -25,8 +25,6 @@ from energymargin.plausibility import PlausibilityWarning
 from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 
-__all__ = ["Belief", "CommonParticle", "Particles", "common_particles"]
-
 # An overlap that may be left, as a share of the smallest half extent of what was moved; Problems
 # refuse a quarter.
 LEFT = 0.01

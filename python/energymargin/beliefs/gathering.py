@@ -23,8 +23,6 @@ from energymargin.metrics import TIMED
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings
 
-__all__ = ["Asked", "BeliefRow", "BeliefSource", "ParticleSource", "Sharing"]
-
 # Particle j of problem i has the stream of index i + j * 2^32: the first has that of the problem.
 PARTICLE = 2**32
 

@@ -35,8 +35,6 @@ from energymargin.searches import (
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = ["BeliefScore", "BeliefScores", "Share", "score_belief", "score_beliefs", "shares"]
-
 PARTICLES_A_TERM = 4  # below, a regression says more of the particles than of the score
 
 

@@ -19,19 +19,6 @@ from energymargin.arguments import shown
 from energymargin.checks import not_negative_number, whole_number
 from energymargin.metrics import TIMED
 
-__all__ = [
-    "AXES",
-    "MOST_PARTICLES",
-    "PARTICLES",
-    "QUANTITIES",
-    "Sampling",
-    "Source",
-    "Uncertainty",
-    "is_distribution",
-    "normal_root",
-    "standard_normal",
-]
-
 QUANTITIES = ("friction", "mass", "pose", "velocity")
 VALUES, ERRORS = QUANTITIES[:2], QUANTITIES[2:]
 AXES = {

@@ -7,18 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "DRAWS",
-    "auc_ap",
-    "auc_ap_draws",
-    "auc_draws",
-    "bootstrap_weights",
-    "intervals",
-    "ranked",
-    "thresholds",
-    "weighted_auc_ap",
-]
-
 DRAWS = 1000  # bootstrap draws
 MOST_WEIGHTS = 2**18  # at a time, which fit into a cache
 CONFIDENCE = 0.95

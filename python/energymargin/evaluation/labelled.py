@@ -13,26 +13,6 @@ from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
 
-__all__ = [
-    "AMONG",
-    "FORCE",
-    "HORIZON",
-    "HORIZONS",
-    "LAST_FRAMES",
-    "PAPER_HORIZON",
-    "PROBABLE_SUCCESS",
-    "SUCCESS",
-    "SUCCESSES",
-    "Among",
-    "Compared",
-    "LabelledScores",
-    "captured_labels",
-    "compared_states",
-    "compared_trajectories",
-    "state_metrics",
-    "trajectory_score",
-]
-
 HORIZONS = range(6)  # frames
 PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its authors' data so
 HORIZON = 2  # frames; the default of curves

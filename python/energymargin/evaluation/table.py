@@ -34,20 +34,6 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
 
-__all__ = [
-    "ALL_TITLE",
-    "ANY_TITLE",
-    "CSV_COLUMNS",
-    "DASH",
-    "PAPER",
-    "Cell",
-    "Evaluation",
-    "cell_of",
-    "csv_fields",
-    "evaluate",
-    "paper_text",
-]
-
 ALL_TITLE = "All objects: captured together, and successful together"
 ANY_TITLE = "At least one object: captured, and successful"
 CSV_COLUMNS = (

@@ -21,8 +21,6 @@ from energymargin.checks import positive_number
 from energymargin.mujoco.mjcf_bodies import Bodies, numbers, rigid
 from energymargin.scenes.mjcf_model import engine
 
-__all__ = ["START", "TOLERANCE", "model_of", "to_mjcf"]
-
 START = "start"  # the keyframe's name
 TOLERANCE = 1e-8  # of the solver
 CONTACT_STEPS = 2  # time constant of a contact; MuJoCo makes a shorter one so long

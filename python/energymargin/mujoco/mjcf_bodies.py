@@ -29,8 +29,6 @@ from energymargin._core import (
     mass_properties,
 )
 
-__all__ = ["Bodies", "inertia_of", "motion_of", "numbers", "rigid"]
-
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before
 ALONG = 1 - 1e-9  # cosine between an edge and the axis that is locked

@@ -18,8 +18,6 @@ from energymargin.mujoco.state import servos
 from energymargin.mujoco.states import Names
 from energymargin.reprs import short_repr
 
-__all__ = ["Edge", "Played", "Player", "Replay", "replay"]
-
 Vector = NDArray[np.float64]
 
 SCALE_STEP = 0.01  # between two strengths of the wrenches

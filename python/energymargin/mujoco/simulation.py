@@ -14,8 +14,6 @@ from energymargin.mujoco.state import Servo, servos
 from energymargin.mujoco.states import States
 from energymargin.scenes.mjcf_model import engine
 
-__all__ = ["Robot", "Simulation", "Ticks"]
-
 Vector = NDArray[np.float64]
 
 

@@ -23,8 +23,6 @@ from energymargin.scenes.mjcf_model import (
     word,
 )
 
-__all__ = ["Servo", "servos", "set_state", "state", "targets"]
-
 Vector = NDArray[np.float64]
 PLACES = ("qpos", "qvel", "act", "ctrl", "mocap_pos", "mocap_quat")
 

@@ -13,8 +13,6 @@ from energymargin._core import Body, Joint, Scene
 from energymargin.mujoco.mjcf_bodies import inertia_of
 from energymargin.scenes.mjcf_model import engine
 
-__all__ = ["Names", "States"]
-
 Vector = NDArray[np.float64]
 
 PLACED = 1e-6  # [m], [rad]: what is further off is somewhere else

@@ -14,21 +14,6 @@ from energymargin.errors import EnergyMarginError
 from energymargin.limits import Limit
 from energymargin.plausibility import warn
 
-__all__ = [
-    "CONTROL",
-    "NO_DRIVE",
-    "Additions",
-    "Control",
-    "NotSimulatedError",
-    "Pair",
-    "added",
-    "check_control",
-    "counted",
-    "driven_by",
-    "pairs_of",
-    "warn_of_loose",
-]
-
 # What `joints` may set of a robot's joints; the rest is the file's.
 CONTROL = (
     "start",

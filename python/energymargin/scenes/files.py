@@ -7,8 +7,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
-__all__ = ["data_file", "found"]
-
 
 def data_file(name: str) -> Path:
     """A file of the package's `data` folder.

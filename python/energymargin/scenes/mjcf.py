@@ -31,8 +31,6 @@ from energymargin.scenes.mjcf_model import (
 )
 from energymargin.scenes.poses import Pose, place, pose
 
-__all__ = ["from_mjcf"]
-
 FRICTION_RULE = "max"  # MuJoCo's
 OVERLAPPING = "overlapping"
 Names = str | Iterable[str]

@@ -26,8 +26,6 @@ from energymargin.scenes.mjcf_model import (
 )
 from energymargin.scenes.poses import Pose, place, pose
 
-__all__ = ["Builder", "plane", "shape"]
-
 NEGLIGIBLE = 1e-9  # share of a body's mass that a link without mass gets: a link has one
 GYRATION = 0.01  # m; radius of gyration of such a link
 

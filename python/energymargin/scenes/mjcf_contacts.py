@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.mjcf_model import Selection, disabled, word
 
-__all__ = ["Contacts", "Group"]
-
 FRICTIONLESS = 1  # dimensions of a contact: then sliding friction, torsional, rolling
 SLIDING = 3
 

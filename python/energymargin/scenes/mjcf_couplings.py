@@ -11,8 +11,6 @@ import numpy as np
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.mjcf_model import Selection, body_name, disabled, joint_name, word
 
-__all__ = ["Coupling", "Linear", "couplings", "linear_tendon"]
-
 TOLERANCE = 1e-9  # of equations that say the same
 
 

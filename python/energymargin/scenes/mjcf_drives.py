@@ -14,8 +14,6 @@ from energymargin.scenes.mjcf_couplings import Coupling, Linear, linear_tendon
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.mjcf_model import Selection, control_address, disabled, joint_name, word
 
-__all__ = ["Drive", "drives", "joint_drives"]
-
 UNLIMITED = 1e4  # rad or m; a limit beyond it is none
 SLACK = 1e-6  # rad or m, of limits of joints that follow: files are rounded
 

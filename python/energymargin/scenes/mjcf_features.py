@@ -7,8 +7,6 @@ from collections.abc import Collection, Iterable
 
 from energymargin.scenes.additions import NO_DRIVE, NotSimulatedError, warn_of_loose
 
-__all__ = ["FEATURES", "Features"]
-
 FEATURES = {
     "actuator/activation": "activation dynamics; the control acts at once",
     "actuator/motor": "forces without position or velocity control; they are 0",

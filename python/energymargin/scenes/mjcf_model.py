@@ -14,25 +14,6 @@ from energymargin.reprs import short_repr
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.poses import Pose, pose
 
-__all__ = [
-    "MASSLESS",
-    "WORLD",
-    "Selection",
-    "Start",
-    "below",
-    "body_id",
-    "body_name",
-    "compiled",
-    "control_address",
-    "disabled",
-    "engine",
-    "geom_name",
-    "joint_name",
-    "local_pose",
-    "start_of",
-    "word",
-]
-
 MASSLESS = 1e-15  # kg; MuJoCo's least mass of what moves
 WORLD = 0
 

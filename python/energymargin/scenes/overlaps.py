@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Contact, World
 
-__all__ = ["moved_apart"]
-
 TOUCHING = 1e-3  # what is left of an overlap, as a share of the deepest one
 ROUNDS = 100
 

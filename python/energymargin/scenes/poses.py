@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Compound, MassProperties, Part
 
-__all__ = ["Pose", "from_rpy", "moved", "place", "pose", "vector"]
-
 Pose = NDArray[np.float64]
 """A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""
 

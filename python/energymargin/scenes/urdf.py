@@ -25,8 +25,6 @@ from energymargin.scenes.urdf_elements import MIMIC
 from energymargin.scenes.urdf_inertias import warn_of_links
 from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
 
-__all__ = ["from_urdf"]
-
 UNLIMITED = (-math.inf, math.inf)
 SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
 
@@ -112,6 +110,7 @@ def from_urdf(
 
     Raises:
         FileNotFoundError: if the file or a mesh is missing.
+        NotSimulatedError: a ValueError that names what is not simulated.
         ValueError: that names what is wrong in the file or an argument.
         TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
         ImportError, RuntimeError: of meshes, as `em.mesh`.

@@ -19,8 +19,6 @@ from energymargin.plausibility import levels_to_user
 from energymargin.scenes.additions import NotSimulatedError, counted
 from energymargin.scenes.urdf_origins import warn_of_origins
 
-__all__ = ["MIMIC", "checked", "keep_subtree"]
-
 # How many numbers an attribute holds; the others are words.
 NUMBERS = {
     **dict.fromkeys(("xyz", "rpy", "size"), (3,)),

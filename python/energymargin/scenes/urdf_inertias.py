@@ -25,8 +25,6 @@ from energymargin.plausibility import warn
 from energymargin.scenes.poses import pose
 from energymargin.scenes.urdf_model import Robot
 
-__all__ = ["warn_of_links"]
-
 OUTSIDE = 1.0  # of the shapes' extent, by which a centre of mass may be outside of their box
 APART = 10.0  # of the larger of two links, by which a joint may hold them apart
 # An inertia that differs by the first is that of the shapes, and from the second on another one.

@@ -20,15 +20,6 @@ from energymargin.limits import Limit
 from energymargin.scenes.poses import Pose, from_rpy
 from energymargin.scenes.urdf_elements import checked
 
-__all__ = [
-    "Geometry",
-    "Joint",
-    "Link",
-    "MeshFile",
-    "Robot",
-    "read",
-]
-
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 

@@ -12,8 +12,6 @@ import numpy as np
 from energymargin.plausibility import warn
 from energymargin.scenes.poses import Pose, from_rpy
 
-__all__ = ["warn_of_origins"]
-
 TURN = 6.2832  # rad; a full turn, with room for a rounded 2 pi
 FARTHEST = 20.0  # m; no part of a robot is farther from the one before it
 # Shapes and pictures that are the same differ by less, in m and rad: files are rounded.

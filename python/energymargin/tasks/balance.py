@@ -18,8 +18,6 @@ from energymargin._core import Box, Contact, Problem, Scene, World
 from energymargin.tasks.base import STEP, Params
 from energymargin.tasks.scripted import Drive, PerStep, ScriptedTask
 
-__all__ = ["BalanceTask"]
-
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
 

@@ -18,20 +18,6 @@ from numpy.typing import NDArray
 from energymargin._core import Contact, Problem, Region, Scene
 from energymargin.trajectories import Trajectory
 
-__all__ = [
-    "PLANE",
-    "STEP",
-    "Params",
-    "Regions",
-    "Task",
-    "all_inside",
-    "any_inside",
-    "constructor_keywords",
-    "parameters_of",
-    "plane_of",
-    "set_of_object",
-]
-
 Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""
 

@@ -14,8 +14,6 @@ from energymargin._core import Contact, Problem, Region, Scene
 from energymargin.tasks.base import Params, Regions
 from energymargin.trajectories import Trajectory
 
-__all__ = ["ProblemTask"]
-
 DIGITS = 16  # of the digest
 
 

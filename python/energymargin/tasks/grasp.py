@@ -19,8 +19,6 @@ from energymargin.scenes import data_file, from_urdf
 from energymargin.tasks.base import Params
 from energymargin.tasks.scripted import Drive, FrictionTask, PerStep
 
-__all__ = ["GraspTask"]
-
 # Numbers of the authors' public implementation (EnergyMarginDynCage, 2024) are named so; what the
 # paper says is named so; the others are ours, chosen so that about half of the grasps hold.
 

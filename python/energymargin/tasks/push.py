@@ -18,8 +18,6 @@ from energymargin.checks import yes_or_no
 from energymargin.tasks.base import STEP, Params
 from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, swept_from
 
-__all__ = ["PushTask"]
-
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
 

@@ -18,8 +18,6 @@ from energymargin._core import Box, Cylinder, Inertial, Scene, World
 from energymargin.tasks.base import STEP, Params
 from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, places_apart, swept_from
 
-__all__ = ["PushMultiTask"]
-
 # All numbers are ours.
 
 # The scene. The table is the plane z = 0.

@@ -15,8 +15,6 @@ from typing import Any, TypeVar, cast
 from energymargin.errors import EnergyMarginError
 from energymargin.tasks.base import Task, parameters_of
 
-__all__ = ["Registered", "TaskError", "is_installed", "make", "names", "overview", "register"]
-
 GROUP = "energymargin.tasks"
 OURS = "energymargin"
 METHODS = ("rollout", "problem")

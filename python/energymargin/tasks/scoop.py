@@ -18,8 +18,6 @@ from energymargin._core import Box, Compound, Part, Scene, World
 from energymargin.tasks.base import STEP, Params
 from energymargin.tasks.scripted import Drive, FrictionTask, places_apart
 
-__all__ = ["ScoopTask"]
-
 # All numbers are ours.
 
 # The scene. The table is the plane z = 0.

@@ -37,18 +37,6 @@ from energymargin.tasks.base import (
 )
 from energymargin.trajectories import Trajectory
 
-__all__ = [
-    "EFFECTORS",
-    "Drive",
-    "Following",
-    "FrictionTask",
-    "PerStep",
-    "ScriptedTask",
-    "drawn",
-    "places_apart",
-    "swept_from",
-]
-
 PerStep = float | NDArray[np.float64]
 """A number of a script, such as a force: one, or an array with one for each step."""
 

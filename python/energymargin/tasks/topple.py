@@ -18,8 +18,6 @@ from energymargin._core import Box, ForceWeights, Scene, Sphere
 from energymargin.tasks.base import STEP, Params
 from energymargin.tasks.scripted import Drive, FrictionTask, PerStep
 
-__all__ = ["ToppleTask"]
-
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
 
