@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from energymargin._core import Body, Scene, Spring
 from energymargin.checks import positive_number
 from energymargin.mujoco.mjcf_bodies import Bodies, numbers, rigid
+from energymargin.scenes.additions import base_of
 from energymargin.scenes.mjcf_model import engine
 
 START = "start"  # the keyframe's name
@@ -129,9 +130,8 @@ class _Document:
 
         def base(name: str) -> str:
             """That it is one with; all that is fixed is one."""
-            while name in carriers:
-                name = carriers[name]
-            return "" if name in fixed else name
+            top = base_of(name, carriers)
+            return "" if top in fixed else top
 
         for a, b in combinations(self.scene.bodies, 2):
             if frozenset((a.name, b.name)) not in apart and base(a.name) != base(b.name):

@@ -281,19 +281,20 @@ class Names:
     def welds(self) -> Iterator[tuple[Joint, int, int]]:
         """Held joints that the model does not have though it has both bodies: it welds them. Each
         with the numbers of its parent and its child."""
-        for joint in self._scene.joints:
-            other = joint.type == "fixed" or joint.mimic is not None
-            if other or not joint.held or self._number("joint", joint.name) is not None:
-                continue
-            parent, child = self.body(joint.parent), self.body(joint.child)
-            if parent is not None and child is not None:
+        for joint, parent, child in self._between():
+            own = joint.type != "fixed" and joint.mimic is None and joint.held
+            if own and self._number("joint", joint.name) is None:
                 yield joint, parent, child
 
     def rigid(self) -> Iterator[tuple[Joint, int, int]]:
         """Fixed joints of whose parent and child the model has both, with their numbers."""
+        return (ends for ends in self._between() if ends[0].type == "fixed")
+
+    def _between(self) -> Iterator[tuple[Joint, int, int]]:
+        """Joints of whose parent and child the model has both, with their numbers."""
         for joint in self._scene.joints:
             parent, child = self.body(joint.parent), self.body(joint.child)
-            if joint.type == "fixed" and parent is not None and child is not None:
+            if parent is not None and child is not None:
                 yield joint, parent, child
 
     def missing(self) -> list[str]:

@@ -185,14 +185,14 @@ def _overlaps(robot: Scene) -> dict[Pair, float]:
     depths: dict[Pair, float] = {}
     for contact in World(robot).contacts(robot.pack()) if carriers else ():
         a, b = contact.body_a, contact.body_b
-        together = _base(a, carriers) == _base(b, carriers) or {a, b} & fixed
+        together = base_of(a, carriers) == base_of(b, carriers) or {a, b} & fixed
         if together and {a, b} & carriers.keys() and -contact.distance > OVERLAP:
             depths[a, b] = max(depths.get((a, b), 0.0), -contact.distance)
     return dict(sorted(depths.items()))
 
 
-def _base(body: str, carriers: Mapping[str, str]) -> str:
-    """The body at the end of the chain that carries one."""
+def base_of(body: str, carriers: Mapping[str, str]) -> str:
+    """The body at the end of the chain that carries one; `carriers`: by body, what carries it."""
     while body in carriers:
         body = carriers[body]
     return body

@@ -264,16 +264,9 @@ def _disabled_pairs(
 def _lumps(robot: Robot) -> list[list[str]]:
     """The links in groups that fixed joints hold together."""
     up = {j.child: j.parent for j in robot.joints.values() if j.type == "fixed"}
-    tops: dict[str, str] = {}
-    for name in robot.links:
-        way = [name]
-        while way[-1] in up and way[-1] not in tops:
-            way.append(up[way[-1]])
-        top = tops.get(way[-1], way[-1])
-        tops.update(dict.fromkeys(way, top))
     lumps: dict[str, list[str]] = {}
     for name in robot.links:
-        lumps.setdefault(tops[name], []).append(name)
+        lumps.setdefault(additions.base_of(name, up), []).append(name)
     return list(lumps.values())
 
 

@@ -9,7 +9,7 @@ import math
 import warnings
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers import expat
@@ -317,12 +317,17 @@ def _below(root: str, robot: ET.Element) -> set[str]:
     for joint in robot.iterfind("joint"):
         parent, child = _ends(joint)
         children.setdefault(parent, []).append(child)
-    reached, new = {root}, [root]
+    return reached(root, children)
+
+
+def reached(root: str, children: Mapping[str, Sequence[str]]) -> set[str]:
+    """A link and all that hang on it; `children`: by link, those that hang on it next."""
+    found, new = {root}, [root]
     while new:
-        found = [child for child in children.get(new.pop(), []) if child not in reached]
-        reached.update(found)
-        new += found
-    return reached
+        more = [child for child in children.get(new.pop(), ()) if child not in found]
+        found.update(more)
+        new += more
+    return found
 
 
 def _ends(joint: ET.Element) -> tuple[str, str]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from energymargin._core import Box, Cylinder, Sphere
 from energymargin.limits import Limit
 from energymargin.scenes.poses import Pose, from_rpy
-from energymargin.scenes.urdf_elements import checked
+from energymargin.scenes.urdf_elements import checked, reached
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
@@ -338,13 +338,9 @@ def _require_tree(root: str, links: dict[str, Link], joints: dict[str, Joint]) -
     below: dict[str, list[str]] = {name: [] for name in links}
     for joint in joints.values():
         below[joint.parent].append(joint.child)
-    reached, new = {root}, [root]
-    while new:
-        children = below[new.pop()]
-        reached.update(children)
-        new += children
+    hanging = reached(root, below)
     for name in links:
-        if name not in reached:
+        if name not in hanging:
             raise ValueError(f"the joints above link {name!r} form a loop, expected a tree")
 
 
