@@ -26,7 +26,7 @@ from energymargin.scenes.mjcf_model import (
     compiled,
     disabled,
     engine,
-    joint_name,
+    name_of,
     start_of,
 )
 from energymargin.scenes.poses import Pose, place, pose
@@ -125,7 +125,7 @@ def from_mjcf(
     roles = _roles(selection, _names("object", object), _names("effector", effector))
     coupled = couplings(selection, features)
     settable = {
-        joint_name(made, joint): () if joint in coupled else additions.CONTROL
+        name_of(made, "joint", joint): () if joint in coupled else additions.CONTROL
         for joint in selection.all_joints()
     }
     control = joints or {}
@@ -214,8 +214,8 @@ def _roles(
 
 def _held(model: Any, driven: Mapping[int, Drive], control: Control) -> set[str]:
     """Joints that a control of the model or the caller drives or holds."""
-    by_control = {joint_name(model, joint) for joint, drive in driven.items() if drive.controls}
-    return by_control | additions.driven_by(control)
+    controlled = [joint for joint, drive in driven.items() if drive.controls]
+    return {name_of(model, "joint", joint) for joint in controlled} | additions.driven_by(control)
 
 
 def _pairs(

@@ -18,10 +18,8 @@ from energymargin.scenes.mjcf_model import (
     MASSLESS,
     WORLD,
     Selection,
-    body_name,
-    geom_name,
-    joint_name,
     local_pose,
+    name_of,
     word,
 )
 from energymargin.scenes.poses import Pose, place, pose
@@ -84,7 +82,7 @@ class Builder:
         )
 
     def _name(self, body: int) -> str:
-        return body_name(self._model, body)
+        return name_of(self._model, "body", body)
 
     def _add_body(self, name: str, body: int, **keywords: Any) -> None:
         role = self._roles.get(body, "none")
@@ -117,7 +115,7 @@ class Builder:
         self._planes[name] = {"name": self._prefix + name, "friction": group.friction, **of}
 
     def _static_name(self, body: int, group: Group, *, first: bool) -> str:
-        geom = geom_name(self._model, group.geoms[0])
+        geom = name_of(self._model, "geom", group.geoms[0])
         if body != WORLD:
             return self._name(body) if first else f"{self._name(body)}/{geom}"
         taken = {self._name(other) for other in self._selection.bodies}
@@ -191,7 +189,7 @@ class Builder:
             fixed = f"{self._name(body)}/fixed"
             self._add_joint(None, fixed, above, self._name(body), type="fixed", **_origin(at))
         for joint in joints:
-            name = joint_name(self._model, joint)
+            name = name_of(self._model, "joint", joint)
             link = self._name(body) if joint == joints[-1] else f"{self._name(body)}/{name}"
             if joint != joints[-1]:
                 self._add_body(link, body, shape=Compound([]), **self._negligible(body))
@@ -216,7 +214,7 @@ class Builder:
 
     def _add_part(self, body: int, group: Group) -> None:
         """Geoms that differ from a body's others, on a body that is fixed to it."""
-        name = f"{self._name(body)}/{geom_name(self._model, group.geoms[0])}"
+        name = f"{self._name(body)}/{name_of(self._model, 'geom', group.geoms[0])}"
         self._of_group[group] = name
         light = self._negligible(body)
         self._add_body(name, body, shape=self._shape(group), friction=group.friction, **light)
@@ -325,7 +323,7 @@ def _solid(model: Any, geom: int) -> Solid:
     try:
         return ConvexHull(points)
     except ValueError as error:
-        raise ValueError(f"geom {geom_name(model, geom)!r}: {error}") from error
+        raise ValueError(f"geom {name_of(model, 'geom', geom)!r}: {error}") from error
 
 
 def _even_directions(count: int) -> NDArray[np.float64]:

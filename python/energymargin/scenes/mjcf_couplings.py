@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from energymargin.scenes.mjcf_features import Features
-from energymargin.scenes.mjcf_model import Selection, body_name, disabled, joint_name, word
+from energymargin.scenes.mjcf_model import Selection, disabled, name_of, word
 
 TOLERANCE = 1e-9  # of equations that say the same
 
@@ -70,7 +70,7 @@ def couplings(selection: Selection, features: Features) -> dict[int, Coupling]:
             return {joint: _coupling(of) for joint, (of, _) in solved.items()}
         dropped = [solved[joint][1] for joint in bad]
         for equation in dropped:
-            joints = [joint_name(selection.model, joint) for joint in equation.sum.terms]
+            joints = [name_of(selection.model, "joint", joint) for joint in equation.sum.terms]
             features.add(equation.feature, loose=joints)
         equations = [equation for equation in equations if equation not in dropped]
 
@@ -89,7 +89,7 @@ def _solved(
         rest = equation.sum.with_couplings({joint: of for joint, (of, _) in solved.items()})
         if not rest.terms:
             if abs(rest.constant) > TOLERANCE:
-                names = ", ".join(repr(joint_name(model, j)) for j in equation.sum.terms)
+                names = ", ".join(repr(name_of(model, "joint", j)) for j in equation.sum.terms)
                 raise ValueError(f"equality constraints of joints {names} contradict each other")
             continue
         pivot = _pivot(rest, equation.joint, driven)
@@ -153,7 +153,9 @@ def _equation(
         return None
     data = model.eq_data[equality]
     if None in sides or not joints <= own or (len(sides) > 1 and np.any(data[2:5] != 0)):
-        features.add(feature, loose=[joint_name(model, joint) for joint in sorted(joints & own)])
+        features.add(
+            feature, loose=[name_of(model, "joint", joint) for joint in sorted(joints & own)]
+        )
         return None
     total = Linear({}, -float(data[0]))
     for side, factor in zip(sides, (1.0, -float(data[1])), strict=False):
@@ -177,7 +179,7 @@ def _held(selection: Selection, equality: int, ends: list[int]) -> list[str]:
     if selection.root in ends and not all(body in selection.lump for body in ends):
         return []  # where the base is, and how it moves, the caller says
     moving = [body for body in ends if body in selection.lump and body not in selection.static]
-    return [body_name(model, body) for body in moving]
+    return [name_of(model, "body", body) for body in moving]
 
 
 def linear_tendon(model: Any, tendon: int) -> Linear | None:

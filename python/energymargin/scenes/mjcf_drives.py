@@ -12,7 +12,7 @@ import numpy as np
 from energymargin._core import Mimic
 from energymargin.scenes.mjcf_couplings import Coupling, Linear, linear_tendon
 from energymargin.scenes.mjcf_features import Features
-from energymargin.scenes.mjcf_model import Selection, control_address, disabled, joint_name, word
+from energymargin.scenes.mjcf_model import Selection, control_address, disabled, name_of, word
 
 UNLIMITED = 1e4  # rad or m; a limit beyond it is none
 SLACK = 1e-6  # rad or m, of limits of joints that follow: files are rounded
@@ -105,7 +105,7 @@ class _Drives:
 
     def _names(self, length: Linear) -> list[str]:
         """Of the joints here that a length depends on."""
-        return [joint_name(self._model, joint) for joint in length.terms if joint in self._own]
+        return [name_of(self._model, "joint", j) for j in length.terms if j in self._own]
 
     def _of(self, joint: int) -> Linear:
         return Linear({joint: 1.0}).with_couplings(self._linear)
@@ -335,9 +335,9 @@ class _Drives:
         for body in self._free:
             self._count_free(body)
         for joint, drive in self.drives.items():
-            if joint_name(model, joint) in commanded:
+            if name_of(model, "joint", joint) in commanded:
                 continue
-            add("actuator/motor", drive.motors, [joint_name(model, joint)])
+            add("actuator/motor", drive.motors, [name_of(model, "joint", joint)])
             limited = any(math.isfinite(most) for most in drive.most)
             add("actuator.forcerange", limited and (len(drive.most) > 1 or drive.passive_force))
 
@@ -366,14 +366,14 @@ def joint_drives(
     """
     keywords = {}
     for joint, drive in driven.items():
-        own = control.get(joint_name(selection.model, joint), {})
+        own = control.get(name_of(selection.model, "joint", joint), {})
         of_model = _checked(selection, joint, drive, own)
         keywords[joint] = _start(selection, joint, {**of_model, **own})
     for joint, of in coupled.items():
         if of.source is None:
             keywords[joint] = {"held": True, "start": of.offset}
         else:
-            source = prefix + joint_name(selection.model, of.source)
+            source = prefix + name_of(selection.model, "joint", of.source)
             keywords[joint] = {"mimic": Mimic(source, of.multiplier, of.offset)}
     return keywords
 
@@ -382,7 +382,7 @@ def _checked(
     selection: Selection, joint: int, drive: Drive, own: Mapping[str, Any]
 ) -> dict[str, Any]:
     if "limits" not in own and not drive.lower < drive.upper:
-        name = joint_name(selection.model, joint)
+        name = name_of(selection.model, "joint", joint)
         raise ValueError(
             f"joint {name!r} and those that follow it have limits from {drive.lower} to "
             f"{drive.upper}; joints={{{name!r}: {{'limits': (lower, upper)}}}} says which hold"

@@ -62,19 +62,9 @@ def disabled(model: Any, what: str) -> bool:
     return bool(int(model.opt.disableflags) & int(flag))
 
 
-def body_name(model: Any, body: int) -> str:
-    """Of a body without a name: `body3`."""
-    return model.body(body).name or f"body{body}"
-
-
-def joint_name(model: Any, joint: int) -> str:
-    """Of a joint without a name: `joint3`."""
-    return model.joint(joint).name or f"joint{joint}"
-
-
-def geom_name(model: Any, geom: int) -> str:
-    """Of a geom without a name: `geom3`."""
-    return model.geom(geom).name or f"geom{geom}"
+def name_of(model: Any, kind: str, number: int) -> str:
+    """The name of a "body", "joint" or "geom"; of one without: `body3`."""
+    return getattr(model, kind)(number).name or f"{kind}{number}"
 
 
 def local_pose(position: Any, quaternion: Any) -> Pose:
@@ -216,7 +206,7 @@ class Selection:
 
 def body_id(model: Any, argument: str, name: str) -> int:
     """Of a name; ValueError that lists the names that there are."""
-    names = [body_name(model, body) for body in range(model.nbody)]
+    names = [name_of(model, "body", body) for body in range(model.nbody)]
     if name not in names:
         raise ValueError(f"{argument} is {name!r}, expected one of {', '.join(names)}")
     return names.index(name)
