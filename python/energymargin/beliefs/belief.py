@@ -188,7 +188,7 @@ class Belief:
         return posterior(source, prior[source.body], measured)
 
     def _values(self, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-        """Of each source at points of the unit cube, shape (N, D)."""
+        """Values of each source at points of the unit cube, shape (N, D)."""
         ends = np.cumsum([len(source.inputs) for source in self._sources])
         columns = np.split(points, ends[:-1], axis=1) if self._sources else []
         return [source.values(own) for source, own in zip(self._sources, columns, strict=True)]
@@ -215,7 +215,7 @@ class Belief:
 
 
 def _points(dimension: int, count: int, seed: int) -> Iterator[NDArray[np.float64]]:
-    """Of a scrambled Sobol sequence in the open unit cube, each (D,), without end."""
+    """Points of a scrambled Sobol sequence in the open unit cube, each (D,), without end."""
     seed = whole_number("seed", seed, 0)
     if dimension == 0:
         while True:
@@ -310,7 +310,7 @@ class CommonParticle(NamedTuple):
     """One draw of what is not known."""
 
     number: int
-    """Of the draw, those among them that cannot be."""
+    """Number of the draw; those that cannot be count too."""
     problems: tuple[Problem, ...]
     """With it, one of each belief."""
 

@@ -29,7 +29,7 @@ PARTICLE = 2**32
 Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times [s] and the probability until each, (T,)."""
 Part = tuple[NDArray[np.float64], Particles, float, Curve | None]
-"""Of a metric: the particles' scores (N,), the particles, computing time [s], the mean curve."""
+"""A metric's scores of the particles (N,), the particles, computing time [s], the mean curve."""
 
 
 class Sharing:
@@ -42,7 +42,7 @@ class Sharing:
         self.settings = replace(
             settings, nodes=max(1, settings.nodes // self.particles), rollouts=1
         )
-        """Of a particle."""
+        """Settings of a particle."""
 
     def count(self, metric: str) -> int:
         """Particles of a metric."""

@@ -57,13 +57,13 @@ class BeliefScore:
 
     metric: str
     values: NDArray[np.float64]
-    """Of each particle, shape (N,); of a probability 1 or 0, its one rollout."""
+    """Score of each particle, shape (N,); a probability's are 1 or 0, from one rollout each."""
     particles: Particles
     """Those N."""
     seconds: float
     """Computing time of all of them [s]."""
     curve: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
-    """Of a probability: times [s] and the probability until each, (T,)."""
+    """Times [s] and the probability until each, (T,); None for other scores."""
 
     @property
     def mean(self) -> float:
@@ -199,7 +199,7 @@ class BeliefScores(Mapping[str, BeliefScore]):
     __hash__ = object.__hash__
 
     def __getitem__(self, metric: str) -> BeliefScore:
-        """Of one metric; KeyError if it was not computed."""
+        """The score of one metric; KeyError if it was not computed."""
         if metric not in self.scores:
             raise KeyError(f"{metric!r} was not computed; there are: {', '.join(self.scores)}")
         return self.scores[metric]

@@ -36,7 +36,7 @@ class Source:
     """One quantity of one body that is not known for sure."""
 
     quantity: str
-    """Of QUANTITIES."""
+    """One of QUANTITIES."""
     body: str
     inputs: tuple[str, ...]
     """The independent numbers behind it, D of them, as "x"; of a covariance its principal axes."""
@@ -50,7 +50,7 @@ class Source:
     widened: float = 1.0
     """How many times larger the errors counted, since too few samples of the prior fit them."""
     other: str | None = None
-    """Of a coefficient of friction of a pair, the other body."""
+    """The other body of a pair's coefficient of friction."""
 
     @property
     def name(self) -> str:
@@ -96,7 +96,7 @@ class Uncertainty:
         return isinstance(other, Uncertainty) and self.to_json() == other.to_json()
 
     def __hash__(self) -> int:
-        """Of equal ones the same."""
+        """Equal uncertainties have equal hashes."""
         return hash(self.to_json())
 
     @property
@@ -106,7 +106,7 @@ class Uncertainty:
         return {name: value for name, value in values.items() if value is not None}
 
     def sources(self, scene: Scene) -> list[Source]:
-        """Of the bodies of a scene, in the order of QUANTITIES and bodies.
+        """Sources of the bodies of a scene, in the order of QUANTITIES and bodies.
 
         Raises ValueError on a body that is not there, the mass of a fixed one, and the pose or
         velocity of one that is fixed or a link; on a pair without a coefficient of its own, and on
@@ -232,7 +232,7 @@ def _covariance(place: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 def normal_root(value: Any) -> NDArray[np.float64] | None:
-    """Of normal errors of a pose or velocity: their principal axes, each as long as its deviation,
+    """Principal axes of normal errors of a pose or velocity, each as long as its deviation,
     (6, D). None of others."""
     if _is_covariance(value):
         return _covariance("covariance", value)
@@ -274,8 +274,8 @@ def _value_source(quantity: str, body: str, value: Any, center: float) -> Source
 def _pair_sources(
     scene: Scene, given: Mapping[str, Mapping[str, Any]], alone: Sequence[str]
 ) -> list[Source]:
-    """Of coefficients of pairs, in the order of the scene. `alone`: bodies whose own friction is
-    not known either."""
+    """Sources of pairs' coefficients, in the order of the scene. `alone`: bodies whose own friction
+    is not known either."""
     named: dict[frozenset[str], Any] = {}
     for a, b, one in [(a, b, one) for a, of_a in given.items() for b, one in of_a.items()]:
         if frozenset((a, b)) in named:
@@ -305,7 +305,7 @@ def _pair_sources(
 def _of_columns(
     quantity: str, body: str, given: Any, columns: Mapping[str, Quantiles | None]
 ) -> Source:
-    """Of independent numbers; those that are known exactly take no input."""
+    """A source of independent numbers; those that are known exactly take no input."""
     drawn = [(k, of) for k, of in enumerate(columns.values()) if of is not None]
 
     def values(u: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -319,7 +319,7 @@ def _of_columns(
 
 
 def _quantiles(value: Any, center: float) -> Quantiles | None:
-    """Of a distribution, or of a standard deviation about the center; None where that is 0."""
+    """Quantiles of a distribution, or of a standard deviation about the center; None of 0."""
     if is_distribution(value):
         return lambda u: np.asarray(value.ppf(u), dtype=float)
     if value == 0:
@@ -387,7 +387,7 @@ def _of_scipy(name: object) -> Any:
 
 
 PARTICLES = 16
-"""Of a belief, where nothing else is said."""
+"""Particles of a belief, where nothing else is said."""
 MOST_PARTICLES = 2**16
 
 

@@ -231,7 +231,7 @@ class Words(NamedTuple):
     """A label in words."""
 
     one: str
-    """Of one state, or trajectory."""
+    """Words for one state, or trajectory."""
     many: str
 
 
@@ -258,7 +258,7 @@ _WORDS_ANY = {
 
 
 class Ranks(NamedTuple):
-    """Of each of N scores the shares of those with the other label, 0 to 1, shape (N,) each; NaN if
+    """Shares of the scores with the other label, 0 to 1, for each of N scores, shape (N,); NaN if
     there are none."""
 
     beyond: NDArray[np.float64]

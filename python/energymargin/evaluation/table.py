@@ -94,7 +94,7 @@ class Cell:
         return f"{short(self.auc)}/{short(self.ap)}"
 
     def intervals(self) -> tuple[str, str]:
-        """Of AUC and of AP, such as ".96-.99"; a dash if there is none."""
+        """Intervals of AUC and of AP, such as ".96-.99"; a dash if there is none."""
         return _span(self.auc_interval), _span(self.ap_interval)
 
 
@@ -157,7 +157,7 @@ class Evaluation:
     last: int = LAST_FRAMES
     """k-bar, the frames of the trajectory score."""
     probable_success: Cell | None = None
-    """The same of the probability of success; None also if that was not computed."""
+    """Cell of the probability of success; None also if that was not computed."""
     asks: str | None = None
     """As of LabelledScores. The paper's values are of scores without a clock, and stand beside
     such alone."""

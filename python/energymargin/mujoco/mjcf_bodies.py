@@ -276,5 +276,5 @@ def _axes(factor: Any) -> tuple[int, ...]:
 
 
 def _scalar_first(quaternion: Any) -> Vector:
-    """Of x, y, z, w, as MuJoCo has them."""
+    """The quaternion w, x, y, z of x, y, z, w."""
     return np.roll(quaternion, 1)

@@ -33,19 +33,19 @@ class Replay:
     escaped: bool
     """Whether it leads out unchanged."""
     time: float
-    """Of the first look outside, or of the end [s]."""
+    """Time of the first look outside, or of the end [s]."""
     effort: float
     """Until then, integral of |f . v + tau . omega| dt [J]."""
     work: float
-    """The same with its sign [J]."""
+    """Integral of f . v + tau . omega over the same time [J]."""
     state: Vector
-    """Of the scene at that time, shape (n,)."""
+    """State of the scene at that time, shape (n,)."""
     distance: float
     """From the objects' positions here to those in MuJoCo at the end of the path, the most [m]."""
     angle: float
-    """The same of their orientations [rad]."""
+    """Largest angle between an object's orientations here and in MuJoCo at the end [rad]."""
     least_scale: float | None
-    """Of the wrenches, the least from 1 on with which it leads out; None if there is none."""
+    """Least multiple of the wrenches, from 1 on, with which it leads out; None if none does."""
     least_effort: float | None
     """The effort with that [J]."""
 
@@ -198,11 +198,11 @@ class Played:
 
     escaped: bool
     time: float
-    """Of the exit, or of the end [s]."""
+    """Time of the exit, or of the end [s]."""
     effort: float
     """Until then, integral of |f . v + tau . omega| dt [J]."""
     work: float
-    """The same with its sign [J]."""
+    """Integral of f . v + tau . omega over the same time [J]."""
     state: Vector
     """At that time, shape (n,)."""
     end: Vector

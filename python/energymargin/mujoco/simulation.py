@@ -56,7 +56,7 @@ class Simulation:
             left -= some
 
     def state(self) -> Vector:
-        """Of the scene, shape (n,)."""
+        """State of the scene, shape (n,)."""
         return self.states.read(self.data)
 
     def put(self, state: Vector) -> None:
@@ -100,7 +100,7 @@ class Simulation:
             before = after
 
     def _powers(self) -> list[float]:
-        """Of the wrench on each object, at its centre of mass [W]."""
+        """Power of the wrench on each object, at its centre of mass [W]."""
         self.states.refresh(self.data)
         at_mass = self._mujoco.mjtObj.mjOBJ_BODY
         twists = (self.states.twist(self.data, body, at_mass) for body in self.objects)
@@ -161,7 +161,7 @@ class Robot:
         return np.concatenate([model.body_subtreemass[body] * push, turn])
 
     def _limits(self, name: str) -> Vector:
-        """Of a motor, shape (6,)."""
+        """Limits of a motor's force and torque, shape (6,)."""
         model, body = self._model, self._states.body_id(name)
         force, torque = self._plan.limits.get(name, (None, None))
         if force is None:

@@ -114,13 +114,13 @@ class Servo:
     joint: Joint
     """The scene's."""
     address: int
-    """Of its control in `ctrl`."""
+    """Place of its control in `ctrl`."""
     slope: float
     rest: float
     stiffness: float
     damping: float
     activation: int
-    """Of a filter's state in `act`; -1 without one."""
+    """Place of a filter's state in `act`; -1 without one."""
     range: tuple[float, float] | None
     """To which MuJoCo clips the control."""
 

@@ -151,7 +151,7 @@ class States:
             self._write_chain(data, body, number, now)
 
     def _write_chain(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
-        """Of a body with locked axes."""
+        """Puts a body with locked axes to its pose and velocity."""
         model, kinds = self._model, self._mujoco.mjtJoint
         first = int(model.body_jntadr[number])
         joints = range(first, first + int(model.body_jntnum[number]))
@@ -232,7 +232,7 @@ class Names:
         self._links = {joint.child for joint in scene.joints}
 
     def _number(self, kind: str, name: str) -> int | None:
-        """Of a body or a joint by its name, or by its number where the model has no name."""
+        """Number of a body or a joint by its name, or by its number where the model has no name."""
         if not name.startswith(self._prefix):
             return None
         own, mujoco = name.removeprefix(self._prefix), engine()
@@ -248,7 +248,7 @@ class Names:
         return None
 
     def body(self, name: str) -> int | None:
-        """Of any body, the number; None if the model does not have it."""
+        """Number of any body; None if the model does not have it."""
         return self._number("body", name)
 
     def _bodies(self, *, fixed: bool) -> Iterator[tuple[Body, int]]:

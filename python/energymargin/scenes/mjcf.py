@@ -178,7 +178,7 @@ def _gravity(model: Any) -> NDArray[np.float64]:
 def _base_pose(
     selection: Selection, position: Sequence[float] | None, orientation: Sequence[float] | None
 ) -> Pose:
-    """Of the world, or of the subtree's base where the caller or the model has it."""
+    """Pose of the world, or of the subtree's base where the caller or the model has it."""
     if selection.root is None:
         if position is not None or orientation is not None:
             raise ValueError(

@@ -40,7 +40,7 @@ class Contacts:
         self.groups = list(self._groups(chosen))
 
     def coefficient(self, a: Group, b: Group) -> float | None:
-        """Of the contacts of two groups; None where they do not collide."""
+        """Coefficient of the contacts of two groups; None where they do not collide."""
         value = self._coefficients[self._index[a.geoms[0]], self._index[b.geoms[0]]]
         return None if np.isnan(value) else float(value)
 

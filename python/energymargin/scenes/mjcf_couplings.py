@@ -31,7 +31,7 @@ class Linear:
         return Linear(kept, self.constant + factor * other.constant)
 
     def with_couplings(self, coupled: Mapping[int, Linear]) -> Linear:
-        """The same in terms of joints that follow no others."""
+        """This sum in terms of joints that follow no others."""
         result = Linear({}, self.constant)
         for joint, value in self.terms.items():
             result = result.plus(coupled.get(joint, Linear({joint: 1.0})), value)

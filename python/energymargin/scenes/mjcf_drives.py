@@ -40,7 +40,7 @@ class Drive:
     motors: int = 0
     """Actuators that control a force alone."""
     ceiling: float = math.inf
-    """Of all actuators together."""
+    """Force limit of all actuators together."""
 
     def stop(self, lower: float, upper: float) -> None:
         """Narrows the limits; a number beyond UNLIMITED is none."""
@@ -104,7 +104,7 @@ class _Drives:
         return self.drives[joint], factor
 
     def _names(self, length: Linear) -> list[str]:
-        """Of the joints here that a length depends on."""
+        """Names of the joints here that a length depends on."""
         return [name_of(self._model, "joint", j) for j in length.terms if j in self._own]
 
     def _of(self, joint: int) -> Linear:

@@ -85,9 +85,9 @@ class Start:
     control: NDArray[np.float64]
     """MuJoCo's ctrl, within the actuators' ranges."""
     poses: list[Pose]
-    """Of the bodies, in the world."""
+    """Poses of the bodies in the world."""
     twists: NDArray[np.float64]
-    """Of the bodies' frames (nbody, 6): angular and linear velocity along the world's axes."""
+    """Angular and linear velocity of the bodies' frames along the world's axes, (nbody, 6)."""
 
 
 def start_of(model: Any, data: Any, keyframe: str | int | None) -> Start:
@@ -205,7 +205,7 @@ class Selection:
 
 
 def body_id(model: Any, argument: str, name: str) -> int:
-    """Of a name; ValueError that lists the names that there are."""
+    """Number of a body; ValueError that lists the names that there are."""
     names = [name_of(model, "body", body) for body in range(model.nbody)]
     if name not in names:
         raise ValueError(f"{argument} is {name!r}, expected one of {', '.join(names)}")

@@ -45,7 +45,7 @@ class Link:
     name: str
     mass: float
     center: Pose
-    """Of the inertia's frame, in the link's."""
+    """Pose of the inertia's frame in the link's."""
     inertia: Any
     """Matrix (3, 3) about the centre of mass [kg m^2]; None if the file has none."""
     geometries: tuple[Geometry, ...]
@@ -97,7 +97,7 @@ class Robot:
 
 
 def without_frames(robot: Robot, limit: Limit, *, free: bool) -> Robot:
-    """The same robot with a mass for each link that can move.
+    """A robot with a mass for each link that can move.
 
     A `free` robot whose root has no mass has its base in the link that is fixed to the root.
     Raises ValueError on a link that moves and has no mass, TimeoutError or Cancelled at the limit.

@@ -107,7 +107,7 @@ class BalanceTask(ScriptedTask):
         return {"effector": np.array([0.0, -(SUPPORT_MASS + OBJECT_MASS) * GRAVITY[1], 0, 0, 0, 0])}
 
     def _lift(self, lift: PerStep, torque: PerStep) -> Drive:
-        """Of a force [N] and a torque [N m] on the support, or one for each step."""
+        """A force [N] and a torque [N m] lift the support: one, or one for each step."""
         wrenches = np.zeros((self.steps, 6))
         wrenches[:, 1] = -SUPPORT_MASS * GRAVITY[1] + lift
         wrenches[:, 5] = torque

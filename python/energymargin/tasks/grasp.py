@@ -204,7 +204,7 @@ def _joint(finger: int, number: int) -> str:
 
 
 def _control(params: Params) -> dict[str, dict[str, Any]]:
-    """Of each joint: the bases of the fingers are held, the others clench."""
+    """Keywords of each joint: the bases of the fingers are held, the others clench."""
     control: dict[str, dict[str, Any]] = {_joint(finger, 0): {"held": True} for finger in FINGERS}
     for name, target in _clenched(params).items():
         control[name] = {

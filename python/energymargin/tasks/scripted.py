@@ -75,9 +75,9 @@ class ScriptedTask(ABC):
     name: str
     plane: tuple[str, str] = PLANE
     length: float
-    """Of a trajectory [s]."""
+    """Duration of a trajectory [s]."""
     step: float = STEP
-    """Of the simulation [s]; the one of its scene."""
+    """Step of the simulation, which is that of its scene [s]."""
     _effector: str = EFFECTORS[0]
 
     def __init__(self, effector: str = EFFECTORS[0]) -> None:
@@ -356,9 +356,9 @@ class FrictionTask(ScriptedTask):
     """
 
     friction_range: tuple[float, float]
-    """Of the draw."""
+    """Least and largest friction that is drawn."""
     usual: ClassVar[Params] = {}
-    """Of problems, what their params leave out."""
+    """Parameters of a problem whose own params leave them out."""
 
     def __init__(self, friction: float | None = None, effector: str = EFFECTORS[0]) -> None:
         """A task of these parameters; raises ValueError on others."""

@@ -97,7 +97,7 @@ class ToppleTask(FrictionTask):
         return self._push(float(np.mean(PUSH_RANGE)))
 
     def _push(self, force: PerStep) -> Drive:
-        """Of a force [N], or one for each step of the push."""
+        """A force pushes the base [N]: one, or one for each step of the push."""
         wrenches = np.zeros((self.steps, 6))
         wrenches[: round(PUSH_TIME / self.step), 0] = force
         return Drive({"base": wrenches})
