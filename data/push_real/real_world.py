@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.tasks.printed import Printed
+from energymargin_paper.paper.printed import Printed
 
 STEP = 0.001  # s
 WALL = 0.15  # m, y of its near face

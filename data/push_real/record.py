@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from real_world import WALL, RealWorld, Truth
 
-from energymargin.tasks.printed import OBJECTS, TOOLS, Printed, printed
+from energymargin_paper.paper.printed import OBJECTS, TOOLS, Printed, printed
 
 TRAJECTORIES = 12
 FRAMES = 100

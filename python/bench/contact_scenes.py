@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 import energymargin as em
 from contact_engines import Engine, Ours, Played
-from energymargin_paper.contact_grips import Grip, grip_scene, pair_of_fingers
-from energymargin_paper.contact_push import Push, corners, coulomb, push_scene
-from energymargin_paper.contact_rest import tower_scene
+from energymargin_paper.evidence.contact_grips import Grip, grip_scene, pair_of_fingers
+from energymargin_paper.evidence.contact_push import Push, corners, coulomb, push_scene
+from energymargin_paper.evidence.contact_rest import tower_scene
 
 __all__ = ["SCENES", "Judged", "Question", "judged"]
 

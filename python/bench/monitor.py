@@ -25,7 +25,7 @@ from energymargin.executors.threads import thread_count
 from energymargin.monitor import Counters, Reading
 from energymargin.tasks.push import FRICTION_MIDDLE as FRICTION
 from energymargin.tasks.push import PushTask
-from energymargin_paper.foresight import STRENGTH
+from energymargin_paper.evidence.foresight import STRENGTH
 from tables import machine, markdown
 
 LAST = 10.0  # s; so long the last readings are waited for

@@ -12,8 +12,8 @@ from statistics import median
 import numpy as np
 
 import energymargin as em
-from energymargin_paper.ceiling import scripted
-from energymargin_paper.foresight import OBJECTS, STRENGTH
+from energymargin_paper.evidence.ceiling import scripted
+from energymargin_paper.evidence.foresight import OBJECTS, STRENGTH
 from measurements import FRAMES, Settings, Tell, digits, in_turns
 from tables import markdown
 

@@ -1,4 +1,4 @@
-"""The paper's tables and figures made again, and what its definitions say on paper.
+"""The paper's tables and figures made again (`paper`), and our own studies (`evidence`).
 
 A study is one module with one `Study`; `STUDIES` is the list of them, and of what each shows.
 """
@@ -13,12 +13,15 @@ if TYPE_CHECKING:
 
 __all__ = ["STUDIES", "load"]
 
-STUDIES = {
+PAPER = {
     "table1": "Prediction of robustness and success, on every task (Table I)",
     "figure-quality": "Trees in six frames of two pushes (the qualitative figure)",
     "efficiency": "Success prediction and time a state, by nodes (the figure of time efficiency)",
     "perturbation": "Prediction with errors of the model (the figure of robustness)",
     "table2": "Prediction on recorded pushes, a simulated stand-in (Table II)",
+    "published": "The authors' own data: their scores and ours on the same states",
+}
+EVIDENCE = {
     "foresight": "What each score of a state foresees of the next frames",
     "early-warning": "Losses announced by an alarm that is seldom false",
     "filter": "Actions of a noisy policy filtered by their capture probabilities",
@@ -38,13 +41,14 @@ STUDIES = {
     "mjcf-models": "Grippers, hands and arms of MuJoCo's files, as scenes",
     "engines": "Labels, escapes and probabilities in MuJoCo too",
     "fewer-steps": "What it gains to use more of each rollout",
-    "published": "The authors' own data: their scores and ours on the same states",
 }
-"""What each study shows, by name; `closed-forms` is in the module `closed_forms`."""
+STUDIES = PAPER | EVIDENCE
+"""What each study shows, by name; `closed-forms` is in the module `evidence.closed_forms`."""
 
 
 def load(name: str) -> Study[Any, Any]:
     """The study of a name, one of STUDIES."""
-    module = import_module(f"energymargin_paper.{name.replace('-', '_')}")
+    package = "paper" if name in PAPER else "evidence"
+    module = import_module(f"energymargin_paper.{package}.{name.replace('-', '_')}")
     found: Study[Any, Any] = module.STUDY
     return found

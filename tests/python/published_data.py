@@ -2,8 +2,8 @@
 
 import math
 
-from energymargin.published.task import COLUMNS
-from energymargin.published.topple import PublishedTopple
+from energymargin_paper.paper.authors.task import COLUMNS
+from energymargin_paper.paper.authors.topple import PublishedTopple
 
 FRAMES = 4
 STAMPS = (

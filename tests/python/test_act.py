@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from energymargin._core import Cancel
-from energymargin_paper import act as study
-from energymargin_paper.act_demo import HOLD, noise
-from energymargin_paper.act_methods import METHODS
-from energymargin_paper.act_strips import figure_strip
-from energymargin_paper.act_trials import ENGINES, duration, met, run
+from energymargin_paper.evidence import act as study
+from energymargin_paper.evidence.act_demo import HOLD, noise
+from energymargin_paper.evidence.act_methods import METHODS
+from energymargin_paper.evidence.act_strips import figure_strip
+from energymargin_paper.evidence.act_trials import ENGINES, duration, met, run
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")  # the scoop's
 

@@ -5,8 +5,15 @@ import pytest
 
 import energymargin as em
 from energymargin._core import Cancel, World
-from energymargin_paper.act_grasp import DENSITIES, FRICTION, HANDLE, PAD, GraspDemo, joined
-from energymargin_paper.act_trials import ENGINES, run
+from energymargin_paper.evidence.act_grasp import (
+    DENSITIES,
+    FRICTION,
+    HANDLE,
+    PAD,
+    GraspDemo,
+    joined,
+)
+from energymargin_paper.evidence.act_trials import ENGINES, run
 
 WORLDS = {"bullet": 32, "mujoco": 4}
 

@@ -5,8 +5,8 @@ import pytest
 
 from energymargin._core import Cancel, World
 from energymargin.tasks.scoop import BEND_TIME, BOXES, LIFT_SPEED, ScoopTask
-from energymargin_paper.act_scoop import BEND, SPEED, ScoopDemo
-from energymargin_paper.act_trials import ENGINES, run
+from energymargin_paper.evidence.act_scoop import BEND, SPEED, ScoopDemo
+from energymargin_paper.evidence.act_trials import ENGINES, run
 
 WORLDS = 8
 FAST = {

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin_paper import audit as experiment
+from energymargin_paper.evidence import audit as experiment
 
 WORKS = experiment.ENTRIES
 

@@ -6,6 +6,7 @@ from scipy import stats
 from test_beliefs import problem, scene
 
 import energymargin as em
+from energymargin_paper.paper.prior import ContradictionError, informed, velocities
 
 MEASURED = np.array([0.1, 0.6, 0.0, 0.0, 0.0, 0.2])  # of the effector
 DEVIATIONS = np.array([0.2, 0.1, 0.0, 0.0, 0.0, 0.3])
@@ -22,7 +23,8 @@ def prior_covariance():
 
 def belief(prior, errors=DEVIATIONS):
     state = scene().pack(effector={"velocity": MEASURED[:3], "angular_velocity": MEASURED[3:]})
-    return em.Belief(problem(state=state), velocity={"effector": errors}, prior={"effector": prior})
+    measured = em.Belief(problem(state=state), velocity={"effector": errors})
+    return informed(measured, {"effector": prior})
 
 
 def twists(problems):
@@ -108,7 +110,7 @@ def test_a_measurement_that_contradicts_its_prior_is_refused():
     for prior in away:
         for errors in (DEVIATIONS.tolist(), uniform):
             with pytest.raises(
-                em.beliefs.ContradictionError, match=r"prior\['effector'\].* contradict each other"
+                ContradictionError, match=r"prior\['effector'\].* contradict each other"
             ):
                 belief(prior, errors)
 
@@ -128,24 +130,24 @@ def test_a_measurement_that_contradicts_its_prior_is_refused():
 )
 def test_other_priors_are_refused(prior, message):
     with pytest.raises(ValueError, match=message):
-        em.Belief(problem(), velocity={"effector": (0.1,) * 6}, prior=prior)
+        informed(em.Belief(problem(), velocity={"effector": (0.1,) * 6}), prior)
 
 
 def test_velocities_are_read_from_states_of_other_motions():
     own = scene(wall=1)
     states = [own.pack(effector={"velocity": (k, 0, 0)}) for k in range(4)]
-    found = em.beliefs.velocities(own, states)
+    found = velocities(own, states)
     assert sorted(found) == ["effector", "object"]
     assert found["effector"].tolist() == [[k, 0, 0, 0, 0, 0] for k in range(4)]
     for wrong in (states[0], np.full((2, len(states[0])), np.nan)):
         with pytest.raises(ValueError, match="states has shape"):
-            em.beliefs.velocities(own, wrong)
+            velocities(own, wrong)
 
 
 def test_a_prior_of_one_body_leaves_the_errors_of_another_as_they_are():
     errors = {"object": (0.1,) * 6, "effector": (0.1,) * 6}
     still = np.random.default_rng(0).normal(0, 0.01, (500, 6))
-    own = em.Belief(problem(), velocity=errors, prior={"object": still})
+    own = informed(em.Belief(problem(), velocity=errors), {"object": still})
     names = [one.inputs[0] for one in own.sources]
     assert names == ["place among the prior's samples", "vx"]
     assert np.abs(own.particles(64).values(own.sources[0])).max() < 0.05

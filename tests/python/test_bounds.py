@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin_paper import bounds, bounds_idea, cages, planar_cages
-from energymargin_paper.known_answers import known_answers
+from energymargin_paper.evidence import bounds, bounds_idea, cages, planar_cages
+from energymargin_paper.evidence.known_answers import known_answers
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 

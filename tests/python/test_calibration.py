@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from energymargin_paper.calibration import brier, calibration_error, reliability
+from energymargin_paper.evidence.calibration import brier, calibration_error, reliability
 
 
 def test_a_bin_has_the_mean_probability_and_the_share_of_what_happened() -> None:

@@ -7,7 +7,7 @@ from energymargin import Scene, Sphere, datasets, regions, stream, tasks
 from energymargin.evaluation.labelled import captured_labels
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.tasks import Drive, ScriptedTask
-from energymargin_paper.ceiling import (
+from energymargin_paper.evidence.ceiling import (
     CAPTURED,
     ceiling_dataset,
     evaluate_ceiling,

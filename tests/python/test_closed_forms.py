@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin_paper import closed_forms, known_answers
+from energymargin_paper.evidence import closed_forms, known_answers
 
 OWN_ERROR = 0.01  # of the simulation, at its default stepping (docs/results/closed_forms.md)
 QUICK = closed_forms.Settings(nodes=400, seeds=3, gain_seeds=1)

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from energymargin_paper.contact_checks import CHECKS
-from energymargin_paper.contact_grips import (
+from energymargin_paper.evidence.contact_checks import CHECKS
+from energymargin_paper.evidence.contact_grips import (
     KINDS,
     PADS,
     Grip,
@@ -17,8 +17,8 @@ from energymargin_paper.contact_grips import (
     pinch,
     star_of_fingers,
 )
-from energymargin_paper.contact_problems import lifted, refined_grip
-from energymargin_paper.contact_statics import Pad, largest_weight
+from energymargin_paper.evidence.contact_problems import lifted, refined_grip
+from energymargin_paper.evidence.contact_statics import Pad, largest_weight
 
 SEEDS = 60
 SINK, CREEP = 0.2, 0.05  # mm and mm/s: nobody sees it

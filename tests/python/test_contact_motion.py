@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from energymargin_paper.contact_motion import (
+from energymargin_paper.evidence.contact_motion import (
     FLOORS,
     braking,
     linkage,
@@ -13,7 +13,7 @@ from energymargin_paper.contact_motion import (
     slide,
     tumbling,
 )
-from energymargin_paper.contact_push import push_error
+from energymargin_paper.evidence.contact_push import push_error
 
 SEEDS = pytest.mark.parametrize("seed", range(4))
 

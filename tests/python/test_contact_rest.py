@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from energymargin_paper.contact_rest import (
+from energymargin_paper.evidence.contact_rest import (
     Structure,
     arch,
     card_house,
@@ -15,7 +15,7 @@ from energymargin_paper.contact_rest import (
     stands,
     tower,
 )
-from energymargin_paper.contact_statics import Mass, Touch, required_friction
+from energymargin_paper.evidence.contact_statics import Mass, Touch, required_friction
 
 STRUCTURES = pytest.mark.parametrize("make", [arch, card_house])
 

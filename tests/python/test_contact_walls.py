@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from energymargin_paper import contact, contact_mug
-from energymargin_paper.contact_checks import Bar
-from energymargin_paper.contact_problems import balls_outside, plate_effort
+from energymargin_paper.evidence import contact, contact_mug
+from energymargin_paper.evidence.contact_checks import Bar
+from energymargin_paper.evidence.contact_problems import balls_outside, plate_effort
 
 
 def test_no_ball_leaves_a_shaken_cup() -> None:

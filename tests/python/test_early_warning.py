@@ -13,8 +13,8 @@ from command_line import run_here
 from published_data import write_data
 
 from energymargin import Cancel, datasets, monitor
-from energymargin_paper import early_warning, early_warning_states
-from energymargin_paper.early_warning import Settings
+from energymargin_paper.evidence import early_warning, early_warning_states
+from energymargin_paper.evidence.early_warning import Settings
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 

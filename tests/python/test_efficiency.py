@@ -11,7 +11,7 @@ import energymargin as em
 from energymargin.cli import app
 from energymargin.evaluation.labelled import HORIZON, captured_labels, trajectory_score
 from energymargin.store import ScoreStore
-from energymargin_paper import efficiency
+from energymargin_paper.paper import efficiency
 
 SMALL = efficiency.Settings(trajectories=6, nodes=(5, 10), seeds=2)
 

@@ -5,8 +5,8 @@ import json
 from typer.testing import CliRunner
 
 from energymargin.cli import app
-from energymargin_paper.engines import STUDY, Engines, Settings, ratios
-from energymargin_paper.engines_states import Both, Escape, Job, Label, Probability
+from energymargin_paper.evidence.engines import STUDY, Engines, Settings, ratios
+from energymargin_paper.evidence.engines_states import Both, Escape, Job, Label, Probability
 
 SMALL = ("--tasks", "topple", "--trajectories", "2", "--nodes", "40", "--rollouts", "2")
 FAST = ("--parts", "1", "--threads", "1")

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin_paper.ceiling import ceiling_dataset
+from energymargin_paper.evidence.ceiling import ceiling_dataset
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin.cli import app
 from energymargin.store import ScoreStore, score_dataset
-from energymargin_paper import fewer_steps
-from energymargin_paper.fewer_steps import OPTIONS
+from energymargin_paper.evidence import fewer_steps
+from energymargin_paper.evidence.fewer_steps import OPTIONS
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import energymargin as em
 from energymargin.cli import app
 from energymargin.store import ScoreStore
 from energymargin.store.scoring import begin_run, score_run
-from energymargin_paper import figure_quality as experiment
+from energymargin_paper.paper import figure_quality as experiment
 
 SMALL = experiment.Settings(trajectories=6, nodes=12, seed=4)
 

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from energymargin._core import Cancel
 from energymargin.cli import app
-from energymargin_paper import filter as study
+from energymargin_paper.evidence import filter as study
 
 SMALL = study.Settings(episodes=2, rollouts=3, horizon=0.3, candidates=3)
 

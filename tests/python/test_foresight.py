@@ -14,8 +14,9 @@ from typer.testing import CliRunner
 from energymargin import datasets, tasks
 from energymargin.cli import app
 from energymargin.tasks import ScriptedTask
-from energymargin_paper import foresight, probabilities
-from energymargin_paper.foresight import NAMES, Settings, TaskForesight
+from energymargin_paper import probabilities
+from energymargin_paper.evidence import foresight
+from energymargin_paper.evidence.foresight import NAMES, Settings, TaskForesight
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from energymargin_paper import least_efforts, reference_search
-from energymargin_paper.energy_barriers import BARRIERS
-from energymargin_paper.known_answers import KNOWN
+from energymargin_paper.evidence import least_efforts, reference_search
+from energymargin_paper.evidence.energy_barriers import BARRIERS
+from energymargin_paper.evidence.known_answers import KNOWN
 
 pytest.importorskip("cma")
 

@@ -9,12 +9,12 @@ from command_line import run_here
 from published_data import write_data
 
 import energymargin as em
-from energymargin import published
 from energymargin.datasets.dataset import StateError
 from energymargin.evaluation import evaluate
-from energymargin.published.reading import matched_interval
 from energymargin.store import ScoreStore
 from energymargin.store.scoring import SAMPLE
+from energymargin_paper.paper import authors
+from energymargin_paper.paper.authors.reading import matched_interval
 
 pytest.importorskip("trimesh")
 COMBINATION = "jaw-pushes-rectangle"
@@ -48,7 +48,7 @@ def folder(tmp_path_factory):
 
 
 def test_a_part_keeps_a_state_that_cannot_be_simulated_with_its_label(folder, good):
-    dataset, other = (published.dataset(root, "push") for root in (folder, good))
+    dataset, other = (authors.dataset(root, "push") for root in (folder, good))
     problems, reasons = dataset.possible_problems()
     assert list(reasons) == [PUSHED] and set(problems) == set(range(8)) - {PUSHED}
     assert "trajectory 1, frame 1" in reasons[PUSHED] and "penetrate" in reasons[PUSHED]
@@ -73,7 +73,7 @@ def test_the_clock_of_a_topple_is_that_of_the_states_that_can_be_simulated():
 
 
 def test_an_import_of_published_data_counts_it(folder, tmp_path):
-    done = run_here("import", "--published", folder, "-o", "out", cwd=tmp_path)
+    done = run_here("import-published", folder, "-o", "out", cwd=tmp_path)
     said = " ".join(done.stderr.split())
     assert done.returncode == 0, said
     assert "push: 1 of 8 states cannot be simulated and are left out; first trajectory 1" in said
@@ -98,7 +98,7 @@ def test_the_study_of_published_data_scores_the_rest(folder, tmp_path):
 def scored(folder, tmp_path_factory):
     """A folder with the dataset, and what the command said when it scored it."""
     own = tmp_path_factory.mktemp("scored")
-    published.dataset(folder, "push").save(own / "push.h5")
+    authors.dataset(folder, "push").save(own / "push.h5")
     return own, run_here("score", "push.h5", "--nodes", 5, cwd=own)
 
 
@@ -108,7 +108,7 @@ def test_score_counts_it_and_gives_the_others_the_same_bits(scored, good, tmp_pa
     assert done.returncode == 0, said
     assert "1 of 8 states cannot be simulated and are left out" in said
     assert "7 states are scored" in said and "time was over" not in said
-    em.store.score_dataset(published.dataset(good, "push"), tmp_path / "s.db", nodes=5)
+    em.store.score_dataset(authors.dataset(good, "push"), tmp_path / "s.db", nodes=5)
     with ScoreStore(own / "push-scores.db") as one, ScoreStore(tmp_path / "s.db") as other:
         found, whole = (store.run().labelled_scores().scores for store in (one, other))
     rest = np.arange(8) != PUSHED
@@ -132,7 +132,7 @@ def test_evaluate_and_report_count_it(scored):
 
 
 def test_scores_in_python_warn_of_it_or_say_it(folder, tmp_path):
-    dataset = published.dataset(folder, "push")
+    dataset = authors.dataset(folder, "push")
     words = "1 of 8 states cannot be simulated and are left out; first trajectory 1, frame 1"
     with pytest.warns(em.PlausibilityWarning, match=words):
         assert em.store.score_dataset(dataset, tmp_path / "a.db", ["force"])

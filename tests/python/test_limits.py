@@ -11,7 +11,7 @@ import pytest
 
 import energymargin as em
 from energymargin import scoring, store
-from energymargin_paper import ceiling
+from energymargin_paper.evidence import ceiling
 
 MANY = 10**8  # nodes: days
 SLACK = 2.0  # s; 0.1 s is what it takes, a busy machine may need longer

@@ -4,7 +4,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from energymargin_paper.mjcf_models import MODELS, STUDY, MjcfModels, Model, Settings, load
+from energymargin_paper.evidence.mjcf_models import MODELS, STUDY, MjcfModels, Model, Settings, load
 
 FEW = Settings(positions=5)
 
@@ -29,14 +29,14 @@ def test_a_hand_whose_tendons_are_missing_is_not_loaded_and_its_links_are_right(
 
 
 def test_a_package_that_is_not_installed_is_named(monkeypatch):
-    monkeypatch.setattr("energymargin_paper.mjcf_models.find_spec", lambda name: None)
+    monkeypatch.setattr("energymargin_paper.evidence.mjcf_models.find_spec", lambda name: None)
     assert of("Jaco hand").without == "not installed"
 
 
 def test_what_mujoco_says_of_a_file_is_the_reason(tmp_path, monkeypatch):
     spec = find_spec("json")
     monkeypatch.setattr(spec, "submodule_search_locations", [str(tmp_path / "json")])
-    monkeypatch.setattr("energymargin_paper.mjcf_models.find_spec", lambda name: spec)
+    monkeypatch.setattr("energymargin_paper.evidence.mjcf_models.find_spec", lambda name: spec)
     (tmp_path / "broken.xml").write_text("<mujoco><nothing/></mujoco>")
     model = Model("robosuite/../broken.xml", "broken")
     (tmp_path / "robosuite").mkdir()

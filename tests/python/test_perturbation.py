@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin.cli import app
 from energymargin.tasks.push import PushTask
-from energymargin_paper import perturbation
-from energymargin_paper.perturbation import Perturbation, Point
-from energymargin_paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
+from energymargin_paper.paper import perturbation
+from energymargin_paper.paper.perturbation import Perturbation, Point
+from energymargin_paper.paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
 
 SMALL = perturbation.Settings(trajectories=6, nodes=5, levels=(0.0, 1.0), draws=2)
 PLACES = ("position", "orientation", "velocity", "angular_velocity")

@@ -14,13 +14,14 @@ from published_data import write_data
 from scipy import stats
 
 import energymargin as em
-from energymargin import datasets, published
+from energymargin import datasets
 from energymargin.evaluation import evaluate
-from energymargin.published.reading import recorded_dataset, recorded_task, steady, tracks
-from energymargin.published.recorded import SLACK, PublishedRecorded
 from energymargin.store import ScoreStore
 from energymargin.viewer.sources import StoredScores
-from energymargin_paper.published_agreement import AGAIN, agreement
+from energymargin_paper.paper import authors
+from energymargin_paper.paper.authors.reading import recorded_dataset, recorded_task, steady, tracks
+from energymargin_paper.paper.authors.recorded import SLACK, PublishedRecorded
+from energymargin_paper.paper.published_agreement import AGAIN, agreement
 
 pytest.importorskip("trimesh")
 COMBINATION = "jaw-pushes-rectangle"
@@ -34,15 +35,15 @@ def folder(tmp_path_factory):
 
 
 def test_a_folder_has_the_parts_that_are_there(folder, tmp_path):
-    assert published.parts(folder) == ["push", "topple", COMBINATION]
+    assert authors.parts(folder) == ["push", "topple", COMBINATION]
     with pytest.raises(ValueError, match="has no published data, expected a folder with simulated"):
-        published.parts(tmp_path)
+        authors.parts(tmp_path)
     with pytest.raises(ValueError, match=r"part is 'grasp', expected one of push, topple, jaw"):
-        published.dataset(folder, "grasp")
+        authors.dataset(folder, "grasp")
 
 
 def test_a_simulated_part_is_a_dataset_of_a_task_at_the_authors_parameters(folder):
-    dataset = published.dataset(folder, "push")
+    dataset = authors.dataset(folder, "push")
     assert dataset.task == "published-push" and [len(t) for t in dataset.trajectories] == [4, 4]
     first, second = dataset.trajectories
     assert (first.seed, second.seed) == (0, 2) and (first.success, second.success) == (True, False)
@@ -61,17 +62,17 @@ def test_a_simulated_part_is_a_dataset_of_a_task_at_the_authors_parameters(folde
 
 def test_the_clock_of_a_topple_is_where_the_physics_meets_the_next_frame(folder):
     task = em.tasks.make("published-topple")
-    start = published.dataset(folder, "topple").trajectories[0].states[0]
+    start = authors.dataset(folder, "topple").trajectories[0].states[0]
     params = {"friction": 0.5}
     world = em.World(task.scene(params), task.plan(start, 0.0, params, 1.0))
     states = world.simulate(start, 4 * 31, record=range(0, 4 * 31 + 1, 31)).states
-    from energymargin.published.reading import matched_interval
+    from energymargin_paper.paper.authors.reading import matched_interval
 
     assert matched_interval(task, params, states) == pytest.approx(31 / 240)
 
 
 def test_what_was_drawn_for_a_trajectory_is_its_own(folder):
-    trajectory = published.dataset(folder, "topple").trajectories[1]
+    trajectory = authors.dataset(folder, "topple").trajectories[1]
     assert trajectory.params == {"friction": 0.5}
 
 
@@ -105,7 +106,7 @@ def test_bodies_that_overlap_by_the_tags_errors_are_moved_apart_and_it_is_said(f
         row[2] = str(float(row[2]) - 0.025)  # the tool, towards the object
     table.write_text("\n".join([header, *map(",".join, cells)]))
     folder, told = tmp_path / "near", []
-    dataset = published.dataset(folder, COMBINATION, notice=told.append)
+    dataset = authors.dataset(folder, COMBINATION, notice=told.append)
     world = em.World(recorded_task(folder, COMBINATION).scene({}))
     distances = [
         world.distance(state, "object", "effector")
@@ -118,12 +119,12 @@ def test_bodies_that_overlap_by_the_tags_errors_are_moved_apart_and_it_is_said(f
 
 
 def test_the_authors_scores_are_a_run_as_any_other(folder, tmp_path):
-    labelled = published.labelled_scores(folder, "push")
+    labelled = authors.labelled_scores(folder, "push")
     assert set(labelled.scores) == {"capture", "success", "effort/est", "effort/rrt"}
     assert np.isinf(labelled.scores["effort/est"]).sum() == 2
-    dataset = published.dataset(folder, "push")
+    dataset = authors.dataset(folder, "push")
     for _ in range(2):  # the second time changes nothing
-        number = published.add_scores(tmp_path / "s.db", folder, dataset, "push")
+        number = authors.add_scores(tmp_path / "s.db", folder, dataset, "push")
     with ScoreStore(tmp_path / "s.db") as store:
         (run_,) = store.runs()
         assert run_.number == number and run_.settings == {"source": "published"}
@@ -142,22 +143,17 @@ def test_the_authors_scores_are_a_run_as_any_other(folder, tmp_path):
 
 
 def test_the_command_makes_datasets_that_are_scored_evaluated_and_shown(folder, tmp_path):
-    done = run("import", "--published", folder, "-o", "out", cwd=tmp_path)
+    done = run("import-published", folder, "-o", "out", cwd=tmp_path)
     assert done.returncode == 0 and "Wrote 3 datasets" in done.stderr, done.stderr
     done = run("score", f"out/{COMBINATION}.h5", "--nodes", 3, "--metrics", "capture", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     shown = run("evaluate", f"out/{COMBINATION}-scores.db", "--run", 1, cwd=tmp_path)
     assert shown.returncode == 0 and "captured now" in shown.stdout, shown.stderr
-    again = run("import", "--published", folder, "-o", "out", cwd=tmp_path)
+    again = run("import-published", folder, "-o", "out", cwd=tmp_path)
     assert again.returncode == 2 and "push.h5 exists" in again.stderr
-    for options, words in (
-        (["--published", folder, "--task", "push"], "so no files, --task, --problem or --labels"),
-        ([], "or --published DIR"),
-        (["--published", tmp_path / "none"], "has no published data"),
-    ):
-        wrong = run("import", *options, cwd=tmp_path)
-        assert wrong.returncode == 2 and words in " ".join(wrong.stderr.split()), wrong.stderr
-        assert "Traceback" not in wrong.stderr
+    wrong = run("import-published", tmp_path / "none", cwd=tmp_path)
+    assert wrong.returncode == 2 and "has no published data" in " ".join(wrong.stderr.split())
+    assert "Traceback" not in wrong.stderr
 
 
 @pytest.mark.parametrize(
@@ -177,8 +173,8 @@ def test_a_file_that_is_not_as_expected_is_named_with_its_line(tmp_path, name, c
     assert change[0] in text
     path.write_text(text.replace(*change, 1))
     with pytest.raises(ValueError, match=words):
-        published.dataset(root, "push")
-        published.labelled_scores(root, "push")
+        authors.dataset(root, "push")
+        authors.labelled_scores(root, "push")
 
 
 def test_a_recording_without_a_label_or_too_short_is_refused(tmp_path):
@@ -194,13 +190,13 @@ def test_a_recording_without_a_label_or_too_short_is_refused(tmp_path):
 
 
 def test_a_problem_asks_for_what_was_drawn(folder):
-    dataset, task = published.dataset(folder, "topple"), em.tasks.make("published-topple")
+    dataset, task = authors.dataset(folder, "topple"), em.tasks.make("published-topple")
     with pytest.raises(ValueError, match="the friction is drawn for each trajectory"):
         task.problem(dataset.trajectories[0].states[0])
 
 
 def test_the_authors_search_has_sets_and_scenes_of_its_own(folder):
-    dataset, task = published.dataset(folder, "topple"), em.tasks.make("published-topple")
+    dataset, task = authors.dataset(folder, "topple"), em.tasks.make("published-topple")
     first = dataset.trajectories[0]
     assert dataset.problems([0])[0].scene.gravity.tolist() == [0, 0, 0]
     assert task.recorded_problem(first.states[0], first.params).scene.gravity[2] == -9.81
@@ -229,7 +225,7 @@ def test_an_agreement_is_of_states_that_both_sides_have():
 
 def test_a_published_task_makes_no_trajectories_of_its_own(folder):
     for task in (em.tasks.make("published-push"), recorded_task(folder, COMBINATION)):
-        with pytest.raises(ValueError, match="import --published DIR"):
+        with pytest.raises(ValueError, match="import-published DIR"):
             task.rollout(0)
     with pytest.raises(ValueError, match="tool is 'hand', expected 'jaw' or 'circle'"):
         PublishedRecorded(str(folder), "rectangle", "hand")
@@ -269,16 +265,16 @@ AUTHORS = {  # AUC/AP of the even half, h = 0 to 5, all states and captured now:
 @needs_data
 @pytest.mark.parametrize(("part", "score", "among"), AUTHORS)
 def test_the_authors_cells_come_out_of_the_readers(part, score, among):
-    labelled = published.labelled_scores(DATA, part)
+    labelled = authors.labelled_scores(DATA, part)
     cells = evaluate(labelled, draws=2, among=among).states[score].values()
     assert " ".join(cell.value() for cell in cells) == AUTHORS[part, score, among]
 
 
 @needs_data
 def test_the_authors_recordings_come_out_of_the_readers():
-    parts = [part for part in published.parts(DATA) if part not in published.SIMULATED]
+    parts = [part for part in authors.parts(DATA) if part not in authors.SIMULATED]
     horizons = (0, 1, 2, 5, 10, 20)
-    every = [published.labelled_scores(DATA, part) for part in parts]
+    every = [authors.labelled_scores(DATA, part) for part in parts]
     results = [evaluate(labelled, horizons=horizons, draws=2) for labelled in every]
     of_all = [[(c.auc, c.ap) for c in r.states["capture"].values()] for r in results]
     assert np.mean(of_all, axis=0).round(3).tolist() == [
@@ -298,7 +294,7 @@ def test_the_authors_recordings_come_out_of_the_readers():
 @needs_data
 @pytest.mark.parametrize("part", ("push", "balance", "topple", "grasp"))
 def test_the_capture_sets_give_the_authors_labels_back(part):
-    dataset = published.dataset(DATA, part)
+    dataset = authors.dataset(DATA, part)
     inside = _inside_the_sets_of_the_labels(dataset)
     labels = np.concatenate([trajectory.captured for trajectory in dataset.trajectories])
     assert np.mean(np.array(inside) == labels) == 1.0
@@ -309,7 +305,7 @@ def test_the_capture_sets_give_the_authors_labels_back(part):
     ("part", "least"), (("push", 0.75), ("balance", 0.7), ("topple", 0.85), ("grasp", 0.8))
 )
 def test_our_scores_rank_the_states_as_the_authors_do(part, least):
-    dataset, theirs = published.dataset(DATA, part), published.labelled_scores(DATA, part)
+    dataset, theirs = authors.dataset(DATA, part), authors.labelled_scores(DATA, part)
     numbers = list(range(0, 100, 2))
     ours = em.score(dataset.problems(numbers), ["capture"], nodes=100, seed=1)["capture"]
     assert stats.spearmanr(ours, theirs.scores["capture"][numbers]).statistic > least
@@ -317,7 +313,7 @@ def test_our_scores_rank_the_states_as_the_authors_do(part, least):
 
 @needs_data
 def test_fingers_of_the_authors_search_hold_their_angles_while_the_table_falls():
-    dataset = published.dataset(DATA, "grasp")
+    dataset = authors.dataset(DATA, "grasp")
     task, trajectory = em.tasks.make(dataset.task, **dataset.parameters), dataset.trajectories[0]
     for k, falls in ((0, False), (6, True)):
         scene = task.search_scene(trajectory.states[k], trajectory.params)
@@ -332,8 +328,8 @@ def test_fingers_of_the_authors_search_hold_their_angles_while_the_table_falls()
 @needs_data
 def test_the_rules_of_success_give_the_observers_labels_back():
     wrong = total = 0
-    for part in published.parts(DATA):
-        if part in published.SIMULATED:
+    for part in authors.parts(DATA):
+        if part in authors.SIMULATED:
             continue
         task = recorded_task(Path(DATA), part)
         for track in tracks(Path(DATA) / "recordings" / part):
@@ -360,7 +356,7 @@ def test_the_study_holds_both_sides_against_the_same_states_and_goes_on(folder, 
     with (out / "published.csv").open() as file:
         rows = list(csv.DictReader(file))
     theirs = {row["horizon"]: row for row in rows if _is(row, "push", "theirs", "capture", "all")}
-    expected = evaluate(published.labelled_scores(folder, "push"), draws=2).states["capture"]
+    expected = evaluate(authors.labelled_scores(folder, "push"), draws=2).states["capture"]
     assert float(theirs["0"]["auc"]) == pytest.approx(expected[0].auc)
     (out / "runs.jsonl").write_text("".join(f"{line}\n" for line in lines[:-3]))
     again = run(*arguments, "--every", 2, "-o", "out", cwd=tmp_path)

@@ -8,10 +8,10 @@ from scipy.spatial import ConvexHull
 
 import energymargin as em
 from energymargin.scenes import data_file
-from energymargin.tasks.printed import OBJECTS, TOOLS, printed
-from energymargin.tasks.push_real import WALL_Y, PushRealTask
-from energymargin_paper import enlarged
-from energymargin_paper.table2 import COMBINATIONS
+from energymargin_paper.evidence import enlarged
+from energymargin_paper.paper.printed import OBJECTS, TOOLS, printed
+from energymargin_paper.paper.push_real import WALL_Y, PushRealTask
+from energymargin_paper.paper.table2 import COMBINATIONS
 
 MASSES = {"rectangle": 0.048, "triangle": 0.028, "convex": 0.042, "concave": 0.043}  # kg
 MASSES["irregular"] = 0.024

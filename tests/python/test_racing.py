@@ -3,7 +3,7 @@
 import pytest
 
 from energymargin._core import Cancel
-from energymargin_paper import racing as study
+from energymargin_paper.evidence import racing as study
 
 SMALL = study.Settings(fields=1, strengths=(2.0,), rollouts=60)
 

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from energymargin.cli import app
-from energymargin_paper import rare
+from energymargin_paper.evidence import rare
 
 SMALL = rare.Settings(replicas=40, runs=2)
 

@@ -17,7 +17,7 @@ from energymargin.recordings import (
     read_labels,
 )
 from energymargin.recordings.recording import Motion, Repairs
-from energymargin.tasks.push_real import PushRealTask
+from energymargin_paper.paper.push_real import PushRealTask
 
 FRICTION = 0.3
 FRAMES = 84  # of 2.5 s: 33 Hz

@@ -14,7 +14,7 @@ from stores import await_scores, score_count
 
 from energymargin import datasets
 from energymargin.store import ScoreStore
-from energymargin_paper.table1 import STUDY, Settings
+from energymargin_paper.paper.table1 import STUDY, Settings
 
 COMMAND = [str(Path(sys.executable).with_name("energymargin")), "reproduce", "table1"]
 SMALL = ["--tasks", "push", "--trajectories", "4", "--nodes", "10", "--continuations", "3"]

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin.cli import app
 from energymargin.searches import SearchSettings
-from energymargin_paper import table2
+from energymargin_paper.paper import table2
 
 
 def run(*words):

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin_paper import uncertainty
+from energymargin_paper.evidence import uncertainty
 
 
 @pytest.fixture(scope="module")

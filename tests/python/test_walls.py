@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin_paper import cages, projectiles, walls
+from energymargin_paper.evidence import cages, projectiles, walls
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 

@@ -1,7 +1,6 @@
 """Models that are known with an error: beliefs over problems, their particles and their scores."""
 
 from energymargin.beliefs.belief import Belief, Particles
-from energymargin.beliefs.prior import ContradictionError, velocities
 from energymargin.beliefs.scores import BeliefScore, BeliefScores, score_belief
 from energymargin.beliefs.uncertainty import Uncertainty
 
@@ -9,9 +8,7 @@ __all__ = [
     "Belief",
     "BeliefScore",
     "BeliefScores",
-    "ContradictionError",
     "Particles",
     "Uncertainty",
     "score_belief",
-    "velocities",
 ]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Problem, World
-from energymargin.beliefs.prior import checked, posterior
 from energymargin.beliefs.uncertainty import ERRORS, Source, Uncertainty
 from energymargin.checks import whole_number
 from energymargin.plausibility import PlausibilityWarning
@@ -84,13 +83,8 @@ class Belief:
         question: poses the question about a particle's state, shape (n,), where more depends on the
             state than the start, as a capture set that moves with the robot:
             `lambda state: task.problem(state, params)`. By default `problem.with_state`.
-        prior: by names of bodies, the velocities that are likely before any is measured: samples,
-            shape (N, 6), as `em.beliefs.velocities` reads them from other motions, or a frozen
-            `scipy.stats.multivariate_normal` of six. It and the errors of the same body's velocity
-            are multiplied.
 
-    Raises ValueError on what cannot be and on bodies that the scene does not have, and
-    ContradictionError, one of them, where a measured velocity contradicts its prior.
+    Raises ValueError on what cannot be and on bodies that the scene does not have.
     """
 
     def __init__(
@@ -103,7 +97,6 @@ class Belief:
         velocity: Any = None,
         uncertainty: Uncertainty | None = None,
         question: Question | None = None,
-        prior: Mapping[str, Any] | None = None,
     ) -> None:
         """As the class."""
         if not isinstance(problem, Problem):
@@ -118,9 +111,6 @@ class Belief:
         self.uncertainty = uncertainty
         self._question: Question = problem.with_state if question is None else question
         self._sources = uncertainty.sources(problem.scene)
-        if prior is not None:
-            known = checked(prior, problem.scene, self._sources)
-            self._sources = [self._with_prior(source, known) for source in self._sources]
 
     def __repr__(self) -> str:
         """What is not known."""
@@ -130,6 +120,12 @@ class Belief:
     def sources(self) -> list[Source]:
         """What is not known for sure; a standard deviation of 0 is."""
         return list(self._sources)
+
+    def with_sources(self, sources: Sequence[Source]) -> Belief:
+        """This belief with other sources, such as posteriors of its own."""
+        changed = Belief(self.problem, uncertainty=self.uncertainty, question=self._question)
+        changed._sources = list(sources)
+        return changed
 
     def particles(self, count: int, *, seed: int = 0) -> Particles:
         """So many draws. The first of them are those of a smaller count with the same seed.
@@ -170,7 +166,7 @@ class Belief:
     @property
     def estimate(self) -> Problem:
         """One problem in place of the belief, with the mean of what is not known: what a filter
-        would say. With a prior it is better than the measurement.
+        would say.
 
         Raises ValueError if its bodies find no place.
         """
@@ -180,12 +176,6 @@ class Belief:
         if found is None:
             raise ValueError("the mean of the belief has no place, expected smaller errors")
         return found[0]
-
-    def _with_prior(self, source: Source, prior: Mapping[str, Any]) -> Source:
-        if source.quantity != "velocity" or source.body not in prior:
-            return source
-        measured = np.asarray(self.problem.state)[self.problem.scene.slice(source.body)][7:13]
-        return posterior(source, prior[source.body], measured)
 
     def _values(self, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         """Values of each source at points of the unit cube, shape (N, D)."""

@@ -45,10 +45,6 @@ class Source:
     errors (N, 6)."""
     given: Any = None
     """How well it is known, as the Uncertainty has it."""
-    effective: float | None = None
-    """With samples as a prior: how many of one weight say as much; None otherwise."""
-    widened: float = 1.0
-    """How many times larger the errors counted, since too few samples of the prior fit them."""
     other: str | None = None
     """The other body of a pair's coefficient of friction."""
 

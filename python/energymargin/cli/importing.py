@@ -14,7 +14,7 @@ from rich.markup import escape
 
 from energymargin.cli.options import OverwriteOption, ParameterOption, parsed, require_one
 from energymargin.cli.places import require_free
-from energymargin.cli.terminal import err, say
+from energymargin.cli.terminal import say
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -57,21 +57,12 @@ LabelsOption = Annotated[
         "succeeded whose last state lies in the success set."
     ),
 ]
-PublishedOption = Annotated[
-    Path | None,
-    typer.Option(
-        help="Instead of files, the folder of the data that the paper's authors published: each "
-        "part becomes a dataset, with the authors' scores in a file beside it.",
-        metavar="DIR",
-    ),
-]
 OutputOption = Annotated[
     Path | None,
     typer.Option(
         "--output",
         "-o",
-        help="The dataset; TASK-recorded.h5 or P-recorded.h5 if not given. With --published, the "
-        "folder.",
+        help="The dataset; TASK-recorded.h5 or P-recorded.h5 if not given.",
     ),
 ]
 ColumnsOption = Annotated[
@@ -116,7 +107,6 @@ def import_recordings(
     task: TaskOption = None,
     problem: ProblemOption = None,
     labels: LabelsOption = None,
-    published: PublishedOption = None,
     output: OutputOption = None,
     parameter: ParameterOption = None,
     columns: ColumnsOption = None,
@@ -137,22 +127,11 @@ def import_recordings(
     A scene of your own: `energymargin import a.csv --problem P.json`
 
     Bags: `energymargin import a.mcap --object-topic /box/pose --effector-topic /tf:tool0 ...`
-
-    The authors' data: `energymargin import --published dynamicCageForMPPI-data -o published`
     """
-    if published is not None:
-        if files or task or problem or labels:
-            raise ValueError(
-                "--published reads a whole folder, so no files, --task, --problem or --labels go "
-                "with it"
-            )
-        _import_published(published, output or Path("published"), overwrite=overwrite)
-        return
     require_one(task=task, problem=problem)
     if not files or (task is None and problem is None):
         raise ValueError(
-            "expected recordings with --task or --problem, or --published DIR: "
-            "energymargin import --help has examples"
+            "expected recordings with --task or --problem: energymargin import --help has examples"
         )
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     made, bodies = _task_of(task, problem, parsed(parameter or []))
@@ -281,43 +260,15 @@ def _is_smooth(recording: Recording) -> bool:
     return any(motion.velocity_covariances is not None for motion in motions)
 
 
-def _say_left_out(dataset: Dataset, title: str = "") -> int:
+def _say_left_out(dataset: Dataset) -> None:
     """Counts the states that cannot be simulated."""
     from energymargin.datasets.dataset import left_out_text
 
     _, reasons = dataset.possible_problems()
     if reasons:
-        say(f"[yellow]{escape(title + left_out_text(reasons, dataset.size))}[/]")
-    return len(reasons)
+        say(f"[yellow]{escape(left_out_text(reasons, dataset.size))}[/]")
 
 
 def _summary(recording: Recording) -> str:
     times = recording.times
     return f"{len(recording)} frames, {times[-1] - times[0]:.3g} s; {recording.repairs}"
-
-
-def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
-    """A dataset and a file of scores for each part of the authors' data."""
-    from energymargin import published
-    from energymargin.cli.progress import progress_bar
-
-    parts = published.parts(data)
-    folder.mkdir(parents=True, exist_ok=True)
-    for part in parts:
-        require_free(folder / f"{part}.h5", overwrite=overwrite)
-    states = left_out = 0
-    with progress_bar(err, "Reading", "parts") as progress:
-        progress(0, len(parts))
-        for done, part in enumerate(parts, 1):
-            dataset = published.dataset(data, part)
-            dataset.save(folder / f"{part}.h5")
-            published.add_scores(folder / f"{part}-scores.db", data, dataset, part)
-            states += dataset.size
-            left_out += _say_left_out(dataset, f"{part}: ")
-            progress(done, len(parts))
-    one = escape(str(folder / parts[0]))
-    say(
-        f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(folder))}: {states} "
-        f"states, of which {left_out} cannot be simulated. Next: "
-        f"[bold]energymargin evaluate {one}-scores.db[/], or [bold]energymargin score {one}.h5[/]"
-    )

@@ -1,0 +1,62 @@
+"""The command `energymargin import-published`: the authors' data as datasets and stores of ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from energymargin.cli.options import OverwriteOption
+from energymargin.cli.places import require_free
+from energymargin.cli.progress import progress_bar
+from energymargin.cli.terminal import err, say
+
+__all__ = ["app"]
+
+app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
+
+DataArgument = Annotated[Path, typer.Argument(help="The folder of the authors' data.")]
+FolderOption = Annotated[
+    Path,
+    typer.Option("--output", "-o", help="A dataset of each part, with its scores beside it."),
+]
+
+
+@app.command()
+def import_published(
+    *,
+    data: DataArgument,
+    output: FolderOption = Path("published"),
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Read the data that the paper's authors published: a dataset of each part, and their scores.
+
+    Example: `energymargin import-published dynamicCageForMPPI-data`
+    """
+    from energymargin.datasets.dataset import left_out_text
+    from energymargin_paper.paper import authors
+
+    parts = authors.parts(data)
+    output.mkdir(parents=True, exist_ok=True)
+    for part in parts:
+        require_free(output / f"{part}.h5", overwrite=overwrite)
+    states = left_out = 0
+    with progress_bar(err, "Reading", "parts") as progress:
+        progress(0, len(parts))
+        for done, part in enumerate(parts, 1):
+            dataset = authors.dataset(data, part)
+            dataset.save(output / f"{part}.h5")
+            authors.add_scores(output / f"{part}-scores.db", data, dataset, part)
+            _, reasons = dataset.possible_problems()
+            if reasons:
+                say(f"[yellow]{part}: {escape(left_out_text(reasons, dataset.size))}[/]")
+            states, left_out = states + dataset.size, left_out + len(reasons)
+            progress(done, len(parts))
+    one = escape(str(output / parts[0]))
+    say(
+        f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(output))}: {states} "
+        f"states, of which {left_out} cannot be simulated. Next: "
+        f"[bold]energymargin evaluate {one}-scores.db[/], or [bold]energymargin score {one}.h5[/]"
+    )

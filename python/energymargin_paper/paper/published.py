@@ -1,0 +1,620 @@
+"""The authors' own data: their scores and ours on the same states.
+
+The simulated trajectories of Table I and the recordings of Table II, from a folder that a user has
+cloned (`energymargin_paper.paper.authors`). Every state is one line of runs.jsonl in the output
+folder, written as soon as it is scored: stopped and started again, the study goes on with what is
+missing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.checks import whole_number
+from energymargin.evaluation import Among, LabelledScores
+from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_draws, bootstrap_weights
+from energymargin.evaluation.labelled import AMONG, compared_states
+from energymargin.evaluation.table import DASH
+from energymargin.table_text import csv_text, markdown_table, short
+from energymargin_paper.jobs import pairs, resumed
+from energymargin_paper.paper import authors
+from energymargin_paper.paper.authors.folder import SIMULATED
+from energymargin_paper.paper.published_agreement import DEFINED, agreement, agreement_table
+from energymargin_paper.paper.published_states import (
+    EARLY,
+    OBJECTS,
+    STRENGTH,
+    Job,
+    Source,
+    StateScores,
+    run,
+    source_of,
+)
+from energymargin_paper.probabilities import learned
+from energymargin_paper.study import Progress, Study, setting
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from energymargin.plots.styles import LineStyle
+
+__all__ = ["PROBABILITY", "STUDY", "Early", "Part", "Published", "Settings", "figure_published"]
+
+RUNS_FILE = "runs.jsonl"
+SIMULATED_HORIZONS = (0, 1, 2, 3, 4, 5)  # frames
+RECORDED_HORIZONS = (0, 1, 2, 5, 10, 20)
+PROBABILITY, REPLAY, LEARNED = "probability", "replay", "learned"
+CONFIDENCE = 0.95
+# Rows of the tables: side and score.
+TREES = ("capture", "effort/est", "effort/rrt")
+SIMULATED_ROWS = (
+    *(("theirs", "capture"), ("ours", "capture"), ("ours", DEFINED)),
+    *((side, score) for score in TREES[1:] for side in ("theirs", "ours")),
+    *(("ours", "force"), ("ours", PROBABILITY), ("ours", REPLAY)),
+)
+RECORDED_ROWS = (
+    *(("theirs", "capture"), ("ours", "capture"), ("ours", DEFINED), ("ours", "force")),
+    *(("ours", PROBABILITY), ("ours", LEARNED)),
+)
+TITLES = {
+    DEFINED: "capture as the paper defines it",
+    REPLAY: "undisturbed replay",
+}
+
+Cell = tuple[float, float]
+"""AUC and AP."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The study's settings; raises ValueError on numbers out of range."""
+
+    data: str = setting(
+        "dynamicCageForMPPI-data", "Folder of the authors' data: simulated, recordings, shapes."
+    )
+    parts: tuple[str, ...] = setting(
+        (), "Parts, separated by commas, as push,jaw-pushes-convex.", shown="all"
+    )
+    """As of `energymargin_paper.paper.authors.parts`; none: all that there are."""
+    nodes: int = setting(200, "Nodes of our trees.")
+    rollouts: int = setting(30, "Rollouts of each probability.")
+    every: int = setting(
+        5, "Frames of a recording from one scored state to the next: 1, 2, 5 or 10."
+    )
+    """Simulated states are all scored."""
+    seed: int = setting(0, "Seed of every random draw.")
+
+    def __post_init__(self) -> None:
+        """Checks them, before anything is computed or written."""
+        for name in ("nodes", "rollouts"):
+            whole_number(name, getattr(self, name), 1)
+        if self.every not in (1, 2, 5, 10):
+            raise ValueError(
+                f"every is {self.every}, expected 1, 2, 5 or 10: success is asked at every tenth "
+                "frame"
+            )
+
+    def horizons(self, simulated: bool) -> Sequence[int]:
+        """In frames: 1/30 s in the recordings."""
+        return SIMULATED_HORIZONS if simulated else RECORDED_HORIZONS
+
+
+@dataclass(frozen=True)
+class Early:
+    """Success by frame of R recordings."""
+
+    success: NDArray[np.bool_]
+    """Shape (R,)."""
+    scores: dict[str, NDArray[np.float64]]
+    """By name, ours is "probability": shape (R, 10), a column for each frame of EARLY."""
+
+    def auc(self, name: str, place: int) -> float:
+        """Of one frame; NaN without both labels."""
+        values = self.scores[name][:, place]
+        there = ~np.isnan(values)
+        labels = self.success[there]
+        if not labels.any() or labels.all():
+            return np.nan
+        return auc_ap(values[there], labels)[0]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of the data. All scores have one value a state, NaN where there is none."""
+
+    name: str
+    horizons: tuple[int, ...]
+    complete: LabelledScores
+    """The authors' labels and scores of all states."""
+    theirs: dict[str, NDArray[np.float64]]
+    """Theirs of the states that we scored."""
+    ours: dict[str, NDArray[np.float64]]
+    probability: dict[int, NDArray[np.float64]]
+    """By horizon."""
+    replay: dict[int, NDArray[np.float64]]
+    """The same without a disturbance, 0 or 1: what the motion alone tells."""
+    labels: dict[str, LabelledScores]
+    """"recorded", and of recordings also "smoothed"; their scores do not count."""
+    learned: dict[str, dict[int, NDArray[np.float64]]]
+    """By kind of label, then by horizon."""
+    early: Early | None
+    failed: int
+    """States that could not be scored."""
+    seconds: float
+    """Of one state, all scores [s]."""
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it is of Table I."""
+        return self.name in SIMULATED
+
+    def column(self, side: str, score: str, horizon: int, kind: str) -> NDArray[np.float64] | None:
+        """The scores of a side, "theirs" or "ours"; None if it has none."""
+        if score == PROBABILITY:
+            return self.probability.get(horizon) if side == "ours" else None
+        if score == REPLAY:
+            return self.replay.get(horizon) if side == "ours" else None
+        if score == LEARNED:
+            return self.learned[kind].get(horizon) if side == "ours" else None
+        return (self.ours if side == "ours" else self.theirs).get(score)
+
+    def cell(
+        self, side: str, score: str, horizon: int, among: Among, kind: str = "recorded"
+    ) -> Cell | None:
+        """AUC and AP; None without both labels, or scores."""
+        values = self.column(side, score, horizon, kind)
+        if values is None:
+            return None
+        compared = compared_states(self._with(values, kind), "one", horizon, among=among)
+        return auc_ap(compared.scores, compared.labels) if compared.of_both_kinds else None
+
+    def difference(
+        self, score: str, horizon: int, among: Among, kind: str, seed: int
+    ) -> NDArray[np.float64]:
+        """AUC of a score of ours less that of their capture score, over draws of whole
+        trajectories, shape (DRAWS,)."""
+        weights = bootstrap_weights(len(self.complete.by_trajectory()), DRAWS, seed)
+        each = []
+        for side, own in (("ours", score), ("theirs", "capture")):
+            values = self.column(side, own, horizon, kind)
+            if values is None:
+                return np.full(DRAWS, np.nan)
+            compared = compared_states(self._with(values, kind), "one", horizon, among=among)
+            each.append(auc_draws(compared.scores, compared.labels, compared.trajectory, weights))
+        return each[0] - each[1]
+
+    def _with(self, values: NDArray[np.float64], kind: str) -> LabelledScores:
+        return replace(self.labels[kind], scores={"one": values})
+
+
+@dataclass(frozen=True)
+class Published:
+    """All parts."""
+
+    settings: Settings
+    parts: list[Part]
+
+    @cached_property
+    def simulated(self) -> list[Part]:
+        """Of Table I."""
+        return [part for part in self.parts if part.simulated]
+
+    @cached_property
+    def recorded(self) -> list[Part]:
+        """Of Table II."""
+        return [part for part in self.parts if not part.simulated]
+
+    def to_markdown(self) -> str:
+        """All tables."""
+        parts = ["# The authors' data", self._caption()]
+        if self.simulated:
+            parts += [self._agreement(), *(self._simulated_table(among) for among in AMONG)]
+        if self.recorded:
+            parts += [self._recorded_table(k, a) for k in ("recorded", "smoothed") for a in AMONG]
+            parts.append(self._early_table())
+        return "\n\n".join([*parts, self._own_table()]) + "\n"
+
+    def to_csv(self) -> str:
+        """One line a cell, in full precision."""
+        rows: list[tuple[object, ...]] = []
+        for part in self.parts:
+            for side, score, kind, among, h in _cells(part):
+                cell = part.cell(side, score, h, among, kind)
+                if cell is not None:
+                    rows.append((part.name, side, score, kind, among, h, *cell))
+            for score, values in part.early.scores.items() if part.early else ():
+                side = "ours" if score == PROBABILITY else "theirs"
+                for place in range(values.shape[1]):
+                    auc = part.early.auc(score, place) if part.early else np.nan
+                    name = f"early {score}"
+                    rows.append((part.name, side, name, "", "", EARLY[place], auc, ""))
+        header = ("part", "side", "score", "labels", "among", "horizon", "auc", "ap")
+        return csv_text(header, rows)
+
+    def _caption(self) -> str:
+        s = self.settings
+        failed = {part.name: part.failed for part in self.parts if part.failed}
+        of_parts = ", ".join(f"{count} of {name}" for name, count in failed.items())
+        return (
+            f"The authors' scores and ours on the same states; AUC/AP of staying captured for the "
+            f"next h frames, states with as many frames left. Ours: trees of {s.nodes} nodes, "
+            f"probability of {s.rollouts} rollouts under Uniform(strength={STRENGTH:g}, "
+            f"objects={OBJECTS}), along the mean of the authors' script in simulation, and in "
+            f"recordings along what the tool did in the last half second. Seed {s.seed}, "
+            f"energymargin {version('energymargin')}. Of recordings every {s.every}th frame. "
+            f"{sum(failed.values())} states could not be scored and are left out"
+            f"{f' ({of_parts})' if failed else ''}."
+        )
+
+    def _simulated_table(self, among: Among) -> str:
+        horizons = [h for h in SIMULATED_HORIZONS if h or among == "all"]
+        rows = []
+        for part in self.simulated:
+            for side, score in SIMULATED_ROWS:
+                cells = [_shown(part.cell(side, score, h, among)) for h in horizons]
+                rows.append([f"{part.name} {TITLES.get(score, score)}, {side}", *cells])
+            for score in ("capture", PROBABILITY):
+                ahead = [
+                    self._ahead([part], score, h, among, "recorded")
+                    if h or score == "capture"
+                    else DASH
+                    for h in horizons
+                ]
+                rows.append([f"{part.name}, {AHEAD.format(score)}", *ahead])
+        return f"## Simulated, {_AMONG[among]}\n\n{_by_horizon(horizons, rows)}"
+
+    def _recorded_table(self, kind: str, among: Among) -> str:
+        horizons = [h for h in RECORDED_HORIZONS if h or among == "all"]
+        rows = []
+        for side, score in RECORDED_ROWS:
+            means = [
+                _mean([part.cell(side, score, h, among, kind) for part in self.recorded])
+                for h in horizons
+            ]
+            rows.append([f"{TITLES.get(score, score)}, {side}", *means])
+        ahead = [
+            self._ahead(self.recorded, PROBABILITY, h, among, kind) if h else DASH for h in horizons
+        ]
+        rows.append([AHEAD.format(PROBABILITY), *ahead])
+        title = f"## Recordings, {_AMONG[among]}, {kind} labels: mean of {len(self.recorded)}"
+        return f"{title}\n\n{_by_horizon(horizons, rows)}"
+
+    def _early_table(self) -> str:
+        names = {PROBABILITY: "ours", "success": "theirs", "nearness": "nearness to the wall"}
+        places = range(len(EARLY))
+        rows = [
+            [title, *(_value(self.early_auc(name, place)) for place in places)]
+            for name, title in names.items()
+        ]
+        rows.append(["ours less theirs", *map(self._early_ahead, places)])
+        table = markdown_table(["", *map(str, EARLY)], rows)
+        return f"## Recordings: success, by frame of the last 100, mean AUC\n\n{table}"
+
+    def early_auc(self, name: str, place: int) -> float:
+        """Mean of the combinations."""
+        values = [part.early.auc(name, place) for part in self.recorded if part.early]
+        return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
+
+    def _early_ahead(self, place: int) -> str:
+        """Of the mean AUC, with its interval over draws of recordings."""
+        each = []
+        for number, part in enumerate(self.recorded):
+            if part.early is None:
+                continue
+            own = part.early
+            weights = bootstrap_weights(len(own.success), DRAWS, number)
+            trajectory = np.arange(len(own.success))
+            pair = [own.scores[name][:, place] for name in (PROBABILITY, "success")]
+            if not np.isfinite(pair).all():
+                continue
+            draws = [auc_draws(values, own.success, trajectory, weights) for values in pair]
+            each.append(draws[0] - draws[1])
+        return _difference(np.array(each)) if each else DASH
+
+    def _own_table(self) -> str:
+        """The authors' cells of all states, as their files have them."""
+        rows = [
+            [
+                f"{part.name} {score}, {_AMONG[among]}",
+                *(_shown(_own_cell(part, score, h, among)) for h in SIMULATED_HORIZONS),
+            ]
+            for part in self.simulated
+            for score in TREES
+            for among in AMONG
+        ]
+        tables = [_by_horizon(SIMULATED_HORIZONS, rows)]
+        if self.recorded:
+            means = [
+                [
+                    f"recordings, mean, {_AMONG[among]}",
+                    *(
+                        _mean([_own_cell(part, "capture", h, among) for part in self.recorded])
+                        for h in RECORDED_HORIZONS
+                    ),
+                ]
+                for among in AMONG
+            ]
+            tables.append(_by_horizon(RECORDED_HORIZONS, means))
+        return "\n\n".join(["## The authors' scores on all of their states", *tables])
+
+    def _ahead(
+        self, parts: Sequence[Part], score: str, horizon: int, among: Among, kind: str
+    ) -> str:
+        each = [
+            part.difference(score, horizon, among, kind, number)
+            for number, part in enumerate(parts)
+        ]
+        return _difference(np.array(each))
+
+    def _agreement(self) -> str:
+        rows = [
+            row
+            for part in self.simulated
+            for row in agreement(part.name, part.theirs, part.ours, part.complete.captured)
+        ]
+        return f"## Simulated: the same scores, state by state\n\n{agreement_table(rows)}"
+
+
+AHEAD = "AUC of our {} less their capture"
+_AMONG = {"all": "all states", "captured": "captured now"}
+
+
+def _cells(part: Part) -> Iterator[tuple[str, str, str, Among, int]]:
+    scores = (*TREES, DEFINED, "force", PROBABILITY, REPLAY, LEARNED)
+    for kind in part.labels:
+        for among in AMONG:
+            for side in ("theirs", "ours"):
+                for score in scores:
+                    for h in part.horizons:
+                        yield side, score, kind, among, h
+
+
+def _own_cell(part: Part, score: str, horizon: int, among: Among) -> Cell | None:
+    """Of all states; None also now (horizon 0) among those that are captured now."""
+    if score not in part.complete.scores or (horizon == 0 and among == "captured"):
+        return None
+    compared = compared_states(part.complete, score, horizon, among=among)
+    return auc_ap(compared.scores, compared.labels) if compared.of_both_kinds else None
+
+
+def _by_horizon(horizons: Sequence[int], rows: Sequence[Sequence[str]]) -> str:
+    """A table with a column for each horizon."""
+    return markdown_table(["", *(f"h = {h}" for h in horizons)], rows)
+
+
+def _shown(cell: Cell | None) -> str:
+    return DASH if cell is None else f"{short(cell[0])}/{short(cell[1])}"
+
+
+def _mean(cells: Sequence[Cell | None]) -> str:
+    there = [cell for cell in cells if cell is not None]
+    return _shown(tuple(np.mean(there, axis=0))) if there else DASH
+
+
+def _value(value: float) -> str:
+    return DASH if np.isnan(value) else short(value)
+
+
+def _difference(draws: NDArray[np.float64]) -> str:
+    """The mean over parts, (parts, draws), and its 95 % interval; parts and draws that have one
+    label alone are left out."""
+    known = draws[np.isfinite(draws).any(axis=1)]
+    if not len(known):
+        return DASH
+    there = np.nanmean(known[:, np.isfinite(known).any(axis=0)], axis=0)
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(there, (tail, 1 - tail))
+    return f"{there.mean():+.3f}<br>{low:+.3f} to {high:+.3f}"
+
+
+class PublishedStudy(Study[Settings, Published]):
+    """The authors' own data: their scores and ours on the same states, cell by cell.
+
+    The folder gets published.md, published.csv, published.png and runs.jsonl. The half of the data
+    takes half an hour on two cores; stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce published --data dynamicCageForMPPI-data --parts push,balance`
+    """
+
+    name = "published"
+    title, unit = "Scoring", "states"
+    settings = Settings()
+    quick = Settings(nodes=20, rollouts=8, every=10)
+
+    def compute(
+        self, settings: Settings, folder: Path, threads: int, progress: Progress
+    ) -> Published:
+        """Scores what is missing. Raises ValueError on a folder that has none of the data."""
+        data = Path(settings.data)
+        every = authors.parts(data)
+        wrong = [name for name in settings.parts if name not in every]
+        if wrong:
+            raise ValueError(f"parts has {wrong[0]!r}, expected some of {', '.join(every)}")
+        parts = [name for name in every if not settings.parts or name in settings.parts]
+        sources = {
+            name: source_of(data, name, settings.horizons(name in SIMULATED), settings.every)
+            for name in parts
+        }
+        jobs = [job for source in sources.values() for job in _jobs(source, settings)]
+        rows = resumed(
+            *(folder / RUNS_FILE, jobs, partial(run, sources), threads),
+            lines=pairs(Job, StateScores),
+            progress=progress,
+        )
+        return Published(settings, [_part(source, settings, rows) for source in sources.values()])
+
+    def figures(self, result: Published) -> Iterator[tuple[str, Figure]]:
+        """AUC by horizon, theirs and ours, and how early success is known."""
+        yield "published.png", figure_published(result)
+
+
+STUDY = PublishedStudy()
+
+
+def _jobs(source: Source, settings: Settings) -> Iterator[Job]:
+    """One a state that is scored."""
+    program = version("energymargin")
+    for index in source.numbers:
+        yield Job(program, source.name, index, settings.nodes, settings.rollouts, settings.seed)
+
+
+def _part(source: Source, settings: Settings, rows: Mapping[Job, StateScores]) -> Part:
+    """What came out of a part, both sides on the same states."""
+    own = {job.index: row for job, row in rows.items() if job.part == source.name}
+    horizons = settings.horizons(source.simulated)
+    states = source.dataset.size
+    ours: dict[str, NDArray[np.float64]] = {}
+    shares, replayed = ({h: np.full(states, np.nan) for h in horizons if h > 0} for _ in range(2))
+    for index, row in own.items():
+        for name, value in row.scores.items():
+            ours.setdefault(name, np.full(states, np.nan))[index] = value
+        for h, of_horizon in shares.items():
+            if len(row.shares) >= h:
+                of_horizon[index], replayed[h][index] = row.shares[h - 1], row.replayed[h - 1]
+    lacking = np.ones(states, dtype=bool)
+    lacking[[index for index, row in own.items() if row.error is None]] = False
+    theirs = {n: np.where(lacking, np.nan, own) for n, own in source.theirs.scores.items()}
+    labels = {"recorded": source.theirs}
+    if source.smoothed is not None:
+        labels["smoothed"] = replace(source.theirs, captured=source.smoothed)
+    return Part(
+        name=source.name,
+        horizons=tuple(horizons),
+        complete=source.theirs,
+        theirs=theirs,
+        ours=ours,
+        probability=shares,
+        replay=replayed,
+        labels=labels,
+        learned={
+            kind: _learned(source, own_labels, lacking, horizons)
+            for kind, own_labels in labels.items()
+        },
+        early=_early_scores(source, own),
+        failed=sum(row.error is not None for row in own.values()),
+        seconds=float(np.mean([row.seconds for row in own.values()])) if own else math.nan,
+    )
+
+
+def _learned(
+    source: Source,
+    labelled: LabelledScores,
+    lacking: NDArray[np.bool_],
+    horizons: Sequence[int],
+) -> dict[int, NDArray[np.float64]]:
+    """By horizon, a plain classifier of the raw states, five-fold by trajectory."""
+    trajectories = source.dataset.trajectories
+    states = np.concatenate([trajectory.states for trajectory in trajectories])
+    everyone = replace(labelled, scores={"one": np.zeros(len(states))})
+    found = {}
+    for horizon in horizons:
+        if horizon == 0:
+            continue
+        compared = compared_states(everyone, "one", horizon, among="captured")
+        counts, stays = np.zeros(len(states), dtype=bool), np.zeros(len(states), dtype=bool)
+        counts[compared.number], stays[compared.number] = True, compared.labels
+        found[horizon] = learned(states, stays, labelled.trajectory, counts & ~lacking, 0)
+    return found
+
+
+def _early_scores(source: Source, rows: Mapping[int, StateScores]) -> Early | None:
+    """Scores of success by frame, of each recording; None of simulated data."""
+    tracks = source.tracks
+    if not tracks:
+        return None
+    members = source.theirs.by_trajectory()
+    shape = (len(members), len(EARLY))
+    found = {name: np.full(shape, np.nan) for name in (PROBABILITY, "success", "nearness")}
+    for t, own in enumerate(members):
+        for place, frame in enumerate(EARLY):
+            if frame >= len(own):
+                break
+            row = rows.get(int(own[frame]))
+            if row is not None and row.early is not None:
+                found[PROBABILITY][t, place] = row.early
+            last = source.theirs.scores["success"][own[max(0, frame - 4) : frame + 1]]
+            found["success"][t, place] = np.average(last, weights=np.arange(1, len(last) + 1))
+            found["nearness"][t, place] = -tracks[t].poses["object"][frame, 1]
+    return Early(np.array([track.success for track in tracks]), found)
+
+
+LINES = (
+    ("theirs", "capture", "capture, theirs"),
+    ("ours", "capture", "capture, ours"),
+    ("ours", PROBABILITY, "probability, ours"),
+)
+
+
+def figure_published(result: Published) -> Figure:
+    """A panel for each simulated part, one for the recordings, one for early success: states that
+    are captured now."""
+    from matplotlib.figure import Figure
+
+    panels: list[tuple[str, list[Part]]] = [(part.name, [part]) for part in result.simulated]
+    if result.recorded:
+        panels.append(("recordings, smoothed labels", result.recorded))
+    columns = len(panels) + bool(result.recorded)
+    figure = Figure(figsize=(2.6 * columns + 0.6, 3.2), dpi=200, layout="constrained")
+    axes = figure.subplots(1, columns, squeeze=False, sharey=True)[0]
+    for ax, (title, parts) in zip(axes, panels, strict=False):
+        _draw(ax, title, parts)
+    if result.recorded:
+        _draw_early(axes[-1], result)
+    axes[0].set_ylabel("AUC, captured now")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _draw(ax: Axes, title: str, parts: list[Part]) -> None:
+    from energymargin.plots.styles import PALETTE
+
+    kind = "recorded" if parts[0].simulated else "smoothed"
+    horizons = [h for h in parts[0].horizons if h > 0]
+    for (side, score, label), style in zip(LINES, PALETTE, strict=False):
+        values = [_mean_auc(parts, side, score, h, kind) for h in horizons]
+        ax.plot(horizons, values, label=label, **_look(style))
+    _finish(ax, title, "horizon [frames]")
+
+
+def _draw_early(ax: Axes, result: Published) -> None:
+    from energymargin.plots.styles import PALETTE
+
+    places = range(len(EARLY))
+    for name, style in (("success", PALETTE[0]), (PROBABILITY, PALETTE[2])):
+        ax.plot(EARLY, [result.early_auc(name, place) for place in places], **_look(style))
+    _finish(ax, "recordings: success known early", "frame of the last 100")
+
+
+def _mean_auc(parts: list[Part], side: str, score: str, horizon: int, kind: str) -> float:
+    cells = [part.cell(side, score, horizon, "captured", kind) for part in parts]
+    aucs = [cell[0] for cell in cells if cell is not None]
+    return float(np.mean(aucs)) if aucs else float("nan")
+
+
+def _finish(ax: Axes, title: str, xlabel: str) -> None:
+    from energymargin.plots.styles import CHANCE_COLOR, light_grid
+
+    ax.axhline(0.5, color=CHANCE_COLOR, linestyle=":", linewidth=1.0)
+    ax.set(xlabel=xlabel, ylim=(0.4, 1.02))
+    ax.set_title(title, fontsize=9)
+    light_grid(ax)
+
+
+def _look(style: LineStyle) -> dict[str, Any]:
+    return {
+        "color": style.color,
+        "linestyle": style.dashes,
+        "marker": style.marker,
+        "markersize": 4,
+    }
