@@ -21,7 +21,7 @@ BEGIN, END = "<!-- results: energymargin reproduce all -->", "<!-- end of the re
 def put_into(pages: Path, folder: Path) -> list[Path]:
     """Replaces what stands between BEGIN and END in each page whose study is in the folder.
 
-    A page belongs to the study of its name: `figure_quality.md` to `figure-quality`. The study's
+    A page belongs to the study of its name: `closed_forms.md` to `closed-forms`. The study's
     own page goes between the lines, and its pictures beside the page. Returns the pages that were
     written; raises ValueError if there are none, and on a page with one of the lines alone.
     """

@@ -15,8 +15,6 @@ __all__ = ["STUDIES", "load"]
 
 PAPER = {
     "table1": "Prediction of robustness and success, on every task (Table I)",
-    "figure-quality": "Trees in six frames of two pushes (the qualitative figure)",
-    "efficiency": "Success prediction and time a state, by nodes (the figure of time efficiency)",
     "perturbation": "Prediction with errors of the model (the figure of robustness)",
     "table2": "Prediction on recorded pushes, a simulated stand-in (Table II)",
     "published": "The authors' own data: their scores and ours on the same states",
@@ -27,20 +25,14 @@ EVIDENCE = {
     "filter": "Actions of a noisy policy filtered by their capture probabilities",
     "act": "Plans chosen by the margin, against nominal ones, in worlds held out",
     "guard": "A guard in front of a noisy policy, against a filter in each step",
-    "racing": "Races of twelve pushes against whole comparisons",
-    "enlarged": "Centimetres and grams at true scale, beside enlarged scenes",
     "bowl": "The escape energy of a ball in a bowl (Definition 2)",
     "audit": "Where the energy of rollouts goes",
     "closed-forms": "The effort of escape against answers known on paper",
     "bounds": "Efforts of escape between a lower bound and the best escape; proved cages",
     "least-efforts": "How near the effort of escape comes to the least work",
-    "walls": "Whether anything gets through a wall",
     "contact": "Whether grips hold and towers stand, and what moves keeps its momentum",
-    "uncertainty": "How often the intervals of the scores hold the truth",
     "rare": "Rare losses by splitting, against known ones, and the effort of escape behind them",
-    "mjcf-models": "Grippers, hands and arms of MuJoCo's files, as scenes",
     "engines": "Labels, escapes and probabilities in MuJoCo too",
-    "fewer-steps": "What it gains to use more of each rollout",
 }
 STUDIES = PAPER | EVIDENCE
 """What each study shows, by name; `closed-forms` is in the module `evidence.closed_forms`."""

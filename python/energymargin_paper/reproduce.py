@@ -98,10 +98,10 @@ def everything(
     """Every study of this list, into one folder with an index page (index.html, index.md).
 
     Each goes into a folder of its own, with its numbers and pictures; the page is written again
-    after each. The five of the paper take an hour or more on two cores, the walls hours, the others
-    one and a half; stop it with Ctrl-C: the same command goes on from there.
+    after each. The three of the paper take an hour or more on two cores, the others one and a
+    half; stop it with Ctrl-C: the same command goes on from there.
 
-    Example: `energymargin reproduce all --only table2,enlarged`
+    Example: `energymargin reproduce all --only table1,table2`
     """
     from energymargin.executors.threads import thread_count
 

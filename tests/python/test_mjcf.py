@@ -1,6 +1,7 @@
 """Scenes from MuJoCo models: each of their numbers against MuJoCo's."""
 
 import math
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -644,3 +645,25 @@ def test_a_mass_that_is_fixed_to_another_body_keeps_its_name_and_mass():
     tip = f'<body name="tip" pos="0 0 0.2">{MASS}<geom size="0.01"/></body>'
     scene = built(link("a", tip))
     assert (body(scene, "tip").mass, joint(scene, "tip/fixed").type) == (0.5, "fixed")
+
+
+@pytest.mark.parametrize(
+    ("file", "subtree", "ignored"),
+    [
+        ("envs/assets/fetch/pick_and_place.xml", "robot0:gripper_link", []),
+        ("envs/assets/hand/reach.xml", "robot0:hand mount", ["tendon"]),
+    ],
+)
+def test_a_hand_of_gymnasium_robotics_is_where_mujoco_has_it(file, subtree, ignored):
+    robotics = pytest.importorskip("gymnasium_robotics")
+    of = mujoco.MjModel.from_xml_path(str(Path(robotics.__file__).parent / file))
+    options = {"subtree": subtree, "disable_collisions": "overlapping"}
+    with pytest.raises(em.scenes.NotSimulatedError) as error:
+        from_mjcf(of, **options)
+    assert [name for name in error.value.features if "tendon" in name] == ignored
+    scene = from_mjcf(of, ignore=error.value.features, **options)
+    data, random = mujoco.MjData(of), np.random.default_rng(0)
+    for one in scene.joints:
+        if one.type != "fixed" and one.mimic is None:
+            data.joint(one.name).qpos = random.uniform(*one.limits)
+    assert pose_error(scene, of, data) < 1e-9

@@ -100,7 +100,7 @@ def test_an_export_never_deletes_what_lies_beside_its_file(scored, tmp_path, ove
     "words",
     [
         ["demo", "--trajectories", 4, "--nodes", 3],
-        ["reproduce", "enlarged", "--quick"],
+        ["reproduce", "bowl", "--quick"],
     ],
 )
 def test_a_folder_with_files_of_others_is_left_alone_without_overwrite(tmp_path, words):
@@ -121,7 +121,7 @@ def test_a_folder_with_files_of_others_is_left_alone_without_overwrite(tmp_path,
 
 def test_a_folder_of_folders_is_taken(tmp_path):
     (tmp_path / "out" / "table1").mkdir(parents=True)
-    done = run_here("reproduce", "enlarged", "--quick", "-o", "out", cwd=tmp_path)
+    done = run_here("reproduce", "bowl", "--quick", "-o", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 

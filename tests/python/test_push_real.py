@@ -8,7 +8,6 @@ from scipy.spatial import ConvexHull
 
 import energymargin as em
 from energymargin.scenes import data_file
-from energymargin_paper.evidence import enlarged
 from energymargin_paper.paper.printed import OBJECTS, TOOLS, printed
 from energymargin_paper.paper.push_real import WALL_Y, PushRealTask
 from energymargin_paper.paper.table2 import COMBINATIONS
@@ -80,19 +79,6 @@ def test_simulated_pushes_begin_close_behind_the_object_and_are_the_same_for_a_s
 def test_wrong_parameters_are_named(parameters, message):
     with pytest.raises(ValueError, match=message):
         em.tasks.make("push-real", **parameters)
-
-
-def test_enlarged_by_a_power_of_two_a_push_ends_where_it_does_at_true_scale():
-    """Numbers round alike then, so that what is left is what the scale itself changes."""
-    apart = []
-    for combination in ("convex-jaw", "irregular-round"):
-        problems = enlarged._problems(combination, enlarged.Settings(recordings=3, frames=6))
-        ends = [
-            enlarged._ends(combination, problems, enlarged.Variant("", scale=scale))
-            for scale in (1, 16)
-        ]
-        apart.append(1e3 * np.linalg.norm((ends[0] - ends[1])[:, :2], axis=1))
-    assert np.median(np.concatenate(apart)) < 0.3  # mm; halving the step moves them by 0.7
 
 
 def test_the_recordings_are_there_with_a_verdict_each_and_both_verdicts_in_each_combination():

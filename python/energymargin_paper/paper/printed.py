@@ -58,15 +58,6 @@ class Printed:
         """Across the direction of the push [m]."""
         return float(np.ptp(self.points[:, 0]))
 
-    def scaled(self, factor: float) -> Printed:
-        """Enlarged, of the same density."""
-        return Printed(
-            self.mass * factor**3,
-            self.height * factor,
-            tuple(outline * factor for outline in self.outlines),
-            None if self.radius is None else self.radius * factor,
-        )
-
     def _part(self, outline: NDArray[np.float64]) -> Part:
         """A prism; a box where it is one, for that is the faster shape."""
         low, high = outline.min(axis=0), outline.max(axis=0)

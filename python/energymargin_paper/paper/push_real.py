@@ -1,7 +1,7 @@
 """Pushing printed objects over a table to a wall, by an arm that a person steers (Section VI-E).
 
 All is at true scale, centimetres and grams: the World keeps its accuracy there, for its margins and
-reaches are shares of the shapes' sizes, and the tolerance of its solver is set here.
+reaches are shares of the shapes' sizes.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ FRICTION = 27 / 68  # of the object with all else, measured; a fact
 CLEARANCE = 0.001  # m, of the arm's tool above the table
 ARM_MASS = 5.0  # kg that moves with the printed effector, so that its speed lasts over an edge
 ARM_INERTIA = 0.2  # kg m^2, the same about 0.2 m: the arm all but holds the effector's yaw
-TOLERANCE = Scene().solver_tolerance
 
 # The script of simulated pushes: a steady push from behind.
 OBJECT_Y = (0.0, 0.02)  # m
@@ -196,28 +195,15 @@ class PushRealTask(ScriptedTask):
         )
 
 
-def scene(
-    body: Printed,
-    tool: Printed,
-    scale: float = 1.0,
-    step: float = STEP,
-    tolerance: float = TOLERANCE,
-) -> Scene:
-    """Table, wall, object and the arm's tool.
-
-    Enlarged by `scale`, what happens is alike: densities and accelerations stay, so that times grow
-    by the square root, and so do speeds. `step` [s] is that at true scale; `tolerance` is the
-    solver's, which has no scale.
-    """
-    body, tool = body.scaled(scale), tool.scaled(scale)
-    made = Scene(gravity=GRAVITY, step=step * math.sqrt(scale), solver_tolerance=tolerance)
+def scene(body: Printed, tool: Printed) -> Scene:
+    """Table, wall, object and the arm's tool."""
+    made = Scene(gravity=GRAVITY, step=STEP)
     made.add_plane("table", friction=FRICTION)
-    x, y, z = WALL_SIZE
     made.add_body(
         "wall",
-        Box((x * scale, y * scale, z * scale)),
+        Box(WALL_SIZE),
         mass=0,
-        position=(0.0, (WALL_Y + y / 2) * scale, z * scale / 2),
+        position=(0.0, WALL_Y + WALL_SIZE[1] / 2, WALL_SIZE[2] / 2),
         friction=FRICTION,
     )
     made.add_body(
@@ -231,9 +217,9 @@ def scene(
     made.add_body(
         "effector",
         tool.shape,
-        mass=tool.mass + ARM_MASS * scale**3,
-        inertial=Inertial(inertia=(ARM_INERTIA * scale**5,) * 3),
-        position=(0.0, -START * scale, tool.height / 2 + CLEARANCE * scale),
+        mass=tool.mass + ARM_MASS,
+        inertial=Inertial(inertia=(ARM_INERTIA,) * 3),
+        position=(0.0, -START, tool.height / 2 + CLEARANCE),
         friction=FRICTION,
         role="effector",
         linear_factor=(1, 1, 0),

@@ -1,6 +1,5 @@
-"""What more of each rollout gives: its states as nodes, its end at the escape, and the study."""
+"""What more of each rollout gives: its states as nodes, and its end at the escape."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +9,6 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin.cli import app
 from energymargin.store import ScoreStore, score_dataset
-from energymargin_paper.evidence import fewer_steps
-from energymargin_paper.evidence.fewer_steps import OPTIONS
 
 
 @pytest.fixture(scope="module")
@@ -100,44 +97,3 @@ def test_the_command_hands_all_settings_on(dataset, tmp_path):
     assert chosen.items() <= settings.items()
     table = em.score(dataset.problems(), nodes=10, **chosen)
     assert all(np.array_equal(scores[metric], table[metric]) for metric in table.scores)
-
-
-SMALL = ["--tasks", "topple", "--trajectories", "7", "--rollouts", "4,8", "--seeds", "2"]
-
-
-def test_the_study_keeps_its_runs_and_goes_on_to_the_same_scores(tmp_path):
-    command = ["reproduce", "fewer-steps", *SMALL, "--threads", "2", "-o", str(tmp_path)]
-    first = CliRunner().invoke(app, command)
-    assert first.exit_code == 0, first.output
-    assert (tmp_path / "fewer_steps.png").stat().st_size > 10_000
-    lines = (tmp_path / "fewer_steps.csv").read_text().splitlines()
-    capture_and_success = 9 * 2 * 2  # options, scores, sizes
-    assert len(lines) == 1 + capture_and_success + 4 * 2
-    runs = sorted((tmp_path / "scores").iterdir())
-    assert len(runs) == len(OPTIONS) * 2 * 2
-    scores = json.loads(runs[0].read_text())["scores"]
-    runs[0].unlink()
-    before = runs[1].stat().st_mtime_ns
-    assert CliRunner().invoke(app, command).exit_code == 0
-    assert json.loads(runs[0].read_text())["scores"] == scores
-    assert runs[1].stat().st_mtime_ns == before
-    other = CliRunner().invoke(app, [*command, "--trajectories", "5"])
-    assert other.exit_code == 2 and "holds other" in other.output
-
-
-def test_the_gain_is_the_height_above_the_plain_curve_at_as_many_steps():
-    def run(option, rollouts, steps, auc):
-        job = fewer_steps.Job("0", "push", 2, option, rollouts, 0)
-        return fewer_steps.Measurement(job, 1.0, steps, {"capture": (auc, 0.5)}, {})
-
-    runs = [
-        run("ends alone", 10, 100.0, 0.8),
-        run("ends alone", 30, 10_000.0, 0.9),
-        run("4 nodes an edge", 10, 1000.0, 0.88),
-    ]
-    settings = fewer_steps.Settings(tasks=("push",), rollouts=(10, 30), seeds=1)
-    result = fewer_steps.FewerSteps(settings, runs)
-    (point,) = result.curve("push", "capture", "4 nodes an edge")
-    assert result.gain(point).tolist() == [[pytest.approx(0.88 - 0.85), 0.0]]
-    for plain in result.curve("push", "capture", "ends alone"):
-        assert result.gain(plain).tolist() == [[pytest.approx(0.0, abs=1e-12), 0.0]]

@@ -1,19 +1,37 @@
-"""What a few trees know: intervals, the tolerance, and the experiment that checks both."""
-
-import json
+"""What a few trees know: their interval, and the tolerance that adds trees."""
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import energymargin as em
-from energymargin.cli import app
-from energymargin_paper.evidence import uncertainty
+from energymargin._core import FEWEST_TREES, interval
 
 
 @pytest.fixture(scope="module")
 def problem():
-    return uncertainty.puck(0.1)
+    """A puck on ice between two rims, one of which it slides to."""
+    scene = em.Scene()
+    scene.add_plane("ice", friction=0.02)
+    scene.add_body(
+        "puck",
+        em.Cylinder(0.04, 0.02),
+        mass=0.2,
+        position=(0, 0, 0.01),
+        friction=0.5,
+        role="object",
+        linear_factor=(1, 1, 0),
+        angular_factor=(0, 0, 1),
+    )
+    return em.Problem(
+        scene,
+        scene.pack(puck={"velocity": (0.1, 0.0, 0.0)}),
+        force=(0.2, 0.2, 0.0),
+        torque=(0.0, 0.0, 0.0),
+        duration=0.3,
+        captured=em.regions.Disc("puck", center=(0, 0), radius=0.1),
+        succeeded=em.regions.HalfSpace("puck", normal=(-1, 0, 0), offset=-0.06),
+        rate=50.0,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -22,20 +40,44 @@ def many(problem):
     return em.capture_score(problem, nodes=30, trees=200, threads=2)
 
 
+def holds(scores, resolution, truth):
+    """Whether the 95 % interval of these trees does."""
+    low, high = interval(scores, resolution, 0.95)
+    return low - 1e-12 <= truth <= high + 1e-12
+
+
+def stopped_at(scores, tolerance):
+    """How many of these trees, shape (sets, trees), `capture_score` grows."""
+    errors = [
+        scores[:, :n].std(axis=1, ddof=1).max() / np.sqrt(n)
+        for n in range(FEWEST_TREES, scores.shape[1] + 1)
+    ]
+    met = np.flatnonzero(np.array(errors) <= tolerance)
+    return FEWEST_TREES + int(met[0]) if len(met) else scores.shape[1]
+
+
 @pytest.mark.parametrize("which", ["capture", "success"])
 @pytest.mark.parametrize("k", [4, 8, 20])
 def test_nineteen_of_twenty_intervals_hold_the_truth(many, which, k):
     scores = getattr(many, f"{which}_by_tree")
     assert scores.std() > many.resolution  # the trees differ
-    share = uncertainty.coverage(scores, many.resolution, k, draws=1000, seed=0)
+    picked = scores[np.random.default_rng(0).integers(len(scores), size=(1000, k))]
+    share = np.mean([holds(trees, many.resolution, scores.mean()) for trees in picked])
     assert 0.9 <= share <= 0.99
 
 
 def test_trees_that_stop_at_the_tolerance_hold_it_as_often(many):
     scores = np.array([many.capture_by_tree, many.success_by_tree])
-    stops = uncertainty.stopping(scores, many.resolution, 0.02, draws=300, seed=0)
-    shares, grown = stops[uncertainty.FEWEST_TREES]
-    assert np.all(shares >= 0.9) and uncertainty.FEWEST_TREES < grown < 200
+    random, held, grown = np.random.default_rng(0), np.zeros((300, 2)), np.zeros(300)
+    for draw in range(300):
+        picked = scores[:, random.integers(200, size=200)]
+        count = stopped_at(picked, 0.02)
+        grown[draw] = count
+        held[draw] = [
+            holds(own[:count], many.resolution, all_trees.mean())
+            for own, all_trees in zip(picked, scores, strict=True)
+        ]
+    assert (held.mean(axis=0) >= 0.9).all() and FEWEST_TREES < grown.mean() < 200
 
 
 def test_the_interval_of_a_score_is_that_of_its_trees(many):
@@ -49,8 +91,8 @@ def test_the_interval_of_a_score_is_that_of_its_trees(many):
 
 def test_a_tolerance_takes_as_many_trees_as_the_rule_says_on_any_number_of_threads(problem, many):
     scores = np.array([many.capture_by_tree, many.success_by_tree])
-    expected = uncertainty.stopped_at(scores, 0.02)
-    assert uncertainty.FEWEST_TREES < expected < 200
+    expected = stopped_at(scores, 0.02)
+    assert FEWEST_TREES < expected < 200
     for threads in (1, 2, 3):
         score = em.capture_score(problem, nodes=30, tolerance=0.02, threads=threads)
         assert score.complete and len(score.trees) == expected
@@ -86,31 +128,3 @@ def test_one_tree_and_a_set_that_is_not_there_have_no_interval(problem):
         score.interval("capture_any")
     with pytest.raises(ValueError, match="confidence is 1, expected"):
         score.interval(confidence=1)
-
-
-SMALL = ["--tasks", "puck,topple", "--states", "1", "--nodes", "10", "--trees", "20"]
-
-
-def test_the_experiment_keeps_its_trees_and_goes_on_to_the_same_tables(tmp_path):
-    command = ["reproduce", "uncertainty", *SMALL, "-o", str(tmp_path)]
-    first = CliRunner().invoke(app, command)
-    assert first.exit_code == 0, first.output
-    table = (tmp_path / "uncertainty.csv").read_text()
-    assert len(table.splitlines()) == 1 + 4  # capture and success of two states
-    assert "| puck" in (tmp_path / "uncertainty.md").read_text()
-    (tmp_path / "uncertainty.csv").unlink()
-    (kept,) = (tmp_path / "trees").glob("puck-*")
-    (tmp_path / "trees" / "topple-0-1-10.json").unlink()
-    before = kept.stat().st_mtime_ns
-    assert CliRunner().invoke(app, command).exit_code == 0
-    assert (tmp_path / "uncertainty.csv").read_text() == table
-    assert kept.stat().st_mtime_ns == before
-    own = json.loads(kept.read_text())
-    assert len(own["scores"]["capture"]) == 20
-
-
-def test_the_experiment_refuses_a_folder_of_other_trees(tmp_path):
-    command = ["reproduce", "uncertainty", *SMALL, "-o", str(tmp_path)]
-    assert CliRunner().invoke(app, command).exit_code == 0
-    other = CliRunner().invoke(app, [*command, "--seed", "1"])
-    assert other.exit_code == 2 and "holds other trees" in other.output
