@@ -60,13 +60,6 @@ def yes_or_no(name: str, value: bool) -> bool:
     raise ValueError(f"{name} is {value!r}, expected true or false")
 
 
-def function_or_none(name: str, value: Any, arguments: str) -> None:
-    """Raises a ValueError with `name` unless the value is a function, or None; `arguments` says of
-    what, as "of (done, total)"."""
-    if not (value is None or callable(value)):
-        raise ValueError(f"{name} is {value!r}, expected a function {arguments}, or None")
-
-
 def function_of(name: str, value: Any, *arguments: str) -> Any:
     """`value`, if it can be called with so many arguments; else a ValueError with `name`."""
     expected = f"expected a function ({', '.join(arguments)})"
@@ -81,6 +74,11 @@ def function_of(name: str, value: Any, *arguments: str) -> Any:
     except TypeError as error:
         raise ValueError(f"{name} takes {signature}, {expected}") from error
     return value
+
+
+def function_or_none(name: str, value: Any, *arguments: str) -> Any:
+    """As `function_of`; None is None."""
+    return None if value is None else function_of(name, value, *arguments)
 
 
 def one_of(name: str, value: str, choices: Sequence[str]) -> str:

@@ -16,7 +16,6 @@ from energymargin.checks import function_or_none, whole_number, yes_or_no
 from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor
-from energymargin.executors.threads import thread_count
 from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
 from energymargin.notebook import shown_by
@@ -26,10 +25,7 @@ from energymargin.table_text import csv_text
 
 __all__ = ["Along", "Moment", "along"]
 
-OF_INTERVALS = 0.95
 EFFORT = "effort/est"
-FEWEST_AT_ONCE = 8  # moments between two reports of progress
-AT_ONCE = 2  # the same, for each thread
 
 
 class Moment(NamedTuple):
@@ -177,7 +173,7 @@ def along(
             seed, their searches those of `em.escape_effort` with em.stream(seed, 0).
         threads: None takes all cores. The bits do not depend on them.
         executor: in place of threads, as of `em.score`.
-        progress: progress(done, total) counts probabilities and efforts.
+        progress: progress(done, total) counts rollouts and searches.
         timeout: after so many seconds the scores count that are there; others are NaN.
         cancel: the same once it is set.
 
@@ -189,13 +185,14 @@ def along(
     """
     limit = Limit(timeout, cancel)
     asked = _with_plan(problem, plan)
+    assert asked.horizon is not None
     step = asked.scene.step
-    apart, end = control_period("every", every, step), round(_horizon(asked) / step)
+    apart, end = control_period("every", every, step), round(asked.horizon / step)
     look = None if ahead is None else whole_steps("ahead", ahead, step)
     if look is not None and look > end:
         raise ValueError(f"ahead is {ahead!r} s, expected at most the {end * step:.4g} s there are")
     whole_number("rollouts", rollouts, 1)
-    function_or_none("progress", progress, "of (done, total)")
+    function_or_none("progress", progress, "done", "total")
     questions = [(Question("probability", disturbance, seed, nodes, search), rollouts)]
     if yes_or_no("effort", effort):
         questions.append((Question(EFFORT, None, seed, nodes, search), 1))
@@ -207,12 +204,26 @@ def along(
     problems, ended = _moments(asked, states, numbers, lengths)
     there = len(problems)
     numbers, lengths, states = numbers[:there], lengths[:there], states[:there]
-    with Trials(executor, threads) as trials:
-        found, complete = _scores(questions, problems, trials, limit, progress)
+    total, done = there * sum(draws for _, draws in questions), 0
+
+    def count(draws: Draws) -> None:
+        nonlocal done
+        done += len(draws.values)
+        if progress is not None:
+            progress(done, total)
+
+    found: list[list[Draws | None]] = [[None] * there for _ in questions]
+    with Trials(executor, threads, count) as trials:
+        for number, (question, draws) in enumerate(questions):
+            each = [Trial(k, (one,), 0, draws) for k, one in enumerate(problems)]
+            found[number] = trials.run(question, each, limit)
+            if None in found[number]:
+                break
     if not any(found[0]):
         limit.require("the first moment was scored")
     _require_few_diverged(found[0], numbers, step)
-    low, high = _intervals(found[0])
+    missing = (np.nan, np.nan)
+    low, high = np.array([missing if one is None else one.interval() for one in found[0]]).T
     return Along(
         times=np.array(numbers) * step,
         ahead=np.array(lengths) * step,
@@ -229,7 +240,7 @@ def along(
         seed=seed,
         disturbance=disturbance,
         search=search,
-        complete=complete,
+        complete=not any(None in column for column in found),
         ended=ended,
     )
 
@@ -250,11 +261,6 @@ def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
     return problem
 
 
-def _horizon(problem: Problem) -> float:
-    assert problem.horizon is not None
-    return problem.horizon
-
-
 def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> NDArray[np.float64]:
     """States after so many steps without a disturbance, shape (K, n)."""
     start = problem.edge_start(problem.state)
@@ -267,55 +273,24 @@ def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> NDArray[
 def _moments(
     problem: Problem, states: NDArray[np.float64], numbers: Sequence[int], lengths: Sequence[int]
 ) -> tuple[list[Problem], str | None]:
-    """The questions, up to the first state that makes none, and why it does not."""
+    """The questions after so many steps about so many more, up to the first state that makes none,
+    and why it does not; ValueError if that is the first."""
     problems: list[Problem] = []
+    step, plan = problem.scene.step, problem.plan
     for state, number, length in zip(states, numbers, lengths, strict=True):
         try:
-            problems.append(_moment(problem, state, number, length))
+            moment = problem.with_state(state).replace(
+                horizon=length * step,
+                plan=None if plan is None else rest_of(plan, number, step),
+                start_outside=True,
+            )
         except ValueError as error:
+            ended = f"after {number * step:.4g} s of the nominal motion: {error}"
             if not problems:
-                raise
-            return problems, str(error)
+                raise ValueError(ended) from error
+            return problems, ended
+        problems.append(moment)
     return problems, None
-
-
-def _moment(problem: Problem, state: NDArray[np.float64], done: int, length: int) -> Problem:
-    """The question at a moment after `done` steps, about `length` more; ValueError with the time
-    if its state makes none."""
-    step, plan = problem.scene.step, problem.plan
-    try:
-        return problem.with_state(state).replace(
-            horizon=length * step,
-            plan=None if plan is None else rest_of(plan, done, step),
-            start_outside=True,
-        )
-    except ValueError as error:
-        raise ValueError(f"after {done * step:.4g} s of the nominal motion: {error}") from error
-
-
-def _scores(
-    questions: Sequence[tuple[Question, int]],
-    problems: Sequence[Problem],
-    trials: Trials,
-    limit: Limit,
-    progress: Callable[[int, int], None] | None,
-) -> tuple[list[list[Draws | None]], bool]:
-    """So many draws of each question at each moment, None where the limit came first; and whether
-    there are all."""
-    at_once = max(FEWEST_AT_ONCE, AT_ONCE * thread_count(None))
-    found: list[list[Draws | None]] = [[None] * len(problems) for _ in questions]
-    done = 0
-    for (question, draws), column in zip(questions, found, strict=True):
-        for first in range(0, len(problems), at_once):
-            some = range(first, min(first + at_once, len(problems)))
-            asked = [Trial(k, (problems[k],), 0, draws) for k in some]
-            column[first : some.stop] = trials.run(question, asked, limit)
-            if None in column[first : some.stop]:
-                return found, False
-            done += len(some)
-            if progress is not None:
-                progress(done, len(questions) * len(problems))
-    return found, True
 
 
 def _require_few_diverged(
@@ -330,20 +305,6 @@ def _require_few_diverged(
 
 def _means(draws: Sequence[Draws | None]) -> NDArray[np.float64]:
     return np.array([np.nan if one is None else one.kept.mean() for one in draws])
-
-
-def _intervals(
-    draws: Sequence[Draws | None],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Clopper and Pearson's, of each."""
-    from scipy import stats
-
-    ends = np.full((2, len(draws)), np.nan)
-    for k, one in enumerate(draws):
-        if one is not None:
-            test = stats.binomtest(round(float(one.kept.sum())), len(one.kept))
-            ends[:, k] = test.proportion_ci(OF_INTERVALS)
-    return ends[0], ends[1]
 
 
 def _weakness(moment: Moment) -> tuple[float, float, int]:

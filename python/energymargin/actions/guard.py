@@ -23,7 +23,7 @@ from energymargin.actions.choosing import (
 )
 from energymargin.actions.trials import check_disturbance
 from energymargin.arguments import shown
-from energymargin.checks import function_of, not_negative_number, one_of
+from energymargin.checks import function_of, function_or_none, not_negative_number, one_of
 from energymargin.closing import Closing
 from energymargin.executors.threads import thread_count
 from energymargin.monitor import Monitor, Reading
@@ -88,15 +88,9 @@ class GuardCounters(NamedTuple):
 
     def after(self, decision: Decision) -> GuardCounters:
         """With one decision more."""
-        return GuardCounters(
-            self.decisions + 1,
-            self.policy + (decision.source == "policy"),
-            self.candidate + (decision.source == "candidate"),
-            self.fallback + (decision.source == "fallback"),
-            self.alarm + (decision.reason == "alarm"),
-            self.unknown + (decision.reason == "unknown"),
-            self.rollouts + decision.rollouts,
-        )
+        counted = {"decisions", decision.source, decision.reason} - {"fine"}
+        more = {name: getattr(self, name) + 1 for name in counted}
+        return self._replace(**more, rollouts=self.rollouts + decision.rollouts)
 
 
 class Guard(Closing):
@@ -177,17 +171,11 @@ class Guard(Closing):
         if monitor.rule is None:
             raise ValueError("monitor has no alarm, expected one with alarm=")
         self._monitor = monitor
-        self._fallback = None
-        if fallback is not None:
-            self._fallback = function_of("fallback", fallback, "observation")
-        self._problem_of = None
-        if problem_of is not None:
-            self._problem_of = function_of("problem_of", problem_of, "time", "state", "action")
-        self._candidates = None
-        if candidates is not None:
-            self._candidates = function_of(
-                "candidates", candidates, "observation", "action", "random"
-            )
+        self._fallback = function_or_none("fallback", fallback, "observation")
+        self._problem_of = function_or_none("problem_of", problem_of, "time", "state", "action")
+        self._candidates = function_or_none(
+            "candidates", candidates, "observation", "action", "random"
+        )
         if candidates is None and fallback is None:
             raise ValueError("candidates and fallback are None, expected one of them at least")
         check_confidence(confidence)
@@ -205,9 +193,7 @@ class Guard(Closing):
         self._safest = SafestAction(
             self._settings, disturbance, confidence, least, thread_count(threads), self._cancel
         )
-        self._on_decision = None
-        if on_decision is not None:
-            self._on_decision = function_of("on_decision", on_decision, "decision")
+        self._on_decision = function_or_none("on_decision", on_decision, "decision")
         self._random = np.random.default_rng(self._settings.seed)
         self._last: Decision | None = None
         self._counters = GuardCounters(0, 0, 0, 0, 0, 0, 0)
@@ -308,11 +294,9 @@ class Guard(Closing):
 
     def _choice(self, time: float, state: NDArray[np.float64], actions: list[Any]) -> Choice:
         """Among the policy's action, the candidates, and last the fallback's."""
-        problem_of = self._problem_of
-        assert problem_of is not None  # without it no action is asked
         return self._safest.of(
             len(actions),
-            lambda number: problem_of(time, state, actions[number]),
+            lambda number: self._problem_of(time, state, actions[number]),
             seed=int(self._random.integers(2**63)),
             otherwise=0 if self._fallback is None else len(actions) - 1,
         )
@@ -324,7 +308,6 @@ class Guard(Closing):
         return "fallback" if is_last else "candidate"
 
     def _fallback_action(self, observation: Any) -> Any:
-        assert self._fallback is not None  # "fallback" is refused without one
         action = self._fallback(observation)
         require_finite("fallback", action)
         return action

@@ -248,7 +248,7 @@ def improve(
     budget = whole_number("budget", budget, 1)
     rollouts = whole_number("rollouts", rollouts, 1)
     harden = yes_or_no("harden", harden)
-    function_or_none("progress", progress, "of (steps, budget)")
+    function_or_none("progress", progress, "steps", "budget")
     check_uncertainty(uncertainty)
     maker = Maker(problem, box, make_plan, constraints, question)
     start = maker.start()

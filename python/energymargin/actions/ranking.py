@@ -14,6 +14,7 @@ from energymargin._core import Cancel, Problem
 from energymargin.actions.racing import Duel, beaten, beats, duel, looks
 from energymargin.actions.trials import (
     EFFORT,
+    OF_INTERVALS,
     Candidates,
     Disturbance,
     Draws,
@@ -38,7 +39,6 @@ __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 
 CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
-OF_INTERVALS = 0.95
 MOST_NAMED = 4  # in a sentence
 MOST_PERCENT = 99.9  # that is said
 WHAT_IS_ALIKE = ("the step", "the objects", "the force bounds", "the torque bounds", "the horizon")
@@ -209,19 +209,9 @@ class Ranking:
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""
-        names = (
-            "candidate",
-            "score",
-            "low",
-            "high",
-            "held",
-            "draws",
-            "diverged",
-            "steps",
-            "racing",
-        )
-        rows = [tuple(getattr(s, "name" if n == "candidate" else n) for n in names) for s in self]
-        return csv_text(names, rows)
+        names = ("score", "low", "high", "held", "draws", "diverged", "steps", "racing")
+        rows = [(one.name, *(getattr(one, name) for name in names)) for one in self]
+        return csv_text(("candidate", *names), rows)
 
     def _sure(self, tolerance: float) -> float:
         """Each of the others is beaten, or the first is as good. Bets that one is beaten win by
@@ -315,7 +305,7 @@ def rank(
         yes_or_no("race", race),
     )
     field = _field(problems)
-    function_or_none("progress", progress, "of (draws, most)")
+    function_or_none("progress", progress, "draws", "most")
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
     _check_alike(question, field)
@@ -466,17 +456,9 @@ def score_of(question: Question, values: NDArray[np.float64]) -> float:
 
 
 def _standing(name: str, question: Question, draws: Draws, *, racing: bool) -> Standing:
-    low, high = (_of_median if question.is_effort else _of_share)(draws.kept)
+    low, high = _of_median(draws.kept) if question.is_effort else draws.interval()
     score = score_of(question, draws.kept)
     return Standing(name, draws.values, draws.held, score, low, high, draws.steps, racing)
-
-
-def _of_share(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Clopper and Pearson's interval."""
-    from scipy import stats
-
-    found = stats.binomtest(round(float(values.sum())), len(values)).proportion_ci(OF_INTERVALS)
-    return float(found.low), float(found.high)
 
 
 def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:

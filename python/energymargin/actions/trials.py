@@ -34,6 +34,7 @@ from energymargin.searches import SEARCHES, Search, SearchSettings, metric_searc
 __all__ = [
     "EFFORT",
     "OBJECTIVES",
+    "OF_INTERVALS",
     "Draws",
     "Question",
     "Runner",
@@ -45,6 +46,7 @@ __all__ = [
 OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
 
+OF_INTERVALS = 0.95
 JOBS_A_WORKER = 4  # of a batch, so that none is idle at its end
 MOST_DRAWS = 64  # of a job
 MOST_DEATHS = 3  # workers that one job may take with it
@@ -212,6 +214,14 @@ class Draws:
     def kept(self) -> NDArray[np.float64]:
         """The values of those that did not diverge, shape (N - diverged,)."""
         return self.values[~np.isnan(self.values)]
+
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of the probability whose draws they are (Clopper and Pearson)."""
+        from scipy import stats
+
+        test = stats.binomtest(round(float(self.kept.sum())), len(self.kept))
+        found = test.proportion_ci(OF_INTERVALS)
+        return float(found.low), float(found.high)
 
     @property
     def held(self) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["rank"]
 
-PICTURES = (".png", ".pdf", ".svg")
+TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
 
 
 def rank(
@@ -105,7 +104,8 @@ def rank(
 
     if strength is not None and metric.startswith("effort"):
         raise ValueError(f"--strength is {strength:g} with --metric {metric}, which has none")
-    write = _writer(output, overwrite=overwrite)
+    if output is not None:
+        _check_output(output, overwrite=overwrite)
     sampling = chosen_sampling(belief, None)
     with progress_bar(err, "Ranking", "draws") as progress:
         ranking = actions.rank(
@@ -125,8 +125,8 @@ def rank(
             timeout=timeout,
         )
     out.print(ranking.to_markdown(), markup=False, highlight=False, soft_wrap=True)
-    if write is not None and output is not None:
-        write(ranking)
+    if output is not None:
+        _write(output, ranking)
         say(f"Wrote {escape(str(output))}")
     if not ranking.complete:
         say("[yellow]the time was over before all draws were made[/]")
@@ -145,34 +145,27 @@ def _candidates(paths: list[Path]) -> dict[str, Problem]:
     return {name: Problem.load(str(path)) for name, path in zip(names, paths, strict=True)}
 
 
-def _writer(path: Path | None, *, overwrite: bool) -> Callable[[Ranking], None] | None:
-    """What writes a ranking to a file; ValueError on a file of another kind, or one that exists."""
-    if path is None:
-        return None
-    kinds: dict[str, Callable[[Ranking], None]] = {
-        ".csv": lambda ranking: _write_text(path, ranking.to_csv()),
-        ".md": lambda ranking: _write_text(path, ranking.to_markdown()),
-        **dict.fromkeys(PICTURES, lambda ranking: _draw(path, ranking)),
-    }
-    if path.suffix not in kinds:
-        raise ValueError(f"--output is {path}, expected a name that ends with {', '.join(kinds)}")
+def _check_output(path: Path, *, overwrite: bool) -> None:
+    """Raises ValueError on a file of another kind, or one that exists."""
+    if path.suffix not in (*TEXTS, *PICTURES):
+        raise ValueError(
+            f"--output is {path}, expected a name that ends with {', '.join((*TEXTS, *PICTURES))}"
+        )
     require_free(path, overwrite=overwrite)
     if not path.parent.is_dir():
         raise ValueError(f"--output is {path}, but there is no folder {path.parent}")
     if path.suffix in PICTURES:
         import energymargin.plots  # noqa: F401  says what is missing before anything is computed
-    return kinds[path.suffix]
 
 
-def _write_text(path: Path, text: str) -> None:
-    from energymargin.replacing import replace_text
+def _write(path: Path, ranking: Ranking) -> None:
+    if path.suffix in PICTURES:
+        from energymargin.plots import plot_ranking
 
-    replace_text(path, text)
+        figure = plot_ranking(ranking).get_figure(root=True)
+        assert figure is not None
+        figure.savefig(path)
+    else:
+        from energymargin.replacing import replace_text
 
-
-def _draw(path: Path, ranking: Ranking) -> None:
-    from energymargin.plots import plot_ranking
-
-    figure = plot_ranking(ranking).get_figure(root=True)
-    assert figure is not None
-    figure.savefig(path)
+        replace_text(path, ranking.to_csv() if path.suffix == ".csv" else ranking.to_markdown())

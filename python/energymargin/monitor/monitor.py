@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import bisect
+import contextlib
 import inspect
 import logging
 import math
@@ -190,10 +191,9 @@ class Monitor(Closing):
         anew), RuntimeError once the monitor is closed. A state that makes no problem is a reading
         with an error.
         """
-        try:
+        finite = False
+        with contextlib.suppress(TypeError):
             finite = math.isfinite(time)
-        except TypeError:
-            finite = False
         if not finite:
             raise ValueError(f"time is {time!r}, expected a finite number")
         vector = np.array(state, dtype=float)
@@ -407,21 +407,20 @@ def _text(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _takes_time(problem_of: object) -> bool:
+def _takes_time(problem_of: Any) -> bool:
     """Whether it is a function of a time and a state; ValueError unless of these, or the state."""
     expected = "expected a function of a state, or of a time and a state"
     if not callable(problem_of):
         raise ValueError(f"problem_of is {problem_of!r}, {expected}")
     try:
-        parameters = inspect.signature(problem_of).parameters.values()
-    except (TypeError, ValueError):
+        signature = inspect.signature(problem_of)
+    except (TypeError, ValueError):  # of some compiled functions
         return False
-    positional = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
-    needed = sum(p.default is p.empty for p in positional)
-    others = any(p.kind == p.KEYWORD_ONLY and p.default is p.empty for p in parameters)
-    if needed > 2 or not positional or others:
-        raise ValueError(f"problem_of takes {inspect.signature(problem_of)}, {expected}")
-    return needed == 2
+    for arguments in (("state",), ("time", "state")):
+        with contextlib.suppress(TypeError):
+            signature.bind(*arguments)
+            return len(arguments) == 2
+    raise ValueError(f"problem_of takes {signature}, {expected}")
 
 
 def _alarm_of(alarm: Alarm | Threshold | float | None) -> Alarm | None:
