@@ -20,6 +20,7 @@ __all__ = [
     "not_negative_number",
     "one_of",
     "positive_number",
+    "share",
     "whole_number",
     "yes_or_no",
 ]
@@ -51,6 +52,14 @@ def not_negative_number(name: str, value: float) -> float:
     if number is not None and number >= 0:
         return float(number) + 0.0  # which makes 0.0 of -0.0
     raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0")
+
+
+def share(name: str, value: float, least: float = 0.0) -> float:
+    """`value` as a float, if it is a number from `least` to below 1; else a ValueError."""
+    number = _finite_number(value)
+    if number is not None and least <= number < 1:
+        return float(number) + 0.0  # which makes 0.0 of -0.0
+    raise ValueError(f"{name} is {value!r}, expected a number from {least:g} to below 1")
 
 
 def yes_or_no(name: str, value: bool) -> bool:

@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
-import numpy as np
-
 from energymargin._core import (
     CaptureProbability,
     CaptureScore,
@@ -24,7 +22,7 @@ from energymargin._core import (
     force_score,
     stream,
 )
-from energymargin.checks import not_negative_number, one_of, whole_number, yes_or_no
+from energymargin.checks import not_negative_number, one_of, share, whole_number, yes_or_no
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.metrics import ANY, CLOCKLESS, KINDS, METRICS, TIMED, metric_kind, settings_of
 
@@ -105,7 +103,7 @@ class SearchSettings:
             "nodes": whole_number("nodes", self.nodes, 1, MOST_NODES),
             "seed": whole_number("seed", self.seed, 0, 2**64 - 1),
             "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
-            "least_likelihood": _share("least_likelihood", self.least_likelihood),
+            "least_likelihood": share("least_likelihood", self.least_likelihood),
             "search": None if self.search is None else one_of("search", self.search, SEARCHES),
             "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
             "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
@@ -186,14 +184,6 @@ def algorithm_of(question: Mapping[str, Any]) -> str:
 def algorithm() -> str:
     """ALGORITHM and ALGORITHM_IMPROVED, as a worker elsewhere is asked for them."""
     return ALGORITHM if ALGORITHM == ALGORITHM_IMPROVED else f"{ALGORITHM}/{ALGORITHM_IMPROVED}"
-
-
-def _share(name: str, value: float) -> float:
-    """`value`, if it is a number from 0 to below 1; else a ValueError with `name`."""
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if number and 0 <= value < 1:
-        return float(value) + 0.0  # which makes 0.0 of -0.0
-    raise ValueError(f"{name} is {value!r}, expected a number of at least 0 and below 1")
 
 
 Found = CaptureScore | EscapeEffort | ForceScore | CaptureProbability

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from numbers import Real
 from statistics import NormalDist
 from typing import Any
 
@@ -28,15 +27,17 @@ from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, metric_search
 
 __all__ = [
+    "LEAST_CONFIDENCE",
     "Candidates",
     "Choice",
     "Noise",
     "SafestAction",
     "candidates_of",
-    "check_confidence",
     "choose",
     "require_finite",
 ]
+
+LEAST_CONFIDENCE = 0.5  # in a choice; below it, a worse action would be taken
 
 Candidates = Callable[[Any, Any, np.random.Generator], Iterable[Any]]
 """Called with (observation, action, random); returns actions beside the policy's."""
@@ -222,12 +223,6 @@ def require_finite(name: str, action: Any) -> None:
     numbers = np.asarray(action)
     if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
         raise ValueError(f"an action of {name} is {shown(action)}, expected finite numbers")
-
-
-def check_confidence(confidence: float) -> None:
-    """Raises ValueError on a confidence with which nothing can be chosen."""
-    if not (isinstance(confidence, Real) and 0.5 <= confidence < 1):
-        raise ValueError(f"confidence is {confidence!r}, expected a number from 0.5 to below 1")
 
 
 def _share_of(found: CaptureProbability) -> float:

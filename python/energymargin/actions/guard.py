@@ -14,16 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.actions.choosing import (
+    LEAST_CONFIDENCE,
     Candidates,
     Choice,
     SafestAction,
     candidates_of,
-    check_confidence,
     require_finite,
 )
 from energymargin.actions.trials import check_disturbance
 from energymargin.arguments import shown
-from energymargin.checks import function_of, function_or_none, not_negative_number, one_of
+from energymargin.checks import function_of, function_or_none, not_negative_number, one_of, share
 from energymargin.closing import Closing
 from energymargin.executors.threads import thread_count
 from energymargin.monitor import Monitor, Reading
@@ -178,7 +178,7 @@ class Guard(Closing):
         )
         if candidates is None and fallback is None:
             raise ValueError("candidates and fallback are None, expected one of them at least")
-        check_confidence(confidence)
+        share("confidence", confidence, LEAST_CONFIDENCE)
         if not_negative_number("least", least) > 1:
             raise ValueError(f"least is {least!r}, expected a probability, from 0 to 1")
         if least and fallback is None:

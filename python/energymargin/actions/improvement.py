@@ -396,10 +396,9 @@ class _Run:
         problems = self._there(points)
         if not problems:
             raise ValueError("make_plan returned None for values that it made a plan of before")
-        candidates = Candidates(list(problems.values()), self.uncertainty, seed)
-        race = Race(candidates, replace(self.question, seed=seed), terms)
+        race = Race(problems, self.uncertainty, replace(self.question, seed=seed), terms)
         try:
-            return race.run(list(problems), self.trials, limit)
+            return race.run(self.trials, limit)
         except DivergedError as error:
             if np.array_equal(points[error.subject], self.maker.box.start):
                 raise DivergedError("the start", error.diverged, error.rollouts) from error

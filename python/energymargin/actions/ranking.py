@@ -24,7 +24,7 @@ from energymargin.actions.trials import (
 )
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
-from energymargin.checks import function_or_none, whole_number, yes_or_no
+from energymargin.checks import function_or_none, share, whole_number, yes_or_no
 from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor
@@ -300,8 +300,8 @@ def rank(
     question = Question(metric, disturbance, seed, nodes, search)
     terms = Terms(
         whole_number("rollouts", rollouts, 1),
-        _share("confidence", confidence),
-        _share("tolerance", tolerance),
+        share("confidence", confidence),
+        share("tolerance", tolerance),
         yes_or_no("race", race),
     )
     field = _field(problems)
@@ -309,9 +309,9 @@ def rank(
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
     _check_alike(question, field)
-    comparison = Race(Candidates(list(field.values()), uncertainty, seed), question, terms)
+    comparison = Race(field, uncertainty, question, terms)
     with Trials(executor, threads) as trials:
-        return comparison.run(list(field), trials, limit, progress)
+        return comparison.run(trials, limit, progress)
 
 
 class Terms(NamedTuple):
@@ -327,36 +327,36 @@ class Terms(NamedTuple):
 class Race:
     """Candidates, and the draws that they have so far."""
 
-    def __init__(self, candidates: Candidates, question: Question, terms: Terms) -> None:
-        """No draws yet."""
-        self._candidates, self._question, self._terms = candidates, question, terms
-        self._found = [Draws.none() for _ in candidates]
-        self._racing = list(range(len(candidates)))
+    def __init__(
+        self,
+        field: Mapping[str, Problem],
+        uncertainty: Uncertainty | None,
+        question: Question,
+        terms: Terms,
+    ) -> None:
+        """No draws yet; those of the problems by their names."""
+        self._names, self._question, self._terms = list(field), question, terms
+        self._candidates = Candidates(list(field.values()), uncertainty, question.seed)
+        self._found = [Draws.none() for _ in field]
+        self._racing = list(range(len(field)))
         self._out: list[int] = []
         self._draws = 0  # of those that race
 
     def run(
-        self,
-        names: Sequence[str],
-        trials: Runner,
-        limit: Limit,
-        progress: Callable[[int, int], None] | None = None,
+        self, trials: Runner, limit: Limit, progress: Callable[[int, int], None] | None = None
     ) -> Ranking:
         """The race to its end, or to the limit; arguments and errors as of `rank`."""
-        complete = self._race(names, trials, limit, progress)
+        complete = self._race(trials, limit, progress)
         if not self._draws:
             limit.require("the candidates were compared")
-        self._require_few_diverged(names)
-        terms, standings = self._terms, self._standings(names)
-        metric = self._question.metric
+        self._require_few_diverged()
+        racing = sorted(self._racing, key=self._place)
+        standings = tuple(self._standing(i) for i in [*racing, *reversed(self._out)])
+        terms, metric = self._terms, self._question.metric
         return Ranking(metric, standings, terms.tolerance, terms.confidence, complete)
 
     def _race(
-        self,
-        names: Sequence[str],
-        trials: Runner,
-        limit: Limit,
-        progress: Callable[[int, int], None] | None,
+        self, trials: Runner, limit: Limit, progress: Callable[[int, int], None] | None
     ) -> bool:
         """Whether it came to its end."""
         most = self._terms.rollouts
@@ -364,7 +364,7 @@ class Race:
         for wanted in looks(most):
             if not self._draw(wanted, trials, limit):
                 return False
-            self._require_few_diverged(names, most)
+            self._require_few_diverged(most)
             done = sum(len(one.values) for one in self._found)
             if progress is not None:
                 progress(done, most * len(self._found))
@@ -374,12 +374,18 @@ class Race:
             progress(done, done)  # a race does not need them all
         return True
 
-    def _standings(self, names: Sequence[str]) -> tuple[Standing, ...]:
-        """The best first."""
-        racing = sorted(self._racing, key=self._place)
-        return tuple(
-            _standing(names[i], self._question, self._found[i], racing=i in self._racing)
-            for i in [*racing, *reversed(self._out)]
+    def _standing(self, candidate: int) -> Standing:
+        draws, question = self._found[candidate], self._question
+        low, high = _of_median(draws.kept) if question.is_effort else draws.interval()
+        return Standing(
+            self._names[candidate],
+            draws.values,
+            draws.held,
+            score_of(question, draws.kept),
+            low,
+            high,
+            draws.steps,
+            candidate in self._racing,
         )
 
     def _draw(self, wanted: int, trials: Runner, limit: Limit) -> bool:
@@ -387,7 +393,7 @@ class Race:
         more = wanted - self._draws
         asked = [self._candidates.trial(i, self._draws, more) for i in self._racing]
         found = trials.run(self._question, asked, limit)
-        if any(draws is None for draws in found):
+        if None in found:
             return False
         for i, draws in zip(self._racing, found, strict=True):
             assert draws is not None
@@ -395,10 +401,10 @@ class Race:
         self._draws = wanted
         return True
 
-    def _require_few_diverged(self, names: Sequence[str], rollouts: int | None = None) -> None:
+    def _require_few_diverged(self, rollouts: int | None = None) -> None:
         """Raises DivergedError if too many diverged of a candidate's draws, or of so many that it
         may come to, or if no other is left."""
-        for name, draws in zip(names, self._found, strict=True):
+        for name, draws in zip(self._names, self._found, strict=True):
             most = len(draws.values) if rollouts is None else rollouts
             if too_many_diverged(draws.diverged, most) or not len(draws.kept):
                 raise DivergedError(name, draws.diverged, len(draws.values))
@@ -455,12 +461,6 @@ def score_of(question: Question, values: NDArray[np.float64]) -> float:
     return float(values.mean())
 
 
-def _standing(name: str, question: Question, draws: Draws, *, racing: bool) -> Standing:
-    low, high = _of_median(draws.kept) if question.is_effort else draws.interval()
-    score = score_of(question, draws.kept)
-    return Standing(name, draws.values, draws.held, score, low, high, draws.steps, racing)
-
-
 def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:
     """Of order statistics: so wide that it holds the median in 95 of 100 cases, if it can."""
     from scipy import stats
@@ -510,12 +510,6 @@ def _met(question: Question, problem: Problem) -> tuple[object, ...]:
         *bounds,
         horizon,
     )
-
-
-def _share(name: str, value: float) -> float:
-    if not (isinstance(value, (int, float, np.number)) and 0 <= value < 1):
-        raise ValueError(f"{name} is {value!r}, expected a number from 0 to below 1")
-    return float(value)
 
 
 def _percent(share: float) -> str:

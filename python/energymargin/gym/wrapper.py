@@ -17,14 +17,14 @@ from gymnasium.utils import RecordConstructorArgs
 
 from energymargin._core import Problem
 from energymargin.actions.choosing import (
+    LEAST_CONFIDENCE,
     Candidates,
     Choice,
     Noise,
     SafestAction,
     candidates_of,
-    check_confidence,
 )
-from energymargin.checks import function_of, one_of, whole_number
+from energymargin.checks import function_of, one_of, share, whole_number
 from energymargin.disturbances import Disturbance
 from energymargin.divergence import ANY, is_unknown
 from energymargin.metrics import TIMED, check_metrics, is_likelihood
@@ -141,7 +141,7 @@ class CaptureWrapper(
         self._disturbance = disturbance
         self._threads = whole_number("threads", threads, 1)
         self._candidates = _candidates(candidates, env.action_space)
-        check_confidence(confidence)
+        share("confidence", confidence, LEAST_CONFIDENCE)
         self._safest = SafestAction(self._settings, disturbance, confidence, threads=self._threads)
         self._random: np.random.Generator | None = None
         self._observation: ObsType | None = None

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 from energymargin.actions import Noise
-from energymargin.actions.choosing import check_confidence
-from energymargin.checks import not_negative_number, positive_number, whole_number
+from energymargin.actions.choosing import LEAST_CONFIDENCE
+from energymargin.checks import not_negative_number, positive_number, share, whole_number
 from energymargin.gym import CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.searches import SearchSettings
 from energymargin.table_text import csv_text, markdown_table
@@ -70,7 +70,7 @@ class Settings:
         whole_number("rollouts", self.rollouts, 1)
         whole_number("candidates", self.candidates, 2)
         Noise(self.candidates - 1, self.spread)
-        check_confidence(self.confidence)
+        share("confidence", self.confidence, LEAST_CONFIDENCE)
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 from energymargin.actions import Decision, Guard, Noise
-from energymargin.actions.choosing import check_confidence
-from energymargin.checks import not_negative_number, positive_number, whole_number
+from energymargin.actions.choosing import LEAST_CONFIDENCE
+from energymargin.checks import not_negative_number, positive_number, share, whole_number
 from energymargin.gym import CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.monitor import Alarm, Monitor
 from energymargin.searches import SearchSettings
@@ -68,7 +68,7 @@ class Settings:
         Noise(self.candidates, self.spread)
         whole_number("rollouts", self.rollouts, 1)
         positive_number("horizon", self.horizon)
-        check_confidence(self.confidence)
+        share("confidence", self.confidence, LEAST_CONFIDENCE)
         not_negative_number("least", self.least)
 
 
