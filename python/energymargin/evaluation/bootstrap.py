@@ -48,19 +48,6 @@ def intervals(
     return _interval(aucs, trials), _interval(aps, trials)
 
 
-def auc_draws(
-    scores: NDArray[np.float64],
-    labels: NDArray[np.bool_],
-    trajectory: NDArray[np.int64],
-    weights: NDArray[np.int64],
-) -> NDArray[np.float64]:
-    """AUC of scores, shape (N,), that may be infinite, for each draw of `auc_ap_draws`.
-
-    With the same weights two scores of the same states are compared pair by pair.
-    """
-    return auc_ap_draws(ranked(scores), labels, trajectory, weights)[0]
-
-
 def auc_ap_draws(
     ranks: NDArray[np.int64],
     labels: NDArray[np.bool_],

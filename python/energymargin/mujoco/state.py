@@ -88,7 +88,7 @@ def targets(scene: Scene, model: Any, data: Any, *, prefix: str = "") -> dict[st
     return {
         name: servo.target(float(control[servo.address]))
         for name, servo in found.items()
-        if servo.stiffness > 0
+        if servo.drive.stiffness > 0
     }
 
 
@@ -117,8 +117,7 @@ class Servo:
     """Place of its control in `ctrl`."""
     slope: float
     rest: float
-    stiffness: float
-    damping: float
+    drive: Drive
     activation: int
     """Place of a filter's state in `act`; -1 without one."""
     range: tuple[float, float] | None
@@ -126,13 +125,13 @@ class Servo:
 
     def control(self, target: float) -> float:
         """That asks for a target [rad or m]; under velocity control for the joint's velocity."""
-        force = self.stiffness * target + self.damping * self.joint.target_velocity
+        force = self.drive.stiffness * target + self.drive.damping * self.joint.target_velocity
         return (force - self.rest) / self.slope
 
     def target(self, control: float) -> float:
         """That a control asks for [rad or m], under position control."""
-        force = self.rest + self.slope * control - self.damping * self.joint.target_velocity
-        return force / self.stiffness
+        force = self.rest + self.slope * control - self.drive.damping * self.joint.target_velocity
+        return force / self.drive.stiffness
 
     def write(self, data: Any) -> None:
         """Sets the control in a `mujoco.MjData` to that of the scene's target."""
@@ -173,8 +172,7 @@ def _servo(joint: Joint, drive: Drive, selection: Selection) -> Servo:
         address,
         slope,
         drive.force - slope * float(selection.start.control[address]),
-        drive.stiffness,
-        drive.damping,
+        drive,
         int(model.actuator_actadr[actuator]) if filtered else -1,
         (low, high) if limited else None,
     )

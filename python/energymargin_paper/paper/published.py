@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from energymargin.checks import whole_number
 from energymargin.evaluation import Among, LabelledScores
-from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_draws, bootstrap_weights
+from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_ap_draws, bootstrap_weights, ranked
 from energymargin.evaluation.labelled import AMONG, compared_states
 from energymargin.evaluation.table import DASH
 from energymargin.table_text import csv_text, markdown_table, short
@@ -190,7 +190,8 @@ class Part:
             if values is None:
                 return np.full(DRAWS, np.nan)
             compared = compared_states(self._with(values, kind), "one", horizon, among=among)
-            each.append(auc_draws(compared.scores, compared.labels, compared.trajectory, weights))
+            ranks, labels = ranked(compared.scores), compared.labels
+            each.append(auc_ap_draws(ranks, labels, compared.trajectory, weights)[0])
         return each[0] - each[1]
 
     def _with(self, values: NDArray[np.float64], kind: str) -> LabelledScores:
@@ -317,7 +318,9 @@ class Published:
             pair = [own.scores[name][:, place] for name in (PROBABILITY, "success")]
             if not np.isfinite(pair).all():
                 continue
-            draws = [auc_draws(values, own.success, trajectory, weights) for values in pair]
+            draws = [
+                auc_ap_draws(ranked(values), own.success, trajectory, weights)[0] for values in pair
+            ]
             each.append(draws[0] - draws[1])
         return _difference(np.array(each)) if each else DASH
 
