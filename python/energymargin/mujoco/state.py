@@ -13,8 +13,8 @@ from energymargin.mujoco.states import Names, States
 from energymargin.plausibility import warn
 from energymargin.scenes.mjcf_couplings import couplings
 from energymargin.scenes.mjcf_drives import Drive, drives
-from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.mjcf_model import (
+    Features,
     Selection,
     control_address,
     disabled,

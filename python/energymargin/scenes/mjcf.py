@@ -18,8 +18,8 @@ from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import couplings
 from energymargin.scenes.mjcf_drives import Drive, drives, joint_drives
-from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.mjcf_model import (
+    Features,
     Selection,
     below,
     body_id,

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.scenes.mjcf_features import Features
-from energymargin.scenes.mjcf_model import Selection, disabled, word
+from energymargin.scenes.mjcf_model import Features, Selection, disabled, word
 
 FRICTIONLESS = 1  # dimensions of a contact: then sliding friction, torsional, rolling
 SLIDING = 3

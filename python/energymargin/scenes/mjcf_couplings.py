@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.scenes.mjcf_features import Features
-from energymargin.scenes.mjcf_model import Selection, disabled, name_of, word
+from energymargin.scenes.mjcf_model import Features, Selection, disabled, name_of, word
 
 TOLERANCE = 1e-9  # of equations that say the same
 

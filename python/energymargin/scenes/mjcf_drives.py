@@ -11,8 +11,14 @@ import numpy as np
 
 from energymargin._core import Mimic
 from energymargin.scenes.mjcf_couplings import Coupling, Linear, linear_tendon
-from energymargin.scenes.mjcf_features import Features
-from energymargin.scenes.mjcf_model import Selection, control_address, disabled, name_of, word
+from energymargin.scenes.mjcf_model import (
+    Features,
+    Selection,
+    control_address,
+    disabled,
+    name_of,
+    word,
+)
 
 UNLIMITED = 1e4  # rad or m; a limit beyond it is none
 SLACK = 1e-6  # rad or m, of limits of joints that follow: files are rounded
