@@ -89,11 +89,10 @@ def replay(
     _require_targets(problem, model, data)
     played = player.play(edges, stop=False)
     distance, angle = _apart(problem.scene, played.end, ours)
-    scale, effort = (1.0, played.effort) if played.escaped else (None, None)
+    scale, effort = (1.0, played.last.effort) if played.escaped else (None, None)
     if escape is not None and scale is None:
         scale, effort = _least_scale(player, edges, largest)
-    result = (played.escaped, played.time, played.effort, played.work, played.state)
-    return Replay(*result, distance, angle, scale, effort)
+    return Replay(played.escaped, *played.last, distance, angle, scale, effort)
 
 
 def _region(problem: Problem, captured: str) -> Region:
@@ -133,7 +132,7 @@ def _least_scale(
         scale = 1.0 + number * SCALE_STEP
         played = player.play(Edge(scale * wrenches, held) for wrenches, held in edges)
         if played.escaped:
-            return scale, played.effort
+            return scale, played.last.effort
     return None, None
 
 
@@ -190,32 +189,27 @@ class Edge(NamedTuple):
     """[s]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Played:
-    """What became of the edges."""
-
-    __repr__ = short_repr
-
-    escaped: bool
-    time: float
-    """Time of the exit, or of the end [s]."""
-    effort: float
-    """Until then, integral of |f . v + tau . omega| dt [J]."""
-    work: float
-    """Integral of f . v + tau . omega over the same time [J]."""
-    state: Vector
-    """At that time, shape (n,)."""
-    end: Vector
-    """At the end of the edges, or at the exit if it stopped there, shape (n,)."""
-
-
-class _Exit(NamedTuple):
+class Instant(NamedTuple):
     """An instant, and what had been done until then."""
 
     time: float
+    """[s]."""
     effort: float
+    """Integral of |f . v + tau . omega| dt [J]."""
     work: float
+    """Integral of f . v + tau . omega [J]."""
     state: Vector
+    """Shape (n,)."""
+
+
+class Played(NamedTuple):
+    """What became of the edges."""
+
+    escaped: bool
+    last: Instant
+    """The exit, or the end."""
+    end: Vector
+    """State at the end of the edges, or at the exit if it stopped there, shape (n,)."""
 
 
 class Player:
@@ -268,18 +262,17 @@ class Player:
         end = simulation.state()
         over = until + self._problem.duration if horizon is None else horizon
         first = self._go(simulation, self._none, over, first, stop=True)
-        last = first or _instant(simulation)
-        return Played(first is not None, *last, end)
+        return Played(first is not None, first or _instant(simulation), end)
 
     def _go(
         self,
         simulation: Simulation,
         wrenches: Vector,
         until: float,
-        first: _Exit | None,
+        first: Instant | None,
         *,
         stop: bool,
-    ) -> _Exit | None:
+    ) -> Instant | None:
         """Goes on to a time [s], or to the exit; returns the exit, if there is one by then."""
         if first and stop:
             return first
@@ -304,7 +297,7 @@ class Player:
         if self._problem.effector == "drive":
             simulation.put(self._problem.edge_start(simulation.state()))
 
-    def _exit(self, simulation: Simulation) -> _Exit | None:
+    def _exit(self, simulation: Simulation) -> Instant | None:
         """This instant, if it is one."""
         if not self._outside(simulation) or not self._stays_outside(simulation.branch()):
             return None
@@ -334,5 +327,5 @@ class Player:
         return True
 
 
-def _instant(simulation: Simulation) -> _Exit:
-    return _Exit(simulation.time, simulation.effort, simulation.work, simulation.state())
+def _instant(simulation: Simulation) -> Instant:
+    return Instant(simulation.time, simulation.effort, simulation.work, simulation.state())
