@@ -9,6 +9,7 @@ about it, and gets the rest.
 from __future__ import annotations
 
 import inspect
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
@@ -44,6 +45,7 @@ class Task(Protocol):
         """One random trajectory, the same for the same seed."""
         ...
 
+    @abstractmethod
     def problem(
         self,
         state: NDArray[np.float64],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -30,6 +30,7 @@ from energymargin.tasks.base import (
     STEP,
     Params,
     Regions,
+    Task,
     all_inside,
     any_inside,
     constructor_keywords,
@@ -65,14 +66,13 @@ class Drive:
         )
 
 
-class ScriptedTask(ABC):
+class ScriptedTask(Task):
     """A task whose robot follows a script, with random starts and noise, in simulation.
 
     The paper's four are such (Section VI-A, VI-D). A trajectory is made in this order, which fixes
     what its seed means: `draw`, `start`, `drive`, and the simulation of `scene`.
     """
 
-    name: str
     plane: tuple[str, str] = PLANE
     length: float
     """Duration of a trajectory [s]."""
@@ -155,15 +155,6 @@ class ScriptedTask(ABC):
     @abstractmethod
     def succeeded(self, params: Params) -> Regions:
         """Z_suc; with several objects, that of each by its name."""
-
-    @abstractmethod
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,)."""
 
     def plan(
         self,
