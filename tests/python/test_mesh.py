@@ -14,7 +14,6 @@ from mesh_files import angle, bars, has_inside, volume, written
 import energymargin as em
 from energymargin.meshes import convex, mesh
 from energymargin.meshes.convex import cache_folder, corners
-from energymargin.meshes.files import MAX_CORNERS
 
 DATA = Path(pybullet_data.getDataPath())
 
@@ -257,28 +256,6 @@ def test_without_the_extra_the_error_says_what_to_install(tmp_path, monkeypatch)
 
 def disc(count):
     return [(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, count, endpoint=False)]
-
-
-@pytest.mark.parametrize("continued", [" ", " \\\n"])
-def test_a_face_of_too_many_corners_is_refused_before_it_is_read(tmp_path, continued):
-    count = MAX_CORNERS + 1
-    points = [f"v {x} {y} 0" for x, y in disc(count)]
-    face = "f " + continued.join(str(i + 1) for i in range(count))
-    path = spoiled(tmp_path, "disc.obj", "\n".join([*points, face]))
-    with pytest.raises(ValueError, match=rf"has a face of {count} corners, expected at most 10000"):
-        mesh(path)
-
-
-@pytest.mark.parametrize(
-    "primitive",
-    [
-        "<polylist><input offset='0'/><vcount>3 10001</vcount><p>0 1 2</p></polylist>",
-        f"<polygons><input offset='0'/><p>{'0 ' * 10_001}</p></polygons>",
-    ],
-)
-def test_a_face_of_too_many_corners_in_a_dae_file_is_refused(tmp_path, primitive):
-    with pytest.raises(ValueError, match="has a face of 10001 corners"):
-        mesh(spoiled(tmp_path, "disc.dae", f"<COLLADA xmlns='http://c'>{primitive}</COLLADA>"))
 
 
 def test_a_prism_whose_caps_have_many_corners_is_read(tmp_path):

@@ -133,6 +133,8 @@ def import_recordings(
         raise ValueError(
             "expected recordings with --task or --problem: energymargin import --help has examples"
         )
+    from energymargin import recordings
+
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     made, bodies = _task_of(task, problem, parsed(parameter or []))
     require_free(output, overwrite=overwrite)
@@ -143,8 +145,15 @@ def import_recordings(
             "Velocities are smoothed over frames before and after; with --causal over those "
             "before, as a robot would know them"
         )
-    dataset = _labelled_dataset(
-        made, read, labels, captured, most_overlap=most_overlap, bodies=bodies
+    dataset = recordings.dataset(
+        made,
+        read,
+        None if labels is None else recordings.read_labels(labels),
+        captured=None if captured is None else recordings.read_frame_labels(captured),
+        most_overlap=most_overlap,
+        notice=lambda text: say(escape(text)),
+        object=bodies[0],
+        effector=bodies[1],
     )
     dataset.save(output)
     _say_left_out(dataset)
@@ -210,48 +219,6 @@ def _read_bag(
     return recordings.read_bag(
         path, object=object_topic, effector=effector_topic, origin=layout.origin, **rules
     )
-
-
-def _labelled_dataset(
-    task: Task,
-    read: Sequence[Recording],
-    labels: Path | None,
-    captured: Path | None,
-    *,
-    most_overlap: float,
-    bodies: tuple[str, str],
-) -> Dataset:
-    """The recordings with the labels of these files; labels of other recordings are counted.
-
-    `bodies`: the names of the object and the effector.
-    """
-    from energymargin import recordings
-
-    frame_labels = None if captured is None else recordings.read_frame_labels(captured)
-    names = {recording.name for recording in read}
-    if frame_labels is not None:
-        frame_labels = {name: own for name, own in frame_labels.items() if name in names}
-    return recordings.dataset(
-        task,
-        read,
-        None if labels is None else _labels_of(labels, names),
-        captured=frame_labels,
-        most_overlap=most_overlap,
-        notice=lambda text: say(escape(text)),
-        object=bodies[0],
-        effector=bodies[1],
-    )
-
-
-def _labels_of(labels: Path, names: set[str]) -> dict[str, bool]:
-    """Those of these recordings; says how many are of others."""
-    from energymargin import recordings
-
-    success = recordings.read_labels(labels)
-    of_these = {name: label for name, label in success.items() if name in names}
-    if len(success) > len(of_these):
-        say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
-    return of_these
 
 
 def _is_smooth(recording: Recording) -> bool:

@@ -196,43 +196,22 @@ class Recorded(Sequence[Trajectory]):
             raise ValueError(f"{self.path} is closed: read from it before, or open it again")
 
 
-class _Column:
-    """A column of a file that grows by whole chunks, whatever pieces it gets."""
-
-    def __init__(self, file: h5py.File, name: str, kind: np.dtype[Any]) -> None:
-        self._chunk = max(1, CHUNK_BYTES // kind.itemsize)
-        self._column = file.create_dataset(
-            name, (0,), kind, chunks=(self._chunk,), maxshape=(None,), **_PACKED
-        )
-        self._pending: NDArray[Any] = np.zeros(0, kind)
-
-    def append(self, entries: NDArray[Any]) -> None:
-        self._pending = np.concatenate([self._pending, entries])
-        self._write(len(self._pending) // self._chunk * self._chunk)
-
-    def end(self) -> None:
-        self._write(len(self._pending))
-
-    def _write(self, count: int) -> None:
-        if count == 0:
-            return
-        before = len(self._column)
-        self._column.resize(before + count, axis=0)
-        self._column[before:] = self._pending[:count]
-        self._pending = self._pending[count:]
-
-
 def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
-    rows = _Column(file, "trajectories", ROW)
-    columns = {name: _Column(file, name, kind) for name, (_, kind) in COLUMNS.items()}
+    kinds = {"trajectories": ROW, **{name: kind for name, (_, kind) in COLUMNS.items()}}
+    columns = {}
+    for name, kind in kinds.items():
+        chunk = (max(1, CHUNK_BYTES // kind.itemsize),)
+        columns[name] = file.create_dataset(
+            name, (0,), kind, chunks=chunk, maxshape=(None,), **_PACKED
+        )
     bodies = BodyNames()
     for block in blocks:
-        entries = {**block.columns, "contacts": bodies.renumbered(block)}
-        rows.append(block.rows)
+        contacts = bodies.renumbered(block)
+        entries = {**block.columns, "contacts": contacts, "trajectories": block.rows}
         for name, column in columns.items():
-            column.append(entries[name])
-    for column in (rows, *columns.values()):
-        column.end()
+            before = len(column)
+            column.resize(before + len(entries[name]), axis=0)
+            column[before:] = entries[name]
     file.create_dataset("bodies", data=bodies.names, dtype=h5py.string_dtype())
 
 
@@ -283,15 +262,11 @@ def _check_format(path: Path, file: h5py.File) -> None:
     if found != FORMAT:
         raise FileError(f"{path} is not a dataset: it is {found!r}")
     version = int(file.attrs["version"])
-    if version < VERSION:
+    if version != VERSION:
+        older = "generate or import it again, or save it anew with 0.13"
         raise FileError(
             f"{path} has version {version} of the dataset format, and this energymargin reads "
-            f"version {VERSION}: generate or import it again, or save it anew with 0.13"
-        )
-    if version > VERSION:
-        raise FileError(
-            f"{path} has version {version} of the dataset format, "
-            f"and this energymargin reads up to {VERSION}: update it"
+            f"version {VERSION}: {older if version < VERSION else 'update it'}"
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -36,8 +35,6 @@ LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
 CAVITY_POINTS = 500
 FILLED = 0.1
 LEAST_THRESHOLD = 0.01  # coacd's own
-PRIMITIVES = ("triangles", "polylist", "polygons")  # of a DAE file
-MAX_CORNERS = 10_000  # of a face: a round cap has hundreds
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is decomposed as a whole
 
 
@@ -197,7 +194,6 @@ def _geometries(
 
         if path.suffix.lower() == ".dae":
             import collada  # noqa: F401
-    _require_few_corners(path)
     options: dict[str, Any] = (
         {"split_objects": True, "split_groups": True, "skip_materials": True}
         if path.suffix.lower() == ".obj"
@@ -216,46 +212,6 @@ def _geometries(
     if not all(np.isfinite(vertices).all() for vertices, _ in found):
         raise ValueError(f"{path} has a vertex that is not finite")
     return found
-
-
-def _require_few_corners(path: Path) -> None:
-    """Raises ValueError on a face of many corners, before it is read: it costs time and memory."""
-    for corners in _corner_counts(path):
-        if corners > MAX_CORNERS:
-            raise ValueError(
-                f"{path} has a face of {corners} corners, expected at most {MAX_CORNERS}; "
-                "an export with triangles has three in each"
-            )
-
-
-def _corner_counts(path: Path) -> Iterator[int]:
-    """How many corners the faces of an OBJ or a DAE file have, of those that are polygons."""
-    if path.suffix.lower() == ".obj":
-        text = path.read_bytes().replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
-        for line in text.splitlines():
-            if line.lstrip().startswith((b"f ", b"f\t")):
-                yield len(line.split()) - 1
-    elif path.suffix.lower() == ".dae":
-        yield from _dae_corner_counts(path)
-
-
-def _dae_corner_counts(path: Path) -> Iterator[int]:
-    primitive, inputs = "", 0  # what is being read, and the indices of a corner in it
-    try:
-        for event, element in ET.iterparse(path, ("start", "end")):
-            tag = element.tag.rpartition("}")[2]
-            if event == "start":
-                if tag in PRIMITIVES:
-                    primitive, inputs = tag, 0
-                continue
-            inputs += tag == "input"
-            if tag == "vcount":
-                yield max(map(int, (element.text or "0").split()), default=0)
-            elif tag == "p":
-                in_polygons = len((element.text or "").split()) // max(inputs, 1)
-                yield in_polygons if primitive == "polygons" else 0
-    except (ET.ParseError, LookupError, ValueError):
-        return  # the reader of the mesh raises the error
 
 
 def _surface(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:
