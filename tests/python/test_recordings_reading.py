@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorded import CELLS, HEADER, POSES, noisy, one_folder, poses_of, push, rows_of, write
 
-from energymargin.recordings import Columns, Recording, read_csv
+from energymargin.recordings import Columns, Recording, read_bag, read_csv
 
 
 @pytest.fixture
@@ -317,7 +318,7 @@ def test_a_mapping_that_fits_another_file_is_refused(path):
         read_csv(path, {"columns": {**names, "object_x": "box"}})
     with pytest.raises(ValueError, match=r"there is no column 14 \(object_x\), expected 0 to 13"):
         read_csv(path, {"columns": {**names, "object_x": 14}})
-    with pytest.raises(ValueError, match="columns has 'time' for 'time' and 'object_x'"):
+    with pytest.raises(ValueError, match="columns has 'time' for 'time' and for another"):
         read_csv(path, {"columns": {**names, "object_x": "time"}})
     without = read_csv(path, {"columns": names})
     assert without.frames.tolist() == list(range(100))
@@ -394,6 +395,15 @@ def test_a_thousand_columns_are_refused_in_one_line(path):
     with pytest.raises(ValueError, match=r"line 1: the header has 'c0', expected frame") as refused:
         read_csv(path)
     assert len(str(refused.value)) < 1000
-    with pytest.raises(ValueError, match=r"no column 'x', expected one of c0, .*c99$") as named:
-        read_csv(path, {"columns": dict.fromkeys(HEADER[1:], "x")})
+    with pytest.raises(ValueError, match=r"no column 'x0', expected one of c0, .*c99$") as named:
+        read_csv(path, {"columns": {name: f"x{k}" for k, name in enumerate(HEADER[1:])}})
     assert len(str(named.value)) < 1000
+
+
+def test_a_missing_extra_is_named_with_the_command_that_installs_it(path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"pip install 'energymargin\[recordings\]'"):
+        read_csv(write(path, push()))
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    with pytest.raises(ImportError, match=r"pip install 'energymargin\[ros\]'"):
+        read_bag(path, object="/box", effector="/tool")

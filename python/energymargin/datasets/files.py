@@ -30,7 +30,6 @@ from numpy.typing import NDArray
 from energymargin.datasets.columns import (
     BLOCK_STATES,
     COLUMNS,
-    NO_LABEL,
     ROW,
     Block,
     BodyNames,
@@ -240,8 +239,7 @@ def _rows(file: h5py.File) -> NDArray[np.void]:
     counts = ("frames", "width", "contact_count", "params_bytes")
     if any((rows[name] < 0).any() for name in counts) or (rows["frames"] == 0).any():
         raise ValueError("a trajectory has less than nothing")
-    if not np.isin(rows["success_any"], (NO_LABEL, 0, 1)).all():
-        check_labels(rows["success_any"])
+    check_labels(rows["success_any"])
     return rows
 
 

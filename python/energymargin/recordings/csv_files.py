@@ -102,6 +102,8 @@ class Columns:
                 raise ValueError(
                     f"columns has {column!r} for {name!r}, expected a name or a number from 0 on"
                 )
+            if list(self.columns.values()).count(column) > 1:
+                raise ValueError(f"columns has {column!r} for {name!r} and for another one")
         one_character = isinstance(self.delimiter, str) and len(self.delimiter) == 1
         if not one_character or self.delimiter in '\n\r"':
             raise ValueError(f"delimiter is {self.delimiter!r}, expected one character")
@@ -146,7 +148,12 @@ class Columns:
         `first` has the cells of the first line. Raises ValueError on a header that lacks a field,
         has it twice or, without `columns`, has others.
         """
-        return self._mapped(first) if self.columns else self._documented(first)
+        if self.columns:
+            return {
+                name: (self._number(name, given, first), self._factor(name))
+                for name, given in self.columns.items()
+            }
+        return self._documented(first)
 
     def _documented(self, header: Sequence[str]) -> dict[str, tuple[int, float]]:
         found: dict[str, tuple[int, float]] = {}
@@ -163,30 +170,22 @@ class Columns:
         _require_whole("the header", found, needed=FIELDS)
         return found
 
-    def _mapped(self, first: Sequence[str]) -> dict[str, tuple[int, float]]:
-        found: dict[str, tuple[int, float]] = {}
-        for name, given in self.columns.items():
-            number = given if isinstance(given, int) else self._number(given, first)
-            if number >= len(first):
+    def _number(self, field: str, given: str | int, first: Sequence[str]) -> int:
+        """The number of a field's column, from 0 on."""
+        if isinstance(given, int):
+            if given >= len(first):
                 raise ValueError(
-                    f"there is no column {number} ({name}), expected 0 to {len(first) - 1}"
+                    f"there is no column {given} ({field}), expected 0 to {len(first) - 1}"
                 )
-            same = [other for other, (place, _) in found.items() if place == number]
-            if same:
-                raise ValueError(f"columns has {given!r} for {same[0]!r} and {name!r}")
-            found[name] = (number, self._factor(name))
-        return found
-
-    def _number(self, name: str, first: Sequence[str]) -> int:
-        """The number of a column from 0 on, by its name in the header."""
+            return given
         if not self.has_header:
-            raise ValueError(f"columns names {name!r}, but the file is to have no header")
-        if first.count(name) > 1:
-            raise ValueError(f"the header has {name!r} more than once")
-        if name not in first:
+            raise ValueError(f"columns names {given!r}, but the file is to have no header")
+        if first.count(given) > 1:
+            raise ValueError(f"the header has {given!r} more than once")
+        if given not in first:
             known = ", ".join(first[:MOST_NAMED])
-            raise ValueError(f"there is no column {name!r}, expected one of {known}")
-        return first.index(name)
+            raise ValueError(f"there is no column {given!r}, expected one of {known}")
+        return first.index(given)
 
     def _factor(self, name: str, unit: str = "") -> float:
         kind = _kind(name)
