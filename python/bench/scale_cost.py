@@ -6,10 +6,12 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
-from energymargin.executors.dask_pool import DaskPool
-from energymargin.executors.pool import Stopped
-from energymargin.executors.pool_session import CHUNKS_A_SECOND
+from energymargin import Cancel
+from energymargin.executors import Dask
+from energymargin.limits import Limit
+from energymargin.parallel import CHUNKS_A_SECOND, Items, run
 from energymargin.store import ScoreStore
 from scale_runs import dataset_file, scored_run, size_of
 from scale_throughput import WORKERS, cluster
@@ -30,7 +32,6 @@ SEARCHES = {
 MANY = 10_000_000
 CORES = (64, 1000)
 HOUR = 3600.0
-AT_ONCE = 20  # jobs without work that wait for each worker
 
 
 @dataclass(frozen=True)
@@ -186,17 +187,18 @@ def driver_of(data: Path, store: Path, address: str) -> Driver:
 
 def chunks_a_second(address: str, count: int) -> float:
     """How many jobs without work a cluster does."""
-    with DaskPool(address) as pool:
-        start, waiting, submitted, done = time.perf_counter(), 0, 0, 0
-        while done < count:
-            while submitted < count and waiting < AT_ONCE * WORKERS:
-                pool.submit(submitted, nothing, b"")
-                submitted, waiting = submitted + 1, waiting + 1
-            ended = len(pool.take(1.0))
-            done, waiting = done + ended, waiting - ended
+    with Dask(address).workers() as workers:
+        start = time.perf_counter()
+        items = Items(range(count))
+        run(workers, nothing, items, lambda _done: None, Limit(), give_up=given_up, most=1)
     return count / (time.perf_counter() - start)
 
 
-def nothing(payload: bytes, stopped: Stopped) -> bytes:
+def given_up(_chunk: int, why: str) -> NoReturn:
+    """No worker is to die."""
+    raise RuntimeError(why)
+
+
+def nothing(chunks: Sequence[int], _cancel: Cancel) -> Sequence[int]:
     """A job without work."""
-    return payload
+    return chunks

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -17,11 +16,9 @@ __all__ = [
     "on_interrupt",
     "raise_if_interrupted",
     "remembered_interrupts",
-    "since_interrupt",
 ]
 
-# Only the main thread gets signals, so there is one of each.
-_held: list[float] = []  # when the Ctrl-Cs came that are held
+# Only the main thread gets signals, so there is one.
 _remembered = threading.Event()  # set once a Ctrl-C was raised
 
 
@@ -34,15 +31,10 @@ def held_interrupts() -> Iterator[threading.Event]:
     came = threading.Event()
 
     def hold(_signal: int, _frame: FrameType | None) -> None:
-        _held.append(time.monotonic())
         came.set()
 
     with _handled_by(hold) if _raises() else _unchanged():
-        try:
-            yield came
-        finally:
-            if came.is_set():
-                _held.clear()
+        yield came
 
 
 @contextmanager
@@ -96,11 +88,6 @@ def on_interrupt(act: Callable[[], object]) -> Iterator[None]:
     """Ctrl-C calls `act` instead of raising. Only where it would raise KeyboardInterrupt."""
     with _handled_by(lambda _signal, _frame: act()) if _raises() else _unchanged():
         yield
-
-
-def since_interrupt() -> float:
-    """Time for which a Ctrl-C has been held [s]; 0 if none is."""
-    return time.monotonic() - _held[0] if _held else 0.0
 
 
 def _raise_and_remember(_signal: int, _frame: FrameType | None) -> None:

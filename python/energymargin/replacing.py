@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from energymargin.processes import is_running
-
 __all__ = ["replace_text", "replaced"]
 
 DESCRIPTORS = Path("/proc/self/fd")  # of Linux: names for files that have none
@@ -77,5 +75,16 @@ def _remove_leftovers(path: Path) -> None:
     prefix = f".{path.name}.{socket.gethostname()}."
     for name in os.listdir(path.parent):
         process = name.removeprefix(prefix)
-        if name.startswith(prefix) and process.isdecimal() and not is_running(int(process)):
+        if name.startswith(prefix) and process.isdecimal() and not _is_running(int(process)):
             path.with_name(name).unlink(missing_ok=True)
+
+
+def _is_running(process: int) -> bool:
+    """Whether there is a process of this number, also of another user."""
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,13 @@ from energymargin.arguments import shown
 from energymargin.checks import whole_number
 from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
-from energymargin.executors.pool import POLL
-from energymargin.executors.session import Session, Work
-from energymargin.executors.threads import chosen_executor
+from energymargin.executors.choice import chosen_executor
+from energymargin.executors.rows import Failed, Work, score_chunk
 from energymargin.limits import Limit
 from energymargin.metrics import check_metrics
 from energymargin.notebook import shown_by
+from energymargin.parallel import Items, Source, run
 from energymargin.reprs import short_repr
-from energymargin.results import collect
 from energymargin.searches import (
     LooseSettings,
     SearchSettings,
@@ -34,50 +34,13 @@ from energymargin.searches import (
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = ["ProblemSource", "ScoreError", "ScoreTable", "run_all", "score"]
+__all__ = ["ScoreError", "ScoreTable", "run_all", "score"]
 
 MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
 
 
-class ProblemSource(Protocol):
-    """Problems that are to be scored."""
-
-    def take(self, most: int) -> Sequence[Work]:
-        """Some of those that come next, at most so many; after a short wait none, if there are none
-        right now."""
-        ...
-
-    @property
-    def empty(self) -> bool:
-        """Whether there will be no more."""
-        ...
-
-
-class _GivenProblems:
-    """A ProblemSource of problems that are all there."""
-
-    def __init__(
-        self, problems: Sequence[Problem], indices: Sequence[int], metrics: Sequence[str]
-    ) -> None:
-        self._problems, self._indices, self._metrics = problems, indices, tuple(metrics)
-        self._next = 0
-
-    def take(self, most: int) -> Sequence[Work]:
-        """As ProblemSource.take."""
-        first, self._next = self._next, min(self._next + most, len(self._problems))
-        return [
-            Work(self._indices[i], self._problems[i], self._metrics)
-            for i in range(first, self._next)
-        ]
-
-    @property
-    def empty(self) -> bool:
-        """As ProblemSource.empty."""
-        return self._next == len(self._problems)
-
-
 def run_all(
-    source: ProblemSource,
+    source: Source[Work],
     executor: Executor,
     settings: SearchSettings,
     deliver: Callable[[Sequence[Row]], None],
@@ -88,31 +51,13 @@ def run_all(
     `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
     KeyboardInterrupt is raised; so with any other error, which is then raised.
     """
-    with executor.session(settings) as session:
-        return collect(_Scorers(session, source), deliver, limit)
+    chunk = partial(score_chunk, settings)
+    with executor.workers() as workers:
+        return run(workers, chunk, source, deliver, limit, give_up=_given_up)
 
 
-class _Scorers:
-    """The Workers of a session, with the problems of a source."""
-
-    def __init__(self, session: Session, source: ProblemSource) -> None:
-        self._session, self._source = session, source
-
-    @property
-    def busy(self) -> bool:
-        """As Workers.busy."""
-        return not self._source.empty or self._session.pending > 0
-
-    def step(self) -> Sequence[Row]:
-        """As Workers.step. Without room, as on a cluster that has no workers yet, it waits."""
-        room = self._session.room()
-        if room and not self._source.empty:
-            self._session.add(self._source.take(room))
-        return self._session.take(POLL if self._session.pending or not room else 0)
-
-    def stop(self) -> Sequence[Row]:
-        """As Workers.stop."""
-        return self._session.stop()
+def _given_up(work: Work, why: str) -> Row:
+    return Failed(work.index, why)
 
 
 def score(
@@ -160,8 +105,6 @@ def score(
     check_metrics(metrics)
     settings = chosen_settings(settings, **loose)
     require_objects(problems, metrics, settings)
-    if executor is not None and threads is not None:
-        raise ValueError(f"threads is {threads}, expected None with an executor")
     executor = chosen_executor(executor, threads)
     done: list[Row] = []
     errors: dict[int, str] = {}
@@ -176,8 +119,8 @@ def score(
             progress(len(done) + len(errors), len(problems))
 
     numbers = _indices(indices, len(problems))
-    source = _GivenProblems(problems, numbers, metrics)
-    complete = run_all(source, executor, settings, deliver, limit)
+    work = [Work(n, one, tuple(metrics)) for n, one in zip(numbers, problems, strict=True)]
+    complete = run_all(Items(work), executor, settings, deliver, limit)
     table = _score_table(done, metrics, complete=complete)
     _warn_of_steps(table, dict(zip(numbers, problems, strict=True)))
     if errors:

@@ -3,66 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 
 from energymargin._core import Cancel
+from energymargin.executors import Executor, Threads
 from energymargin.limits import Limit
+from energymargin.parallel import Items
+from energymargin.parallel import run as run_all
 from energymargin.replacing import replace_text
-from energymargin.results import collect
 
-__all__ = ["Jobs", "Lines", "pairs", "resumed"]
-
-POLL = 0.05  # s, between two looks for Ctrl-C
-AHEAD = 8  # jobs that lie ready for each worker
+__all__ = ["Lines", "pairs", "resumed", "run_jobs"]
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-
-
-class Jobs(Generic[Job, Result]):
-    """The Workers of a pool: each calls `run(job)` for one job after the other.
-
-    `stop` sets `cancel`, so that threads end their jobs early: such results are left out.
-    """
-
-    def __init__(
-        self,
-        pool: Executor,
-        workers: int,
-        run: Callable[[Job], Result],
-        jobs: Iterable[Job],
-        cancel: Cancel,
-    ) -> None:
-        """`workers`: how many the pool has. It is shut down once the jobs are stopped."""
-        self._pool, self._run, self._cancel = pool, run, cancel
-        self._ahead = AHEAD * workers
-        self._waiting = list(jobs)[::-1]
-        self._running: set[Future[Result]] = set()
-
-    @property
-    def busy(self) -> bool:
-        """As Workers.busy."""
-        return bool(self._waiting or self._running)
-
-    def step(self) -> Sequence[Result]:
-        """As Workers.step. Raises what a job raised; `stop` then returns the other results."""
-        while self._waiting and len(self._running) < self._ahead:
-            self._running.add(self._pool.submit(self._run, self._waiting.pop()))
-        done, _ = wait(self._running, POLL, FIRST_COMPLETED)
-        results = [future.result() for future in done]
-        self._running -= done
-        return results
-
-    def stop(self) -> Sequence[Result]:
-        """As Workers.stop."""
-        done = [future for future in self._running if future.done() and not future.exception()]
-        self._cancel.set()
-        self._pool.shutdown(cancel_futures=True)
-        return [future.result() for future in done]
 
 
 class Lines(NamedTuple, Generic[Job, Result]):
@@ -103,7 +59,6 @@ def resumed(
     results = dict(map(lines.read, _complete_lines(path)))
     missing = [job for job in jobs if job not in results]
     done = len(jobs) - len(missing)
-    cancel = Cancel()
     progress(done, len(jobs))
     with path.open("a") as file:
 
@@ -116,10 +71,31 @@ def resumed(
                 done += 1
                 progress(done, len(jobs))
 
-        pool = ThreadPoolExecutor(threads)
-        workers = Jobs(pool, threads, lambda job: (job, run(job, cancel)), missing, cancel)
-        collect(workers, keep, Limit())
+        def of_jobs(jobs: Sequence[Job], cancel: Cancel) -> list[tuple[Job, Result]]:
+            found = [(job, run(job, cancel)) for job in jobs]
+            return [] if cancel.is_set else found
+
+        run_jobs(Threads(threads), of_jobs, missing, keep, Limit())
     return {job: results[job] for job in jobs}
+
+
+def run_jobs(
+    executor: Executor,
+    run: Callable[[Sequence[Job], Cancel], Sequence[Result]],
+    jobs: Sequence[Job],
+    keep: Callable[[Sequence[Result]], None],
+    limit: Limit,
+) -> bool:
+    """Runs all jobs, one at a time on each worker; False if the limit came before the last one.
+
+    `keep` gets results as they come. Ctrl-C and errors: as `energymargin.parallel.run`.
+    """
+
+    def given_up(job: Job, why: str) -> NoReturn:
+        raise RuntimeError(f"{job}: {why}")
+
+    with executor.workers() as workers:
+        return run_all(workers, run, Items(jobs), keep, limit, give_up=given_up, most=1)
 
 
 def _complete_lines(path: Path) -> list[str]:

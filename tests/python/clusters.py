@@ -92,6 +92,19 @@ class Cluster(AbstractContextManager):
         )
 
 
+def workers_of(process):
+    """The processes of `Processes` that this one has started."""
+    found = []
+    for status in Path("/proc").glob("[0-9]*/status"):
+        try:
+            of_parent = f"\nPPid:\t{process}\n" in status.read_text()
+            if of_parent and b"executors.worker" in (status.parent / "cmdline").read_bytes():
+                found.append(int(status.parent.name))
+        except OSError:  # it has just ended
+            continue
+    return found
+
+
 def _kill(process):
     """And all that it has started, as a nanny its worker."""
     if process.poll() is None:

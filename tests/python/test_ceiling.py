@@ -1,5 +1,3 @@
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
@@ -187,20 +185,6 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_shares(dataset, whole, tmp_p
     )
     assert counts[0] == (kept, total) and counts[-1] == (total, total)
     assert same(shares(path), whole)
-
-
-def test_two_at_once_share_the_work_and_both_end_when_all_is_there(dataset, whole, tmp_path):
-    path, counts = tmp_path / "shared.db", []
-
-    def ceiling(_number):
-        done = ceiling_dataset(dataset, path, CONTINUATIONS, SEED)
-        with ScoreStore(path) as store:
-            counts.append(store.run().counts())
-        return done
-
-    with ThreadPoolExecutor(2) as pool:
-        assert list(pool.map(ceiling, range(2))) == [True, True]
-    assert counts == [(48, 48), (48, 48)] and same(shares(path), whole)
 
 
 def test_other_settings_are_another_run_in_the_same_file(dataset, tmp_path):

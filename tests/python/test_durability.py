@@ -1,5 +1,6 @@
 """Nothing that was computed is lost or computed twice: drivers and workers are killed."""
 
+import os
 import random
 import signal
 import sqlite3
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clusters import Cluster
+from clusters import Cluster, workers_of
 from stores import await_scores, score_count
 
 import energymargin as em
@@ -51,7 +52,7 @@ def finish(process):
 
 
 def require_complete(path, undisturbed):
-    """Every score is there once, with the bits of an undisturbed run, and nobody claims any."""
+    """Every score is there once, with the bits of an undisturbed run."""
     with ScoreStore(path) as store:
         run = store.run()
         assert run.counts() == (STATES, STATES)
@@ -60,7 +61,6 @@ def require_complete(path, undisturbed):
     for metric in undisturbed.scores:
         assert np.array_equal(found[metric], undisturbed[metric])
     with sqlite3.connect(path) as file:
-        assert file.execute("SELECT count(*) FROM claims").fetchone() == (0,)
         assert file.execute("PRAGMA integrity_check").fetchone() == ("ok",)
 
 
@@ -107,10 +107,13 @@ def test_a_driver_killed_20_times_leaves_every_score_once_with_the_same_bits(fol
         require_complete(path, undisturbed)
 
 
-def test_two_scorers_at_once_leave_every_score_once(folder, undisturbed):
-    both = [start(folder, "two.db", "--threads", 1) for _ in range(2)]
-    for process in both:
-        assert "300 states are scored in two.db" in finish(process)
+def test_a_second_scorer_is_refused_with_the_process_of_the_first(folder, undisturbed):
+    first = start(folder, "two.db", "--threads", 1)
+    await_scores(first, folder / "two.db", 1)
+    second = start(folder, "two.db", "--threads", 1)
+    _, stderr = second.communicate(timeout=60)
+    assert second.returncode == 2 and f"process {first.pid} is scoring into" in stderr
+    finish(first)
     require_complete(folder / "two.db", undisturbed)
 
 
@@ -122,7 +125,7 @@ def test_a_store_that_is_renamed_is_an_error_of_the_command_and_loses_nothing(fo
     path.rename(new)
     _, stderr = process.communicate(timeout=120)
     assert process.returncode == 2, stderr
-    assert f"old.db: was renamed to {new} while it was written" in " ".join(stderr.split())
+    assert "old.db: was renamed or removed while it was written" in " ".join(stderr.split())
     assert "states are scored in" not in stderr
     assert score_count(new) >= there and not path.exists()
 
@@ -147,6 +150,15 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
         stderr = finish(process)
     assert "300 states are scored" in stderr and "Traceback" not in stderr
     require_complete(folder / "cluster.db", undisturbed)
+
+
+def test_a_process_that_is_killed_is_replaced_and_nothing_is_lost(folder, undisturbed):
+    process = start(folder, "processes.db", "--processes", 2)
+    await_scores(process, folder / "processes.db", 50)
+    os.kill(workers_of(process.pid)[0], signal.SIGKILL)
+    stderr = finish(process)
+    assert "300 states are scored" in stderr and "Traceback" not in stderr
+    require_complete(folder / "processes.db", undisturbed)
 
 
 def test_a_cluster_makes_the_same_dataset_to_the_byte(folder):

@@ -1,20 +1,19 @@
 """The same scores on threads, in processes and on a cluster, also when workers die."""
 
+import multiprocessing
 import os
 import signal
 import threading
 import time
-from dataclasses import dataclass, field
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from clusters import Cluster
+from clusters import Cluster, workers_of
 
 import energymargin as em
 from energymargin.executors import Dask, Processes, Threads
-from energymargin.executors.pool import POLL
-from energymargin.executors.pool_session import PoolSession
 
 NODES, SEED = 60, 5
 
@@ -44,23 +43,10 @@ def same(table, other):
     return all(np.array_equal(table[metric], other[metric]) for metric in table.scores)
 
 
-def children():
-    """Worker processes of this one."""
-    found = []
-    for status in Path("/proc").glob("[0-9]*/status"):
-        try:
-            of_parent = f"\nPPid:\t{os.getpid()}\n" in status.read_text()
-            if of_parent and b"executors.worker" in (status.parent / "cmdline").read_bytes():
-                found.append(int(status.parent.name))
-        except OSError:  # it has just ended
-            continue
-    return found
-
-
 @pytest.mark.parametrize("count", [1, 2])
 def test_processes_give_the_same_bits_as_threads(problems, table, count):
     assert same(table, em.score(problems, nodes=NODES, seed=SEED, executor=Processes(count)))
-    assert not children()
+    assert not workers_of(os.getpid())
 
 
 def test_a_cluster_gives_the_same_bits_as_threads(problems, table, cluster):
@@ -94,27 +80,10 @@ def test_a_cluster_knows_the_disturbance_and_gives_curves_back(cluster):
     assert curves[0] == curves[1] and len(curves[0]) == 4
 
 
-@dataclass(frozen=True)
-class Watched(Dask):
-    """A cluster whose session notes how long it was let wait for rows, and with what pending."""
-
-    waits: list = field(default_factory=list)
-
-    def session(self, settings):
-        waits = self.waits
-
-        class Session(PoolSession):
-            def take(self, timeout):
-                waits.append((timeout, self.pending))
-                return super().take(timeout)
-
-        return Session(self.pool(), settings)
-
-
 def test_without_workers_a_driver_waits_and_goes_on_once_there_is_one(problems):
     with Cluster() as cluster:
-        executor = Watched(cluster.address)
-        cancel, scored = em.Cancel(), []
+        notices, cancel, scored = [], em.Cancel(), []
+        executor = Dask(cluster.address, notice=notices.append)
 
         def begin():
             some = problems[:2]
@@ -124,18 +93,24 @@ def test_without_workers_a_driver_waits_and_goes_on_once_there_is_one(problems):
         driver.start()
         try:
             deadline = time.monotonic() + 60
-            while len(executor.waits) < 5:
+            while not notices:
                 assert driver.is_alive() and time.monotonic() < deadline
                 time.sleep(0.01)
-            assert all(wait == (POLL, 0) for wait in executor.waits)
             cluster.start_worker()
             driver.join(60)
-            assert not driver.is_alive()
+            assert not driver.is_alive() and "no workers at" in notices[0]
         finally:
             cancel.set()
             driver.join()
     (table,) = scored
     assert np.array_equal(table["force"], em.score(problems[:2], ["force"])["force"])
+
+
+def test_an_executor_of_the_standard_library_gives_the_same_bits(problems, table):
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context) as executor:
+        assert same(table, em.score(problems, nodes=NODES, seed=SEED, executor=executor))
+        assert executor.submit(len, "abc").result() == 3  # it stays open
 
 
 def test_a_part_of_the_metrics_and_other_indices_are_handed_on(problems, table):
@@ -147,26 +122,6 @@ def test_a_part_of_the_metrics_and_other_indices_are_handed_on(problems, table):
     assert np.array_equal(part["effort/rrt"], table["effort/rrt"][[3, 11]])
 
 
-def kill_once(processes, happened):
-    """Kills one of them as soon as there is one."""
-    while not happened.is_set():
-        for process in processes():
-            os.kill(process, signal.SIGKILL)
-            happened.set()
-            return
-        time.sleep(0.01)
-
-
-def test_a_process_that_is_killed_is_replaced_and_nothing_is_lost(problems, table):
-    killed = threading.Event()
-    killer = threading.Thread(target=kill_once, args=(children, killed))
-    killer.start()
-    found = em.score(problems, nodes=NODES, seed=SEED, executor=Processes(2))
-    killed.set()
-    killer.join()
-    assert same(table, found)
-
-
 def test_a_problem_over_which_every_worker_dies_is_an_error_of_its_own(problems, table):
     over = threading.Event()
 
@@ -174,7 +129,7 @@ def test_a_problem_over_which_every_worker_dies_is_an_error_of_its_own(problems,
         """Those that have been at work for a second: one has the endless problem."""
         seen = {}
         while not over.wait(0.02):
-            for process in children():
+            for process in workers_of(os.getpid()):
                 if time.monotonic() > seen.setdefault(process, time.monotonic()) + 1.5:
                     os.kill(process, signal.SIGKILL)
 
@@ -215,7 +170,7 @@ def test_an_interrupt_hands_over_what_is_finished_in_processes(problems):
     options = {"nodes": 30, "seed": SEED, "executor": Processes(2)}
     with pytest.raises(KeyboardInterrupt):
         em.score(many, ["capture"], on_rows=interrupt_at_first, **options)
-    assert 0 < len(rows) < len(many) and not children()
+    assert 0 < len(rows) < len(many) and not workers_of(os.getpid())
     kept = sorted(rows, key=lambda row: row.index)[:5]
     indices = [row.index for row in kept]
     again = em.score([many[i] for i in indices], ["capture"], nodes=30, seed=SEED, indices=indices)
@@ -252,4 +207,4 @@ def test_executors_without_workers_are_refused():
     with pytest.raises(ValueError, match="scheduler is 'nonsense', expected an address such as"):
         Dask("nonsense")
     with pytest.raises(ConnectionError, match=r"tcp://127\.0\.0\.1:9"):
-        Dask("tcp://127.0.0.1:9").session(em.SearchSettings())
+        Dask("tcp://127.0.0.1:9").workers()

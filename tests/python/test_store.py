@@ -36,7 +36,6 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_scores(topple, topple_scores
         kept, total = run.counts()
         assert 2 <= kept < total and len(run.missing()) == total - kept
         assert np.isnan(run.labelled_scores().scores["capture"]).sum() == total - kept
-    assert rows(path, "claims") == rows(path, "scorers") == 0
     counts = Counts()
     score_dataset(topple, path, settings=SETTINGS, progress=counts)
     assert counts[0] == (kept, 6) and counts[-1] == (6, 6)
@@ -150,7 +149,7 @@ def test_a_problem_that_cannot_be_written_down_is_known_by_where_it_stands(
     monkeypatch.setattr(task, "problem", problem)
     assert score_dataset(topple, tmp_path / "s.db", ["capture"], settings=SearchSettings(nodes=5))
     assert scores(tmp_path / "s.db")["capture"].tolist() == [1.0] * 6
-    with pytest.raises(ValueError, match=r"problem 0 cannot be sent .*: use threads"):
+    with pytest.raises(ValueError, match=r"cannot be sent .*problem 0: .*: use threads"):
         score_dataset(
             topple,
             tmp_path / "p.db",

@@ -1,24 +1,19 @@
 """The file of a store: what it is, who writes it, and what happens to it meanwhile."""
 
 import os
-import re
-import signal
 import sqlite3
 import struct
-import threading
-from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from stores import Stop, rows, same, scores, stop_after
+from stores import Stop, rows, scores, stop_after
 
 import energymargin as em
-from energymargin import datasets, scoring
-from energymargin.interrupts import held_interrupts
+from energymargin import scoring
 from energymargin.searches import SearchSettings
-from energymargin.store import ScoreStore, score_dataset
-from energymargin.store.claims import Scorer
+from energymargin.store import ScoreStore, database, score_dataset
 from energymargin.store.scoring import begin_run
+from energymargin.store.writing import add_rows, pose
 
 
 def test_a_file_of_another_format_is_refused(tmp_path):
@@ -56,79 +51,43 @@ def test_a_full_disk_is_said_and_what_was_kept_before_is_safe(topple, tmp_path):
     scoring.score(topple.problems(), ["force"], on_rows=found.extend)
     with ScoreStore(path, create=True) as store:
         run = begin_run(store, topple, ["force"], SearchSettings())
-        with Scorer(store, run) as scorer:
-            scorer.claim({row.index: row.index.to_bytes(32, "big") for row in found})
-            scorer.add(found[:2])
-            (pages,) = store.database.execute("PRAGMA page_count").fetchone()
-            store.database.execute(f"PRAGMA max_page_count = {pages}")
-            with pytest.raises(OSError, match=r"the disk is full.*goes on.*s\.db"):
-                for copy in range(10**4):
-                    scorer.claim({10**6 + copy: copy.to_bytes(32, "little")})
-            store.database.execute(f"PRAGMA max_page_count = {2**30}")
-            assert run.counts() == (2, 6)
-            scorer.add(found[2:])
+        pose(run, {row.index: row.index.to_bytes(32, "big") for row in found})
+        add_rows(run, found[:2])
+        (pages,) = store.database.execute("PRAGMA page_count").fetchone()
+        store.database.execute(f"PRAGMA max_page_count = {pages}")
+        with pytest.raises(OSError, match=r"the disk is full.*goes on.*s\.db"):
+            for copy in range(10**4):
+                pose(run, {10**6 + copy: copy.to_bytes(32, "little")})
+        store.database.execute(f"PRAGMA max_page_count = {2**30}")
+        assert run.counts() == (2, 6)
+        add_rows(run, found[2:])
         assert run.counts() == (6, 6)
 
 
-def test_what_one_scorer_has_claimed_is_not_for_another(topple, tmp_path):
-    digests = {number: number.to_bytes(32, "big") for number in range(6)}
-    found = []
-    scoring.score(topple.problems(), ["force"], on_rows=found.extend)
-    found.sort(key=lambda row: row.index)
-    with ScoreStore(tmp_path / "s.db", create=True) as store:
-        run = begin_run(store, topple, ["force"], SearchSettings())
-        with Scorer(store, run) as one, ScoreStore(store.path) as again:
-            with Scorer(again, again.run()) as other:
-                assert all(claim.metrics for claim in one.claim(digests).values())
-                refused = other.claim(digests)
-                assert all(claim.taken and not claim.metrics for claim in refused.values())
-                one.add(found[:3])
-                one.give_up([3])
-                left = other.claim(digests)
-                assert [n for n, claim in left.items() if claim.metrics] == [3]
-                assert [n for n, claim in left.items() if claim.taken] == [4, 5]
-            assert not store.database.execute(
-                "SELECT * FROM claims WHERE stream = 3"
-            ).fetchall()  # it has signed off
-
-
-def test_each_further_scorer_begins_far_from_the_others(topple, tmp_path):
-    with ScoreStore(tmp_path / "s.db", create=True) as store, ExitStack() as stack:
-        run = begin_run(store, topple, ["force"], SearchSettings())
-        starts = [stack.enter_context(Scorer(store, run)).start for _ in range(4)]
-    assert starts == [0, 3, 1, 4]  # of 6
-
-
-def test_ctrl_c_is_heard_while_another_process_holds_the_file(topple, tmp_path):
+def test_a_second_scorer_is_refused_with_the_process_of_the_first(topple, tmp_path):
     path = tmp_path / "s.db"
+    with ScoreStore(path, create=True):
+        with pytest.raises(
+            ValueError, match=rf"process {os.getpid()} is scoring into .*s\.db: let"
+        ):
+            score_dataset(topple, path, ["force"])
+        with ScoreStore(path) as reader:
+            assert reader.runs() == []
+    assert score_dataset(topple, path, ["force"])
+    assert os.listdir(tmp_path) == ["s.db"]
+
+
+def test_a_file_that_another_program_holds_is_said(topple, tmp_path, monkeypatch):
+    path = tmp_path / "s.db"
+    monkeypatch.setattr(database, "WAIT", 0.1)
     score_dataset(topple, path, ["force"])
     with sqlite3.connect(path, isolation_level=None) as other, ScoreStore(path) as store:
         other.execute("BEGIN IMMEDIATE")
-        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
-        with pytest.raises(KeyboardInterrupt), held_interrupts(), store.transaction():
+        with pytest.raises(TimeoutError, match=r"s\.db was held by another"), store.transaction():
             pass
         other.execute("ROLLBACK")
         with store.transaction():  # and it goes on afterwards
             pass
-
-
-def test_two_scorers_at_once_share_the_work(tmp_path):
-    topple = datasets.generate("topple", trajectories=20, frames=10, seed=0)
-    path, settings = tmp_path / "s.db", SearchSettings(nodes=30)
-    done, one = [], em.executors.Threads(1)
-    both = [
-        threading.Thread(
-            target=lambda: done.append(score_dataset(topple, path, settings=settings, executor=one))
-        )
-        for _ in range(2)
-    ]
-    for scorer in both:
-        scorer.start()
-    for scorer in both:
-        scorer.join()
-    assert done == [True, True]
-    assert rows(path, "scores") == 200 * 5 and rows(path, "runs") == 1
-    assert same(scores(path), em.score(topple.problems(), nodes=30))
 
 
 def test_a_file_whose_tables_are_others_is_refused(topple, tmp_path):
@@ -178,16 +137,6 @@ def test_a_file_that_is_changed_on_purpose_is_accepted_as_the_error_says(topple,
     with sqlite3.connect(path) as file:
         file.execute("DELETE FROM checksum")
     assert set(scores(path)["force"]) == {7.0}
-
-
-def test_a_file_without_a_checksum_of_version_5_is_read_and_gets_one(topple, tmp_path):
-    path = tmp_path / "scores.db"
-    score_dataset(topple, path, metrics=["force"])
-    known = scores(path)["force"]
-    with sqlite3.connect(path) as file:
-        file.execute("DROP TABLE checksum")
-        file.execute("PRAGMA user_version = 5")
-    assert np.array_equal(scores(path)["force"], known) and rows(path, "checksum") == 1
 
 
 def test_a_file_that_is_left_by_an_error_has_no_checksum_and_goes_on(topple, tmp_path):
@@ -240,8 +189,7 @@ def test_a_file_that_is_renamed_while_it_is_scored_is_said_and_has_all_scores(
         done = scored
         rename(scored, total)
 
-    words = rf"was renamed to {re.escape(str(new))} while it was written"
-    with pytest.raises(FileNotFoundError, match=words) as said:
+    with pytest.raises(FileNotFoundError, match="was renamed or removed while it") as said:
         score_dataset(
             topple, path, ["capture"], settings=SearchSettings(nodes=20), progress=progress
         )
@@ -265,7 +213,7 @@ def test_a_file_whose_place_another_takes_is_not_mistaken_for_it(topple, tmp_pat
             os.rename(path, new)
             os.rename(other, path)
 
-    with pytest.raises(FileNotFoundError, match="was renamed to"):
+    with pytest.raises(FileNotFoundError, match="was renamed or removed"):
         score_dataset(topple, path, ["force"], progress=progress)
     with ScoreStore(path) as store:
         assert store.runs() == []
@@ -280,7 +228,7 @@ def test_a_file_that_is_removed_while_it_is_scored_is_said(topple, tmp_path):
         if done:
             path.unlink(missing_ok=True)
 
-    with pytest.raises(FileNotFoundError, match=r"was removed while it was written, and what"):
+    with pytest.raises(FileNotFoundError, match=r"was renamed or removed while it was written"):
         score_dataset(topple, path, ["force"], progress=progress)
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +24,11 @@ from energymargin.beliefs.belief import CommonParticle, common_particles
 from energymargin.checks import function_of, one_of, whole_number
 from energymargin.closing import Closing
 from energymargin.divergence import ANY
-from energymargin.executors import Executor, Threads
-from energymargin.executors.pool import POLL, Outcome, Stopped
-from energymargin.executors.threads import chosen_executor
+from energymargin.executors import Executor
+from energymargin.executors.choice import chosen_executor
 from energymargin.limits import Limit
+from energymargin.parallel import Items, run
 from energymargin.reprs import short_repr
-from energymargin.results import collect
 from energymargin.searches import SEARCHES, Search, SearchSettings, metric_search
 
 __all__ = [
@@ -49,7 +49,6 @@ EFFORT = "effort/"
 OF_INTERVALS = 0.95
 JOBS_A_WORKER = 4  # of a batch, so that none is idle at its end
 MOST_DRAWS = 64  # of a job
-MOST_DEATHS = 3  # workers that one job may take with it
 
 Disturbance = disturbances.Disturbance | Callable[[Any, Any], Any]
 """As of `capture_probability`."""
@@ -267,16 +266,13 @@ class Trials(Closing):
         `threads`: in place of an executor; None takes all cores. `on_draws`: called with draws as
         they come in. Raises ValueError if executor and threads are given.
         """
-        if executor is not None and threads is not None:
-            raise ValueError(f"threads is {threads}, expected None with an executor")
-        self._executor, self._on_draws = chosen_executor(executor, threads), on_draws
-        self._start()
+        self._workers = chosen_executor(executor, threads).workers()
+        self._on_draws = on_draws
 
     def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """As Runner.run."""
         size = self._size(trials)
         parts = [(number, p) for number, trial in enumerate(trials) for p in trial.parts(size)]
-        batch = _Batch(self._pool, question, [part for _, part in parts], self._cancel)
         found: dict[int, Draws] = {}
 
         def deliver(results: Sequence[tuple[int, Draws]]) -> None:
@@ -285,114 +281,51 @@ class Trials(Closing):
                 for _, draws in results:
                     self._on_draws(draws)
 
-        if not collect(batch, deliver, limit):  # its workers were told to stop
-            self.close()
-            self._start()
+        items = Items([(place, trial) for place, (_, trial) in enumerate(parts)])
+        work = partial(_drawn, question)
+        run(self._workers, work, items, deliver, limit, give_up=_given_up, most=1)
         return _joined(len(trials), [number for number, _ in parts], found)
-
-    def _start(self) -> None:
-        self._cancel = Cancel() if isinstance(self._executor, Threads) else None
-        self._pool = self._executor.pool()
 
     def close(self) -> None:
         """Ends the workers."""
-        if self._cancel is not None:
-            self._cancel.set()
-        self._pool.close()
+        self._workers.close()
 
     def _size(self, trials: Sequence[Trial]) -> int:
         """Draws of a job."""
         draws = sum(trial.count for trial in trials)
-        jobs = JOBS_A_WORKER * max(1, self._pool.slots)
+        jobs = JOBS_A_WORKER * max(1, self._workers.slots)
         return max(1, min(MOST_DRAWS, math.ceil(draws / jobs)))
 
 
-@dataclass(frozen=True)
-class _Job:
-    """What a worker gets."""
-
-    question: Question
-    trial: Trial
-    cancel: Cancel | None
-    deaths: int = 0
-    """Workers that died over it."""
+def _given_up(part: tuple[int, Trial], why: str) -> NoReturn:
+    _, trial = part
+    raise RuntimeError(f"candidate {trial.candidate}: {why}")
 
 
-class _Batch:
-    """The Workers of a pool, at one batch."""
-
-    def __init__(
-        self, pool: Any, question: Question, trials: Sequence[Trial], cancel: Cancel | None
-    ) -> None:
-        self._pool, self._cancel = pool, cancel
-        self._running: dict[int, _Job] = {}
-        for number, trial in enumerate(trials):
-            self._submit(number, _Job(question, trial, cancel))
-
-    @property
-    def busy(self) -> bool:
-        """As Workers.busy."""
-        return bool(self._running)
-
-    def step(self) -> list[tuple[int, Draws]]:
-        """As Workers.step. Raises what a trial raised."""
-        return [found for outcome in self._pool.take(POLL) for found in self._found(outcome)]
-
-    def stop(self) -> list[tuple[int, Draws]]:
-        """As Workers.stop."""
-        if not self._running:
-            return []
-        if self._cancel is not None:
-            self._cancel.set()
-        outcomes = self._pool.stop(POLL)
-        return [(o.job, o.value) for o in outcomes if o.job in self._running and o.value]
-
-    def _submit(self, number: int, job: _Job) -> None:
-        self._running[number] = job
-        try:
-            self._pool.submit(number, _draws, job)
-        except (AttributeError, TypeError, ValueError) as error:
-            raise ValueError(
-                f"a candidate or its disturbance cannot be sent to another process ({error}): use "
-                "threads"
-            ) from error
-
-    def _found(self, outcome: Outcome) -> Iterator[tuple[int, Draws]]:
-        job = self._running.pop(outcome.job)
-        if outcome.died:
-            if job.deaths + 1 == MOST_DEATHS:
-                raise RuntimeError(
-                    f"{MOST_DEATHS} workers died over candidate {job.trial.candidate}, the last "
-                    f"{outcome.died}"
-                )
-            self._submit(outcome.job, replace(job, deaths=job.deaths + 1))
-            return
-        if outcome.error is not None:
-            raise outcome.error
-        yield outcome.job, outcome.value
+def _drawn(
+    question: Question, parts: Sequence[tuple[int, Trial]], cancel: Cancel
+) -> list[tuple[int, Draws]]:
+    """On a worker: the draws of parts of trials, by their places. Raises Cancelled within one."""
+    return [(place, _draws(question, trial, cancel)) for place, trial in parts]
 
 
-def _draws(job: _Job, stopped: Stopped) -> Draws | None:
-    """On a worker: the draws of a trial; None if it is stopped before."""
-    trial, question = job.trial, job.question
+def _draws(question: Question, trial: Trial, cancel: Cancel) -> Draws:
     if len(trial.problems) == 1 and not question.is_effort:
-        return _rollouts(question, trial.problems[0], trial.first, trial.count, job.cancel)
+        return _rollouts(question, trial.problems[0], trial.first, trial.count, cancel)
     found = Draws.none()
     for number in range(trial.count):
-        if stopped():
-            return None
         problem = trial.problems[number if len(trial.problems) > 1 else 0]
         draw = _search if question.is_effort else _rollout
-        found += draw(question, problem, trial.first + number, job.cancel)
+        found += draw(question, problem, trial.first + number, cancel)
     return found
 
 
-def _rollout(question: Question, problem: Problem, number: int, cancel: Cancel | None) -> Draws:
+def _rollout(question: Question, problem: Problem, number: int, cancel: Cancel) -> Draws:
     return _rollouts(question, problem, number, 1, cancel)
 
 
 def _rollouts(
-    question: Question, problem: Problem, first: int, count: int, cancel: Cancel | None
+    question: Question, problem: Problem, first: int, count: int, cancel: Cancel
 ) -> Draws:
     success = question.metric == "probability/success"
     p: CaptureProbability = metric_search(
@@ -414,7 +347,7 @@ def _rollouts(
     return Draws(np.where(np.isnan(shares), np.nan, values.astype(float)), shares, p.steps)
 
 
-def _search(question: Question, problem: Problem, number: int, cancel: Cancel | None) -> Draws:
+def _search(question: Question, problem: Problem, number: int, cancel: Cancel) -> Draws:
     escape: EscapeEffort = metric_search(
         problem, question.metric, question.settings, number, cancel=cancel
     )

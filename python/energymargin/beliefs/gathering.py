@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +17,9 @@ from energymargin.beliefs.belief import Belief, Particles
 from energymargin.beliefs.uncertainty import MOST_PARTICLES
 from energymargin.checks import whole_number
 from energymargin.executors import Row
-from energymargin.executors.session import Failed, Work
+from energymargin.executors.rows import Failed, Work
 from energymargin.metrics import TIMED
+from energymargin.parallel import Source
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings
 
@@ -74,19 +74,6 @@ class Asked:
     metrics: tuple[str, ...]
 
 
-class BeliefSource(Protocol):
-    """Beliefs that are to be scored."""
-
-    def take(self, most: int) -> Sequence[Asked]:
-        """As ProblemSource.take."""
-        ...
-
-    @property
-    def empty(self) -> bool:
-        """As ProblemSource.empty."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class BeliefRow:
     """The scores of one belief, as a Row: their means."""
@@ -122,9 +109,9 @@ class _Gathered:
 
 
 class ParticleSource:
-    """A ProblemSource: the particles of beliefs, drawn when they are needed."""
+    """A Source of work: the particles of beliefs, drawn when they are needed."""
 
-    def __init__(self, source: BeliefSource, sharing: Sharing, *, keep: bool = True) -> None:
+    def __init__(self, source: Source[Asked], sharing: Sharing, *, keep: bool = True) -> None:
         """The beliefs of a source; `keep` what is gathered of them, for `found`."""
         self._keep = keep
         self._source, self._sharing = source, sharing
@@ -133,7 +120,7 @@ class ParticleSource:
         self._beliefs: dict[int, _Gathered] = {}
 
     def take(self, most: int) -> Sequence[Work]:
-        """As ProblemSource.take."""
+        """As Source.take."""
         while len(self._ready) < most and not self._source.empty:
             asked = self._source.take(1)
             if not asked:
@@ -145,7 +132,7 @@ class ParticleSource:
 
     @property
     def empty(self) -> bool:
-        """As ProblemSource.empty."""
+        """As Source.empty."""
         return self._source.empty and not self._ready
 
     def gathered(self, rows: Sequence[Row]) -> list[Row]:

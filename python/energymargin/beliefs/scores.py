@@ -19,9 +19,10 @@ from energymargin.beliefs.belief import Belief, Particles
 from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
 from energymargin.beliefs.uncertainty import PARTICLES
 from energymargin.executors import Executor, Row
-from energymargin.executors.threads import chosen_executor
+from energymargin.executors.choice import chosen_executor
 from energymargin.limits import Limit
 from energymargin.metrics import TIMED, check_metrics
+from energymargin.parallel import Items
 from energymargin.reprs import short_repr
 from energymargin.scoring import ScoreError, run_all
 from energymargin.searches import (
@@ -284,8 +285,7 @@ def score_beliefs(
     metrics = chosen_metrics(problems, metrics)
     check_metrics(metrics)
     require_objects(problems, metrics, settings)
-    if executor is not None and threads is not None:
-        raise ValueError(f"threads is {threads}, expected None with an executor")
+    executor = chosen_executor(executor, threads)
     sharing = Sharing(particles, settings)
     sharing.require(metrics)
     numbers = range(len(beliefs)) if indices is None else indices
@@ -293,7 +293,7 @@ def score_beliefs(
         Asked(index, partial(_itself, belief), tuple(metrics))
         for index, belief in zip(numbers, beliefs, strict=True)
     ]
-    source = ParticleSource(_Given(asked), sharing)
+    source = ParticleSource(Items(asked), sharing)
     total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
     errors: dict[int, str] = {}
 
@@ -304,7 +304,7 @@ def score_beliefs(
         if progress is not None and rows:
             progress(done, total)
 
-    run_all(source, chosen_executor(executor, threads), sharing.settings, deliver, limit)
+    run_all(source, executor, sharing.settings, deliver, limit)
     if errors:
         raise ScoreError(errors, len(beliefs))
     return {
@@ -315,19 +315,3 @@ def score_beliefs(
 
 def _itself(belief: Belief) -> Belief:
     return belief
-
-
-class _Given:
-    """A BeliefSource of beliefs that are all there."""
-
-    def __init__(self, asked: Sequence[Asked]) -> None:
-        self._left = list(reversed(asked))
-
-    def take(self, most: int) -> Sequence[Asked]:
-        """As BeliefSource.take."""
-        return [self._left.pop() for _ in range(min(most, len(self._left)))]
-
-    @property
-    def empty(self) -> bool:
-        """As BeliefSource.empty."""
-        return not self._left

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -117,11 +116,11 @@ def _generate(task: Any, output: Path, *, scheduler: str | None, **options: Any)
     from energymargin.cli.progress import progress_bar
     from energymargin.datasets.generation import trajectories_kept
 
+    options["executor"] = None if scheduler is None else cluster(scheduler)
     try:
         with (
-            nullcontext() if scheduler is None else cluster(scheduler).pool() as pool,
             progress_bar(err, f"Generating {task.name}", "trajectories") as progress,
-            datasets.generate(task, path=output, pool=pool, progress=progress, **options) as made,
+            datasets.generate(task, path=output, progress=progress, **options) as made,
         ):
             return len(made.trajectories)
     except (KeyboardInterrupt, OSError, RuntimeError):

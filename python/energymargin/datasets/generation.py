@@ -10,33 +10,33 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NoReturn
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
 from energymargin.checks import whole_number
 from energymargin.datasets import files
-from energymargin.datasets.columns import as_block
+from energymargin.datasets.columns import Block, as_block
 from energymargin.datasets.dataset import Dataset, load, open
 from energymargin.datasets.shards import (
     Request,
-    Shard,
     ShardFolder,
+    Span,
     folder_of,
     generate_shard,
     generate_trajectory,
     spans_in,
 )
-from energymargin.executors.pool import Outcome, Pool
-from energymargin.executors.processes import ProcessPool
+from energymargin.executors import Executor, Processes
+from energymargin.executors.choice import chosen_executor
 from energymargin.executors.threads import core_count
 from energymargin.limits import Limit
-from energymargin.results import collect
+from energymargin.parallel import run
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.registry import is_installed
 from energymargin.trajectories import Trajectory
@@ -50,10 +50,6 @@ SHARD_TRAJECTORIES = 50
 SHARD_STATES = 20_000
 
 WRITE_EVERY = 5.0  # s; this process writes what it has made at least so often
-POLL = 0.05  # s; how long a timeout or a cancel may stay unnoticed
-LAST_SHARDS = 0.15  # s; a stop waits so long for shards of workers
-AHEAD = 3  # jobs for each worker that are handed to the pool
-MOST_DEATHS = 3  # of workers, at the same shard
 
 Progress = Callable[[int, int], None]
 
@@ -66,7 +62,7 @@ def generate(
     frames: int = 10,
     seed: int = 0,
     processes: int | None = 1,
-    pool: Pool | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
@@ -82,7 +78,7 @@ def generate(
         seed: the same seed gives the same trajectories, to the last bit.
         processes: 1 is this one alone, None is one for each core if there is work for more than
             one. The dataset is the same for all.
-        pool: workers in place of processes, as `executors.Dask(scheduler).pool()`.
+        executor: in place of processes, of `em.executors`, as Dask(scheduler).
         progress: progress(done, total) is called after each trajectory, or each few.
         timeout: after so many seconds the dataset has the first trajectories, those that are done.
             A task that is no ScriptedTask is asked in between trajectories alone.
@@ -99,13 +95,13 @@ def generate(
     limit = Limit(timeout, cancel)
     made = tasks.make(task) if isinstance(task, str) else task
     trajectories = whole_number("trajectories", trajectories, 1)
-    if path is None and pool is None and processes == 1:
+    if path is None and executor is None and processes == 1:
         return _in_memory(made, Request.of(made, frames, seed), trajectories, limit, progress)
     with TemporaryDirectory() as folder:
         generate_file(
             *(path or Path(folder) / IN_MEMORY, made, trajectories, frames, seed),
             processes=processes,
-            pool=pool,
+            executor=executor,
             progress=progress,
             **limit.rest(),
         )
@@ -168,7 +164,7 @@ def generate_file(
     seed: int = 0,
     *,
     processes: int | None = 1,
-    pool: Pool | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
@@ -183,12 +179,11 @@ def generate_file(
     size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
     with ShardFolder(Path(path), request) as folder:
         work = _Generation(folder, request, total, size, limit, progress)
-        with _pool(made, work, processes, pool) as elsewhere:
-            if elsewhere is None:
-                _in_this_process(made, work)
-            else:
-                shards = _ShardPool(elsewhere, work)
-                collect(shards, shards.deliver, limit)
+        executor = _executor(made, work, processes, executor)
+        if executor is None:
+            _in_this_process(made, work)
+        else:
+            _elsewhere(executor, work)
         return _join(folder, request, total, limit)
 
 
@@ -214,10 +209,13 @@ class _Generation:
         if self.done:
             self.advance(0)
 
-    def shards(self) -> Iterator[Shard]:
-        """The shards that are missing."""
-        missing = self.folder.missing(self.size, self.total)
-        return (Shard(self.request, first, last) for first, last in missing)
+    def shards(self) -> list[Span]:
+        """The trajectories that are missing, at most `size` in a row."""
+        return [
+            (begin, min(begin + self.size, last))
+            for first, last in self.folder.missing(self.total)
+            for begin in range(first, last, self.size)
+        ]
 
     def advance(self, count: int) -> None:
         """Counts so many more trajectories."""
@@ -226,34 +224,28 @@ class _Generation:
             self.progress(self.done, self.total)
 
 
-@contextmanager
-def _pool(
-    task: Task, work: _Generation, processes: int | None, pool: Pool | None
-) -> Iterator[Pool | None]:
-    """The pool of workers; None for this process."""
-    if pool is not None:
-        _require_registered(task, "there is a pool of workers")
-        yield pool
-        return
+def _executor(
+    task: Task, work: _Generation, processes: int | None, executor: Executor | None
+) -> Executor | None:
+    """Where it is done; None for this process."""
+    if executor is not None:
+        _require_registered(task, "there is an executor")
+        return chosen_executor(executor)
     if processes is None:
         processes = core_count("processes", None) if _can_be_made_again(task) else 1
     elif processes > 1:
         _require_registered(task, f"processes is {processes}")
-    processes = min(processes, sum(1 for _ in work.shards()))
-    if processes <= 1:
-        yield None
-        return
-    with ProcessPool(processes) as own:
-        yield own
+    processes = min(processes, len(work.shards()))
+    return None if processes <= 1 else Processes(processes)
 
 
 def _in_this_process(task: Task, work: _Generation) -> None:
     """One trajectory after the other."""
-    for shard in work.shards():
+    for begin, last in work.shards():
         recorded: list[Trajectory] = []
-        first, written = shard.first, time.monotonic()
+        first, written = begin, time.monotonic()
         try:
-            for index in range(shard.first, shard.last):
+            for index in range(begin, last):
                 if work.limit.reached:
                     return
                 recorded.append(generate_trajectory(task, work.request, index, work.limit))
@@ -270,51 +262,44 @@ def _in_this_process(task: Task, work: _Generation) -> None:
                 work.folder.add(first, as_block(recorded))
 
 
-class _ShardPool:
-    """The Workers of a pool, with the missing shards: a few at hand for each worker."""
+def _elsewhere(executor: Executor, work: _Generation) -> None:
+    """On all workers; a shard is written as soon as it comes."""
 
-    def __init__(self, pool: Pool, work: _Generation) -> None:
-        self._pool, self._work = pool, work
-        self._waiting = list(work.shards())[::-1]
-        self._running: dict[int, Shard] = {}
-        self._deaths: Counter[int] = Counter()
+    def deliver(shards: Sequence[tuple[int, Block]]) -> None:
+        for first, block in shards:
+            work.folder.add(first, block)
+            work.advance(len(block))
+
+    with executor.workers() as workers:
+        make = partial(generate_shard, work.request)
+        missing = _Missing(list(work.folder.missing(work.total)))
+        run(workers, make, missing, deliver, work.limit, give_up=_given_up, most=work.size)
+
+
+class _Missing:
+    """A Source of the numbers of trajectories; those that are taken at once are in a row."""
+
+    def __init__(self, missing: list[Span]) -> None:
+        self._left = missing[::-1]
 
     @property
-    def busy(self) -> bool:
-        """As Workers.busy."""
-        return bool(self._waiting or self._running)
+    def empty(self) -> bool:
+        """As Source.empty."""
+        return not self._left
 
-    def step(self) -> Sequence[Outcome]:
-        """As Workers.step."""
-        while self._waiting and len(self._running) < AHEAD * max(1, self._pool.slots):
-            shard = self._waiting.pop()
-            self._running[shard.first] = shard
-            self._pool.submit(shard.first, generate_shard, shard)
-        return self._pool.take(POLL)
-
-    def stop(self) -> Sequence[Outcome]:
-        """As Workers.stop."""
-        outcomes = self._pool.stop(LAST_SHARDS) if self._running else []
-        return [outcome for outcome in outcomes if not _went_wrong(outcome)]
-
-    def deliver(self, outcomes: Sequence[Outcome]) -> None:
-        """Writes shards that are done; one whose worker has died is done again. Raises the error of
-        a shard after all others are written."""
-        for outcome in sorted(outcomes, key=_went_wrong):
-            shard = self._running.pop(outcome.job)
-            if outcome.error is not None:
-                raise outcome.error
-            if outcome.died:
-                self._deaths[shard.first] += 1
-                _require_few(self._deaths[shard.first], shard, outcome)
-                self._waiting.append(shard)
-            elif outcome.value is not None:
-                self._work.folder.add(outcome.job, outcome.value)
-                self._work.advance(len(outcome.value))
+    def take(self, most: int) -> range:
+        """As Source.take."""
+        first, last = self._left.pop()
+        if first + most < last:
+            self._left.append((first + most, last))
+        return range(first, min(first + most, last))
 
 
-def _went_wrong(outcome: Outcome) -> bool:
-    return bool(outcome.died) or outcome.error is not None
+def _given_up(index: int, why: str) -> NoReturn:
+    raise RuntimeError(
+        f"trajectory {index}: {why}; what is done is kept: see what that task does there, or "
+        "whether memory is short"
+    )
 
 
 def _join(folder: ShardFolder, request: Request, total: int, limit: Limit) -> int:
@@ -322,24 +307,10 @@ def _join(folder: ShardFolder, request: Request, total: int, limit: Limit) -> in
     count = folder.without_gap(total)
     if count == 0:
         limit.require("one trajectory was done")
-    if count < total and not limit.reached:
-        raise RuntimeError(
-            f"the pool stopped when {folder.count(total)} of {total} trajectories were done, which "
-            "are kept: hand in another, and the same call goes on"
-        )
     files.write(folder.path, request.task, request.parameters, request.seed, folder.blocks(count))
     if count == total:
         folder.remove()
     return count
-
-
-def _require_few(deaths: int, shard: Shard, outcome: Outcome) -> None:
-    if deaths >= MOST_DEATHS:
-        raise RuntimeError(
-            f"{deaths} workers died at trajectories {shard.first} to {shard.last - 1}, the last "
-            f"one {outcome.died}: what is done is kept; see what that task does there, or whether "
-            "memory is short"
-        )
 
 
 def _require_registered(task: Task, given: str) -> None:

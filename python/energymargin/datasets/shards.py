@@ -6,20 +6,16 @@ A folder beside the dataset's file, `.push.h5.parts/`, has the shards that are d
     000000050-000000100  one shard: these trajectories, the last not among them (a .npz of a Block)
 
 A shard is there whole or not at all, so that a run may end at any moment and another go on. Of two
-runs at once the second is refused: the first has locked the folder.
+runs at once the second is refused.
 """
 
 from __future__ import annotations
 
 import errno
-import fcntl
 import json
-import os
 import shutil
-import threading
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -33,16 +29,22 @@ from energymargin._core import Cancel, Cancelled
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets.columns import COLUMNS, Block, as_block
-from energymargin.executors.pool import Stopped
 from energymargin.limits import Limit
+from energymargin.locks import Lock
 from energymargin.replacing import replace_text, replaced
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
 
-__all__ = ["Request", "Shard", "ShardFolder", "folder_of", "generate_shard", "generate_trajectory"]
+__all__ = [
+    "Request",
+    "ShardFolder",
+    "folder_of",
+    "generate_shard",
+    "generate_trajectory",
+    "spans_in",
+]
 
-STOP_ASKED = 0.01  # s; how often a job asks whether it is to stop
 PARTS_VERSION = 1
 SUFFIX = ".npz"
 
@@ -71,15 +73,6 @@ class Request:
         return made
 
 
-@dataclass(frozen=True)
-class Shard:
-    """The trajectories from `first` on, before `last`: a job of a worker."""
-
-    request: Request
-    first: int
-    last: int
-
-
 def generate_trajectory(task: Task, request: Request, index: int, limit: Limit) -> Trajectory:
     """The trajectory of this index."""
     seed = _stream(request.seed, index)
@@ -88,21 +81,23 @@ def generate_trajectory(task: Task, request: Request, index: int, limit: Limit) 
     return task.rollout(seed, request.frames)
 
 
-def generate_shard(shard: Shard, stopped: Stopped) -> Block | None:
-    """In a worker: the trajectories of a shard, or the first of them if it is stopped."""
-    task = _made(json.dumps(asdict(shard.request)))
+def generate_shard(
+    request: Request, indices: Sequence[int], cancel: Cancel
+) -> list[tuple[int, Block]]:
+    """On a worker: trajectories in a row, with the index of the first; once it is cancelled, those
+    that are finished."""
+    task = _made(json.dumps(asdict(request)))
     recorded: list[Trajectory] = []
-    with _cancelled_when(stopped) as cancel:
-        limit = Limit(cancel=cancel)
-        try:
-            for index in range(shard.first, shard.last):
-                if limit.reached:
-                    break
-                recorded.append(generate_trajectory(task, shard.request, index, limit))
-        except Cancelled:
-            if not limit.reached:  # the task's own
-                raise
-    return as_block(recorded) if recorded else None
+    limit = Limit(cancel=cancel)
+    try:
+        for index in indices:
+            if limit.reached:
+                break
+            recorded.append(generate_trajectory(task, request, index, limit))
+    except Cancelled:
+        if not limit.reached:  # the task's own
+            raise
+    return [(indices[0], as_block(recorded))] if recorded else []
 
 
 @lru_cache(1)
@@ -110,28 +105,6 @@ def _made(request: str) -> Task:
     """The task, made once for all jobs of a run: its entry point takes longer than a trajectory."""
     fields = json.loads(request)
     return tasks.make(fields["task"], **fields["parameters"])
-
-
-@contextmanager
-def _cancelled_when(stopped: Stopped) -> Iterator[Cancel]:
-    """A Cancel that is set when a job is to stop, so that a long simulation ends too."""
-    cancel, done = Cancel(), threading.Event()
-
-    def watch() -> None:
-        while not done.wait(STOP_ASKED):
-            if stopped():
-                cancel.set()
-                return
-
-    if stopped():
-        cancel.set()
-    watcher = threading.Thread(target=watch, daemon=True)
-    watcher.start()
-    try:
-        yield cancel
-    finally:
-        done.set()
-        watcher.join()
 
 
 def _stream(seed: int, index: int) -> int:
@@ -153,7 +126,7 @@ def spans_in(folder: Path) -> list[Span]:
 
 
 class ShardFolder(Closing):
-    """The folder of the shards of one file, locked; use it in a `with` statement."""
+    """The folder of the shards of one file, and its lock; use it in a `with` statement."""
 
     def __init__(self, path: Path, request: Request) -> None:
         """Opens the folder, or makes it.
@@ -168,12 +141,12 @@ class ShardFolder(Closing):
             "energymargin": version("energymargin"),
             "parts": PARTS_VERSION,
         }
-        self.folder.mkdir(exist_ok=True)
-        self._lock = os.open(self.folder, os.O_RDONLY)
+        self._lock = Lock(path, "generating")
         try:
-            self._lock_and_check()
+            self.folder.mkdir(exist_ok=True)
+            self._check()
         except BaseException:
-            os.close(self._lock)
+            self._lock.close()
             raise
 
     def add(self, first: int, block: Block) -> None:
@@ -191,14 +164,12 @@ class ShardFolder(Closing):
         """Of the shards that are there, rising."""
         return spans_in(self.folder)
 
-    def missing(self, size: int, total: int) -> Iterator[Span]:
-        """The trajectories of `total` that are in no shard, in spans of at most `size`."""
+    def missing(self, total: int) -> Iterator[Span]:
+        """The trajectories of `total` that are in no shard."""
         begin = 0
         for first, last in [*self.spans(), (total, total)]:
-            while begin < min(first, total):
-                end = min((begin // size + 1) * size, first, total)
-                yield begin, end
-                begin = end
+            if begin < min(first, total):
+                yield begin, min(first, total)
             begin = max(begin, last)
 
     def count(self, total: int) -> int:
@@ -207,7 +178,7 @@ class ShardFolder(Closing):
 
     def without_gap(self, total: int) -> int:
         """How many of the first `total` are there before one is missing."""
-        return next((first for first, _ in self.missing(total, total)), total)
+        return next((first for first, _ in self.missing(total)), total)
 
     def blocks(self, total: int) -> Iterator[Block]:
         """The first `total` trajectories.
@@ -226,13 +197,9 @@ class ShardFolder(Closing):
         """Unlocks the folder; removes it if it has no shards."""
         if self.folder.exists() and not self.spans():
             self.remove()
-        os.close(self._lock)
+        self._lock.close()
 
-    def _lock_and_check(self) -> None:
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ValueError(f"another process is generating {self.path}: let it finish") from None
+    def _check(self) -> None:
         asked = self.folder / "request.json"
         if self.spans():
             self._require_same(asked)

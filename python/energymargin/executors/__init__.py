@@ -3,9 +3,10 @@
 The scores are the same, to the last bit.
 """
 
+from energymargin.executors.choice import Executor
 from energymargin.executors.dask import Dask
 from energymargin.executors.processes import Processes
-from energymargin.executors.session import Executor, Row
+from energymargin.executors.rows import Row
 from energymargin.executors.threads import Threads
 
 __all__ = ["Dask", "Executor", "Processes", "Row", "Threads"]

@@ -15,9 +15,8 @@ TABLE = "CREATE TABLE checksum (value INTEGER NOT NULL);"
 
 
 def write(database: sqlite3.Connection) -> None:
-    """Puts it in, in the transaction that is open, if it is not there and no scorer is at work."""
-    there = database.execute("SELECT 1 FROM checksum UNION SELECT 1 FROM scorers").fetchone()
-    if there is None:
+    """Puts it in, in the transaction that is open, if it is not there."""
+    if database.execute("SELECT 1 FROM checksum").fetchone() is None:
         database.execute("INSERT INTO checksum VALUES (?)", (_value(database),))
 
 

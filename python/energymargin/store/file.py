@@ -17,10 +17,10 @@ from energymargin.datasets import Dataset, Future
 from energymargin.notebook import shown_by
 from energymargin.searches import algorithm_of
 from energymargin.store import schema
-from energymargin.store.claims import Scorer
 from energymargin.store.database import Database
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
+from energymargin.store.writing import add_rows, pose
 
 __all__ = ["Digests", "ImportedRow", "ScoreStore", "add_scores", "forget_if_changed"]
 
@@ -37,8 +37,8 @@ has none."""
 class ScoreStore(Database):
     """An open file of scores; close it, or use it in a `with` statement.
 
-    It holds the runs of any number of datasets, futures and settings. Several processes of one
-    machine may have it open at once, and write to it.
+    It holds the runs of any number of datasets, futures and settings. One process at a time
+    opens it with `create`, to put scores in; others of this machine may read it meanwhile.
     """
 
     _repr_html_ = shown_by("score_store")
@@ -215,12 +215,11 @@ def add_scores(
     questions = {metric: dict(settings) for metric in columns}
     with ScoreStore(path, create=True) as store:
         run = store.begin(dataset, settings, questions, known_by=" by place")
-        with Scorer(store, run) as scorer:
-            for first in range(0, dataset.size, IMPORTED):
-                numbers = range(first, min(first + IMPORTED, dataset.size))
-                scorer.claim({n: state_digest(run.digest, n) for n in numbers})
-                of_states = [{name: float(v[n]) for name, v in columns.items()} for n in numbers]
-                scorer.add(
-                    [ImportedRow(n, 0.0, own) for n, own in zip(numbers, of_states, strict=True)]
-                )
+        for first in range(0, dataset.size, IMPORTED):
+            numbers = range(first, min(first + IMPORTED, dataset.size))
+            pose(run, {n: state_digest(run.digest, n) for n in numbers})
+            of_states = [{name: float(v[n]) for name, v in columns.items()} for n in numbers]
+            add_rows(
+                run, [ImportedRow(n, 0.0, own) for n, own in zip(numbers, of_states, strict=True)]
+            )
         return run.number

@@ -1,7 +1,7 @@
 """The tables of a store of scores (SQLite), and how an older file becomes one.
 
     datasets   id, digest (and what its states are known by, if not their problems), task,
-               parameters (JSON), states (how many), digest_2 (of no use any more)
+               parameters (JSON), states (how many)
     states     dataset, number, trajectory, frame, captured, success, captured_any, success_any
                (NULL: one set for all objects)
     futures    id, asks (JSON: horizon [frames], plan, check, dwell; null: of the state as it is)
@@ -14,8 +14,6 @@
     particles  problem, stream, question, scores: float64, of a belief, whose mean is the score
     runs       id, dataset, future, settings (JSON: all of them)
     asked      run, question: what a run asks of each state of its dataset
-    scorers    id, host, process, until: who is at work, and how long others believe that [s]
-    claims     problem, stream, question, scorer: what is being computed
     checksum   value: of all other tables, while nobody writes
 
 A score belongs to what the problem is, not to where it stands: two datasets with the same state at
@@ -44,8 +42,8 @@ __all__ = [
 
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
-VERSION = 6
-# Files of 0.13, which had no checksum, are read; their digest_2 was of still older ones.
+VERSION = 7
+# Files of 0.13 are read: they had no checksum, but claims of several scorers at work.
 OLDEST = 5
 
 NO_FUTURE = "null"  # as JSON
@@ -53,7 +51,7 @@ NO_FUTURE = "null"  # as JSON
 _TABLES = """
 CREATE TABLE datasets (
     id INTEGER PRIMARY KEY, digest TEXT UNIQUE, task TEXT NOT NULL, parameters TEXT,
-    states INTEGER NOT NULL, digest_2 TEXT
+    states INTEGER NOT NULL
 );
 CREATE TABLE problems (id INTEGER PRIMARY KEY, digest BLOB NOT NULL UNIQUE);
 CREATE TABLE states (
@@ -96,16 +94,6 @@ CREATE TABLE asked (
     run INTEGER NOT NULL REFERENCES runs, question INTEGER NOT NULL REFERENCES questions,
     PRIMARY KEY (run, question)
 ) WITHOUT ROWID;
-CREATE TABLE scorers (
-    id INTEGER PRIMARY KEY AUTOINCREMENT, host TEXT NOT NULL, process INTEGER NOT NULL,
-    until REAL NOT NULL
-);
-CREATE TABLE claims (
-    problem INTEGER NOT NULL, stream INTEGER NOT NULL, question INTEGER NOT NULL,
-    scorer INTEGER NOT NULL REFERENCES scorers ON DELETE CASCADE,
-    PRIMARY KEY (problem, stream, question)
-) WITHOUT ROWID;
-CREATE INDEX claims_of_scorer ON claims (scorer);
 """
 _TABLES += checksum.TABLE
 
@@ -114,8 +102,7 @@ def create(database: sqlite3.Connection) -> None:
     """Makes the tables that are not there, in the transaction that is open."""
     for statement in _TABLES.split(";"):
         if statement.strip():
-            once = statement.replace("TABLE", "TABLE IF NOT EXISTS", 1)
-            database.execute(once.replace("CREATE INDEX", "CREATE INDEX IF NOT EXISTS", 1))
+            database.execute(statement.replace("TABLE", "TABLE IF NOT EXISTS", 1))
     database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     database.execute(f"PRAGMA user_version = {VERSION}")
 
@@ -128,11 +115,12 @@ def has_its_tables(database: sqlite3.Connection) -> bool:
 
 
 def _tables(database: sqlite3.Connection) -> set[tuple[str, str]]:
-    """All but SQLite's own, such as the statistics of ANALYZE."""
+    """The columns of all but SQLite's own, such as the statistics of ANALYZE."""
     return set(
         database.execute(
-            "SELECT name, sql FROM sqlite_master "
-            r"WHERE sql IS NOT NULL AND name NOT LIKE 'sqlite\_%' ESCAPE '\'"
+            "SELECT tables.name, columns.name "
+            "FROM sqlite_master AS tables, pragma_table_info(tables.name) AS columns "
+            r"WHERE tables.type = 'table' AND tables.name NOT LIKE 'sqlite\_%' ESCAPE '\'"
         )
     )
 
@@ -150,5 +138,9 @@ def future_number(database: sqlite3.Connection, asks: str) -> int:
 
 
 def migrate(database: sqlite3.Connection) -> None:
-    """Brings a file of version OLDEST to this one, in the transaction that is open."""
+    """Brings a file of version OLDEST, or a later one, to this one, in the transaction that is
+    open."""
+    database.execute("DROP TABLE claims")
+    database.execute("DROP TABLE scorers")
+    database.execute("ALTER TABLE datasets DROP COLUMN digest_2")
     create(database)

@@ -21,9 +21,8 @@ from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError, left_out_text
 from energymargin.executors import Executor, Row
-from energymargin.executors.pool import POLL
-from energymargin.executors.session import Work
-from energymargin.executors.threads import chosen_executor
+from energymargin.executors.choice import chosen_executor
+from energymargin.executors.rows import Work
 from energymargin.limits import Limit
 from energymargin.metrics import CLOCKLESS, TIMED, check_metrics
 from energymargin.plausibility import warn
@@ -35,10 +34,10 @@ from energymargin.searches import (
     chosen_settings,
     require_objects,
 )
-from energymargin.store.claims import Scorer
 from energymargin.store.file import Digests, ScoreStore, forget_if_changed
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
+from energymargin.store.writing import add_rows, pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -49,7 +48,6 @@ SAMPLE = 20  # states that tell which metrics there are
 WINDOW = 20000  # states that are searched at a time for missing scores
 BLOCK = 16  # problems that are made before the clock is looked at
 MAKE = 0.1  # s; how long problems are made before the executor gets them
-AGAIN = 0.5  # s; between two passes, for others to score what they have claimed
 
 
 def score_dataset(
@@ -92,9 +90,9 @@ def score_dataset(
 
     After a timeout, a cancel, KeyboardInterrupt or any other error, all that was finished is in the
     store, and the same call goes on from it: the scores are those of an undisturbed run, to the
-    last bit. So they are on any executor, and with several such calls at once, in one process or in
-    several: they share the work. If the file is renamed meanwhile, FileNotFoundError says so, and
-    the file of the new name has all that was finished. Other errors: as `em.score`, and ScoreStore.
+    last bit. So they are on any executor. If the file is renamed meanwhile, FileNotFoundError says
+    so, and the file of the new name has all that was finished. Other errors: as `em.score`, and
+    ScoreStore: a second call for the same file is refused while one is at work.
     """
     limit = Limit(timeout, cancel)
     settings, executor = chosen_settings(settings, **loose), chosen_executor(executor)
@@ -165,12 +163,12 @@ def score_run(
         if progress is not None:
             progress(scored, states)
         return True
-    with Scorer(run.store, run) as scorer:
-        counted = _ScoredCount(run, scorer, progress)
-        missing = _MissingScores(dataset, run, scorer, counted)
-        complete = _run_missing(missing, run, executor, settings, limit)
+    advance = (lambda _done, _total: None) if progress is None else progress
+    advance(scored, states)
+    missing = _MissingScores(dataset, run, scored, advance)
+    complete = _run_missing(missing, run, executor, settings, limit)
     run.store.require_in_place()
-    counted.count()
+    advance(*run.counts())
     if missing.left_out:
         _tell_left_out(missing.left_out, run, notice)
     if missing.errors:
@@ -281,83 +279,37 @@ def _posed_state(run: Run, number: int, problem: Problem, future: Future | None)
     return _PosedState(problem, written, hashlib.sha256(written.encode()).digest())
 
 
-class _Pass:
-    """One pass through the states of a run, in their order, for those that lack a score.
-
-    It looks through the states up to the last, and hands out those that it has found; then it is
-    over. Another pass is due if this one began behind the first state, or met states that others
-    compute.
-    """
-
-    def __init__(self, run: Run, start: int) -> None:
-        self.another_is_due = start > 0
-        self._run = run
-        self._next = start  # the first state that was not looked at
-        self._lacking: list[int] = []  # states before it that were not handed out
-        self._rests_until = 0.0
-
-    @property
-    def over(self) -> bool:
-        """Whether every state was looked at, and all that lack a score were handed out."""
-        return self._next >= self._run.states and not self._lacking
-
-    @property
-    def rested(self) -> bool:
-        """Whether others have had some time for the states that they have claimed."""
-        return time.monotonic() >= self._rests_until
-
-    def look(self, most: int, but: Callable[[int], bool]) -> None:
-        """Looks for states that lack a score until it has `most`; it skips those of `but`."""
-        while len(self._lacking) < most and self._next < self._run.states:
-            last = self._next + WINDOW
-            found = self._run.missing(self._next, last)
-            self._lacking += [number for number in found if not but(number)]
-            self._next = last
-        if self._next >= self._run.states:
-            self._rests_until = time.monotonic() + AGAIN
-
-    def hand_out(self, most: int) -> list[int]:
-        """The next states that lack a score, at most so many; none if none are known."""
-        some, self._lacking = self._lacking[:most], self._lacking[most:]
-        return some
-
-
 class _MissingScores:
-    """A ProblemSource of all that a run lacks and nobody else computes, in the order of the states.
+    """A Source of all that a run lacks, in the order of the states."""
 
-    It goes through the states pass after pass, first from the scorer's start.
-    """
-
-    def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _ScoredCount) -> None:
+    def __init__(
+        self, dataset: Dataset, run: Run, scored: int, progress: Callable[[int, int], None]
+    ) -> None:
         self.errors: dict[int, str] = {}
         """By the number of the state, what went wrong."""
         self.left_out: dict[int, str] = {}
         """Why a state cannot be simulated, by its number."""
-        self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
+        self._dataset, self._run = dataset, run
+        self._scored, self._progress = scored, progress
         self._scoring: dict[int, tuple[str, ...]] = {}  # metrics of the states being scored
-        self._pass = _Pass(run, scorer.start)
+        self._next = 0  # the first state that was not looked at
+        self._lacking: list[int] = []  # states before it that were not handed out
 
     @property
     def empty(self) -> bool:
-        """As ProblemSource.empty."""
-        return self._pass.over and not self._pass.another_is_due
+        """As Source.empty."""
+        return self._next >= self._run.states and not self._lacking
 
     def take(self, most: int) -> Sequence[Work]:
-        """As ProblemSource.take."""
-        self._scorer.beat()
-        if self._pass.over:
-            if not self._pass.rested:
-                time.sleep(POLL)
-                return []
-            self._pass = _Pass(self._run, 0)
-        known = (self._scoring, self.errors, self.left_out)
-        self._pass.look(most, lambda number: any(number in some for some in known))
+        """As Source.take."""
+        while len(self._lacking) < most and self._next < self._run.states:
+            self._lacking += self._run.missing(self._next, self._next + WINDOW)
+            self._next += WINDOW
         start, taken = time.monotonic(), list[Work]()
-        while len(taken) < most and time.monotonic() < start + MAKE:
-            numbers = self._pass.hand_out(min(BLOCK, most - len(taken)))
-            if not numbers:
-                break
-            taken += self._claimed(numbers)
+        while self._lacking and len(taken) < most and time.monotonic() < start + MAKE:
+            size = min(BLOCK, most - len(taken))
+            taken += self._posed(self._lacking[:size])
+            self._lacking = self._lacking[size:]
         self._scoring |= {work.index: work.metrics for work in taken}
         return taken
 
@@ -368,44 +320,44 @@ class _MissingScores:
     def deliver(self, rows: Sequence[Row]) -> None:
         """Puts scores into the store, and notes errors."""
         if not rows:
-            self._scorer.beat()
             return
-        good = [row for row in rows if not row.error]
-        bad = [row.index for row in rows if row.error]
-        self._scorer.add(good)
-        if bad:
-            self._scorer.give_up(bad)
+        add_rows(self._run, [row for row in rows if not row.error])
         for row in rows:
             there = {metric for metric, value in row.scores.items() if not np.isnan(value)}
             lacking = ", ".join(sorted(set(self._scoring.pop(row.index)) - there))
             if row.error or lacking:
                 why = "it lacks the set which that needs, or its numbers are too large"
                 self.errors[row.index] = row.error or f"no score of {lacking}: {why}"
-        self._counted.add(len(rows))
+        self._advance(len(rows))
 
-    def _claimed(self, numbers: Sequence[int]) -> list[Work]:
+    def _posed(self, numbers: Sequence[int]) -> list[Work]:
+        """What is missing of states, which the store may have of another dataset's."""
         future = self._run.future
         problems, reasons = self._dataset.possible_problems(numbers, future=future)
         self.left_out |= reasons
         known = {n: _posed_state(self._run, n, problem, future) for n, problem in problems.items()}
-        claims = self._scorer.claim({number: one.digest for number, one in known.items()})
-        self._pass.another_is_due |= any(claim.taken for claim in claims.values())
-        self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
+        lacking = pose(self._run, {number: one.digest for number, one in known.items()})
+        self._advance(sum(not metrics for metrics in lacking.values()))
         return [
-            Work(number, known[number].problem, claim.metrics, known[number].written)
-            for number, claim in claims.items()
-            if claim.metrics
+            Work(number, known[number].problem, metrics, known[number].written)
+            for number, metrics in lacking.items()
+            if metrics
         ]
+
+    def _advance(self, states: int) -> None:
+        if states:
+            self._scored += states
+            self._progress(self._scored, self._run.states)
 
 
 class _MissingBeliefs:
-    """A BeliefSource: the missing states of a run, each with what is not known of its model."""
+    """A Source of the missing states of a run, each with what is not known of its model."""
 
     def __init__(self, missing: _MissingScores, uncertainty: Uncertainty) -> None:
         self._missing, self._uncertainty = missing, uncertainty
 
     def take(self, most: int) -> Sequence[Asked]:
-        """As BeliefSource.take."""
+        """As Source.take."""
         belief, known = self._missing.belief, self._uncertainty
         return [
             Asked(work.index, partial(belief, work.index, known), work.metrics)
@@ -414,34 +366,5 @@ class _MissingBeliefs:
 
     @property
     def empty(self) -> bool:
-        """As BeliefSource.empty."""
+        """As Source.empty."""
         return self._missing.empty
-
-
-class _ScoredCount:
-    """How many states are scored, by this scorer and others, for a progress bar."""
-
-    SHARE = 0.05  # of the time, at most, for counting in the store
-
-    def __init__(
-        self, run: Run, scorer: Scorer, progress: Callable[[int, int], None] | None
-    ) -> None:
-        self._run, self._scorer = run, scorer
-        self._progress = (lambda _done, _total: None) if progress is None else progress
-        self.count()
-
-    def add(self, states: int) -> None:
-        """Counts so many more, and now and then those that others have scored."""
-        self._done += states
-        if time.monotonic() > self._next and not self._scorer.alone():
-            self.count()
-        elif states:
-            self._progress(min(self._done, self._run.states), self._run.states)
-
-    def count(self) -> None:
-        """Counts all scored states in the store, and reports them."""
-        start = time.monotonic()
-        self._done, total = self._run.counts()
-        now = time.monotonic()
-        self._next = now + max(1.0, (now - start) / self.SHARE)
-        self._progress(self._done, total)

@@ -12,9 +12,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,18 +23,16 @@ from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.labelled import HORIZONS, SUCCESS
-from energymargin.executors.pool import POLL
-from energymargin.executors.threads import thread_count
+from energymargin.executors import Threads
 from energymargin.limits import Limit
 from energymargin.metrics import ANY
-from energymargin.results import collect
 from energymargin.store import Run, ScoreStore
-from energymargin.store.claims import Scorer
 from energymargin.store.file import ImportedRow
 from energymargin.store.schema import state_digest
+from energymargin.store.writing import add_rows, pose
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
-from energymargin_paper.jobs import Jobs
+from energymargin_paper.jobs import run_jobs
 
 __all__ = [
     "CEILING",
@@ -73,11 +69,11 @@ def ceiling_dataset(
     """
     limit = Limit(timeout, cancel)
     task = scripted(dataset)
-    threads = thread_count(threads)
+    executor = Threads(threads)
     frames = dataset.frames()
     advance = progress or (lambda _done, _total: None)
 
-    def row(stop: Cancel, index: int) -> ImportedRow:
+    def row(index: int, stop: Cancel) -> ImportedRow:
         start = time.perf_counter()
         t, k = frames[index]
         shares = state_ceiling(
@@ -85,38 +81,22 @@ def ceiling_dataset(
         )
         return ImportedRow(index, time.perf_counter() - start, shares)
 
+    def of_states(numbers: Sequence[int], stop: Cancel) -> list[ImportedRow]:
+        return [row(index, stop) for index in numbers]
+
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
         advance(*run.counts())
-        if run.missing():  # else nothing is written
-            _add_missing(store, run, row, threads, limit=limit, advance=advance)
-        scored, total = run.counts()
-    return scored == total
-
-
-def _add_missing(
-    store: ScoreStore,
-    run: Run,
-    row: Callable[[Cancel, int], ImportedRow],
-    threads: int,
-    *,
-    limit: Limit,
-    advance: Callable[[int, int], None],
-) -> None:
-    """Computes the rows that the run lacks, but for those that other processes compute."""
-    with Scorer(store, run) as scorer:
 
         def keep(rows: Sequence[ImportedRow]) -> None:
-            scorer.add(rows)
-            advance(*run.counts())
+            if rows:
+                pose(run, {row.index: state_digest(run.digest, row.index) for row in rows})
+                add_rows(run, rows)
+                advance(*run.counts())
 
-        while (missing := run.missing()) and not limit.reached:
-            claims = scorer.claim({n: state_digest(run.digest, n) for n in missing})
-            own = [n for n, claim in claims.items() if claim.metrics]
-            if not own:  # others compute them
-                time.sleep(POLL)
-            pool, stop = ThreadPoolExecutor(threads), Cancel()
-            collect(Jobs(pool, threads, partial(row, stop), own, stop), keep, limit)
+        run_jobs(executor, of_states, run.missing(), keep, limit)
+        scored, total = run.counts()
+    return scored == total
 
 
 def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: int) -> Run:

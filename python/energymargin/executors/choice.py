@@ -1,0 +1,69 @@
+"""What an executor is, and which one is chosen."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import os
+from dataclasses import dataclass
+from typing import Protocol
+
+from energymargin.executors.threads import Threads
+from energymargin.parallel import RemoteWorkers, Workers
+
+__all__ = ["Executor", "chosen_executor"]
+
+
+class Executor(Protocol):
+    """Where work is done: `Threads`, `Processes` or `Dask`."""
+
+    def workers(self) -> Workers:
+        """Its workers, which start with their first work."""
+        ...
+
+
+def chosen_executor(
+    executor: Executor | concurrent.futures.Executor | None, threads: int | None = None
+) -> Executor:
+    """`executor`, or for None so many threads; ValueError if it is none, or both are given."""
+    if executor is None:
+        return Threads(threads)
+    if threads is not None:
+        raise ValueError(f"threads is {threads}, expected None with an executor")
+    if isinstance(executor, concurrent.futures.Executor):
+        return _Given(executor)
+    if isinstance(executor, type) or not callable(getattr(executor, "workers", None)):
+        raise ValueError(
+            f"executor is {executor!r}, expected Threads(), Processes(), Dask(...) or an Executor "
+            "of concurrent.futures"
+        )
+    return executor
+
+
+@dataclass(frozen=True)
+class _Given:
+    """An Executor of somebody else's, as mpi4py's MPIPoolExecutor."""
+
+    executor: concurrent.futures.Executor
+
+    def workers(self) -> Workers:
+        """As Executor.workers."""
+        return _GivenWorkers(self.executor)
+
+
+class _GivenWorkers(RemoteWorkers):
+    """Workers that stay when the work is done."""
+
+    def __init__(self, executor: concurrent.futures.Executor) -> None:
+        self._executor = executor
+
+    @property
+    def slots(self) -> int:
+        """As Workers.slots, where the executor tells."""
+        return int(getattr(self._executor, "_max_workers", None) or os.cpu_count() or 1)
+
+    def executor(self) -> concurrent.futures.Executor:
+        """As RemoteWorkers.executor; one that has broken stays so."""
+        return self._executor
+
+    def stop(self) -> None:
+        """As Workers.stop."""

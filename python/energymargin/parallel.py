@@ -1,0 +1,305 @@
+"""One runner for work in parallel, on the workers of any `concurrent.futures.Executor`.
+
+Items go out in chunks, and results come back as they are done. A chunk whose worker dies is cut in
+halves, which run with nothing beside them: in the end the item that ends worker after worker is
+alone, and is given up.
+"""
+
+from __future__ import annotations
+
+import pickle
+import time
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future, wait
+from contextlib import suppress
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+from energymargin._core import Cancel
+from energymargin.closing import Closing
+from energymargin.interrupts import held_interrupts
+from energymargin.limits import Limit
+from energymargin.searches import algorithm
+
+__all__ = ["Function", "Items", "RemoteWorkers", "Source", "Workers", "run", "work"]
+
+POLL = 0.05  # s; how long a stop may stay unnoticed
+LAST = 0.1  # s; how long a stop waits for results that are finished
+AHEAD = 2  # chunks for each worker: one at work, one that waits
+MOST = 1000  # items of a chunk
+CHUNKS_A_SECOND = 200  # of a large cluster, whose scheduler has no time for more
+NEWEST = 0.2  # weight of the newest chunk in how long an item takes
+TRIES = 3  # workers that one item may take with it
+MOST_DEATHS = 30  # of workers in a row, before one of them has finished a chunk
+
+Item = TypeVar("Item")
+Item_co = TypeVar("Item_co", covariant=True)
+Result = TypeVar("Result")
+
+Function = Callable[[Sequence[Item], Cancel], Sequence[Result]]
+"""Results of some items. Once the cancel is set it returns early, with those that are finished, or
+raises."""
+Done = tuple[Sequence[Any], float]
+"""Results of a chunk, and for how long a worker was at it [s]."""
+
+
+class Source(Protocol[Item_co]):
+    """Items that come one after the other."""
+
+    def take(self, most: int) -> Sequence[Item_co]:
+        """The next ones, at most so many; there may be none although it is not empty."""
+        ...
+
+    @property
+    def empty(self) -> bool:
+        """Whether there will be no more."""
+        ...
+
+
+class Items(Generic[Item]):
+    """A Source of items that are all there."""
+
+    def __init__(self, items: Sequence[Item]) -> None:
+        """They come in their order."""
+        self._items, self._next = items, 0
+
+    def take(self, most: int) -> Sequence[Item]:
+        """As Source.take."""
+        first, self._next = self._next, min(self._next + most, len(self._items))
+        return self._items[first : self._next]
+
+    @property
+    def empty(self) -> bool:
+        """As Source.empty."""
+        return self._next == len(self._items)
+
+
+class Workers(Closing):
+    """The workers of an executor. They start with the first chunk, and again after `stop`."""
+
+    chunk: ClassVar[float] = 1.0
+    """Work of a chunk [s]: so much is lost with a worker, and beside it sending costs little."""
+    deaths: tuple[type[Exception], ...] = (BrokenExecutor,)
+    """What is raised in place of a chunk's results if its worker died."""
+
+    @property
+    @abstractmethod
+    def slots(self) -> int:
+        """How many chunks can run at once; of a cluster, right now."""
+
+    @abstractmethod
+    def submit(self, function: Function[Any, Any], items: Sequence[Any]) -> Future[Done]:
+        """Puts `work(function, items)` at the end of the queue."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Drops what waits, and ends what runs as soon as that can be."""
+
+    def close(self) -> None:
+        """Frees them."""
+        self.stop()
+
+    def explained(self, error: Exception) -> Exception:
+        """What is raised for the error of a chunk."""
+        return error
+
+
+class RemoteWorkers(Workers):
+    """Workers in other processes, which get each chunk as bytes: a cluster's scheduler needs no
+    energymargin to hand it on."""
+
+    def submit(self, function: Function[Any, Any], items: Sequence[Any]) -> Future[Done]:
+        """As Workers.submit. Raises ValueError on what cannot be sent."""
+        try:
+            call = pickle.dumps(_RemoteWork(function, items))
+        except (AttributeError, TypeError, ValueError, pickle.PicklingError) as error:
+            raise ValueError(
+                f"what is asked cannot be sent to another process ({error}): use threads"
+            ) from error
+        return self.executor().submit(pickle.loads, call)
+
+    @abstractmethod
+    def executor(self) -> Executor:
+        """That runs them, started if it was not, or has broken."""
+
+
+class _RemoteWork:
+    """A call of `work` in another process: `pickle.loads` runs it there."""
+
+    def __init__(self, function: Function[Any, Any], items: Sequence[Any]) -> None:
+        self._arguments = (algorithm(), function, items)
+
+    def __reduce__(self) -> tuple[Callable[..., Done], tuple[Any, ...]]:
+        return _work_elsewhere, self._arguments
+
+
+def _work_elsewhere(release: str, function: Function[Any, Any], items: Sequence[Any]) -> Done:
+    if algorithm() != release:
+        raise RuntimeError(
+            f"a worker has release {algorithm()} of energymargin, and this is {release}; install "
+            "the same release there"
+        )
+    return work(function, items, Cancel())
+
+
+def work(function: Function[Any, Any], items: Sequence[Any], cancel: Cancel) -> Done:
+    """What a worker does with a chunk."""
+    start = time.perf_counter()
+    return function(items, cancel), time.perf_counter() - start
+
+
+def run(
+    workers: Workers,
+    function: Function[Item, Result],
+    source: Source[Item],
+    deliver: Callable[[Sequence[Result]], None],
+    limit: Limit,
+    *,
+    give_up: Callable[[Item, str], Result],
+    most: int = MOST,
+) -> bool:
+    """Runs a function on all items of a source; False if the limit came before the last one.
+
+    `deliver` gets results as they come, in this thread, and is called again and again. On Ctrl-C it
+    gets within 0.2 s those that are finished, and KeyboardInterrupt is raised; so with any other
+    error, which is then raised. `give_up(item, why)` makes the result of an item over which three
+    workers have died, or raises. A chunk has at most so many items (`most`).
+    """
+    flow = _Flow(workers, function, source, give_up, most)
+    with held_interrupts() as interrupted:
+        try:
+            while flow.busy and not (interrupted.is_set() or limit.reached):
+                deliver(flow.step())
+        finally:
+            deliver(flow.stop())
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+    return not flow.busy
+
+
+@dataclass(frozen=True, eq=False)
+class _Chunk(Generic[Item]):
+    items: Sequence[Item]
+    deaths: int = 0
+    """Workers that died over it."""
+
+
+class _Flow(Generic[Item, Result]):
+    """Chunks of a source on their way to workers and back."""
+
+    def __init__(
+        self,
+        workers: Workers,
+        function: Function[Item, Result],
+        source: Source[Item],
+        give_up: Callable[[Item, str], Result],
+        most: int,
+    ) -> None:
+        self._workers, self._function, self._source = workers, function, source
+        self._give_up, self._most = give_up, most
+        self._running: dict[Future[Done], _Chunk[Item]] = {}
+        self._suspects: list[_Chunk[Item]] = []  # whose worker has died
+        self._ended: SimpleQueue[Future[Done]] = SimpleQueue()
+        self._error: Exception | None = None
+        self._deaths = 0  # in a row
+        self._seconds: float | None = None  # of an item
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is work to hand out, or a result to come."""
+        left = self._running or self._suspects or not self._source.empty
+        return bool(left) or self._error is not None
+
+    def step(self) -> list[Result]:
+        """Hands out work as far as there is room; results that came, after a short wait. Raises the
+        error of a chunk once the results of all others were returned."""
+        if self._error is not None:
+            raise self._error
+        self._hand_out()
+        ended: list[Future[Done]] = []
+        with suppress(Empty):
+            waits = self._running or not self._workers.slots
+            ended.append(self._ended.get(timeout=POLL) if waits else self._ended.get_nowait())
+            while True:
+                ended.append(self._ended.get_nowait())
+        return [result for future in ended for result in self._results(future)]
+
+    def stop(self) -> list[Result]:
+        """Ends what runs; results that are finished."""
+        if not self._running:
+            return []
+        self._workers.stop()
+        wait(self._running, LAST)
+        results: list[Result] = []
+        for future in [future for future in self._running if _went_well(future)]:
+            found, _ = future.result()
+            results += found
+            if len(found) == len(self._running[future].items):
+                del self._running[future]
+        return results
+
+    def _hand_out(self) -> None:
+        if self._suspects:
+            if not self._running:
+                self._start(self._suspects.pop())
+            return
+        slots = self._workers.slots
+        room = AHEAD * slots - len(self._running)
+        if room <= 0 or self._source.empty:
+            return
+        size = self._size(max(self._workers.chunk, slots / CHUNKS_A_SECOND))
+        items = self._source.take(room * size)
+        if self._source.empty:  # none is to be idle at the end
+            size = min(size, max(1, -(-len(items) // slots)))
+        for first in range(0, len(items), size):
+            self._start(_Chunk(items[first : first + size]))
+
+    def _size(self, seconds: float) -> int:
+        """Items of a chunk of so much work; one before it is known how long an item takes."""
+        if self._seconds is None:
+            return 1
+        return max(1, min(self._most, int(seconds / max(self._seconds, 1e-9))))
+
+    def _start(self, chunk: _Chunk[Item]) -> None:
+        future = self._workers.submit(self._function, chunk.items)
+        self._running[future] = chunk
+        future.add_done_callback(self._ended.put)
+
+    def _results(self, future: Future[Done]) -> Sequence[Result]:
+        chunk = self._running.pop(future)
+        try:
+            results, seconds = future.result()
+        except self._workers.deaths as death:
+            return self._again(chunk, " ".join(str(death).split()))
+        except Exception as error:
+            self._error = self._workers.explained(error)
+            return []
+        self._deaths = 0
+        newest = seconds / len(chunk.items)
+        before = newest if self._seconds is None else self._seconds
+        self._seconds = before + NEWEST * (newest - before)
+        return results
+
+    def _again(self, chunk: _Chunk[Item], why: str) -> Sequence[Result]:
+        """A chunk whose worker has died, in halves; an item that is alone, unless it was so often.
+
+        With some executors the chunks beside it end too, so blame is sure where it ran alone.
+        """
+        self._deaths += chunk.deaths > 0
+        if self._deaths > MOST_DEATHS:
+            self._error = RuntimeError(f"{self._deaths} workers in a row have died, the last {why}")
+        elif len(chunk.items) > 1:
+            half = len(chunk.items) // 2
+            halves = chunk.items[:half], chunk.items[half:]
+            self._suspects += [_Chunk(items, 1) for items in halves]
+        elif chunk.deaths + 1 < TRIES:
+            self._suspects.append(_Chunk(chunk.items, chunk.deaths + 1))
+        else:
+            return [self._give_up(chunk.items[0], f"{TRIES} workers died over it, the last {why}")]
+        return []
+
+
+def _went_well(future: Future[Done]) -> bool:
+    return future.done() and not future.cancelled() and future.exception() is None
