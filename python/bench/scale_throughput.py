@@ -144,6 +144,7 @@ def cluster(workers: int) -> Iterator[str]:
 def _dask(kind: str, *options: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         [sys.executable, "-m", "dask", kind, *options],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},  # of jobs without work
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

@@ -17,7 +17,7 @@ from energymargin.beliefs.belief import Belief, Particles
 from energymargin.beliefs.uncertainty import MOST_PARTICLES
 from energymargin.checks import whole_number
 from energymargin.executors import Row
-from energymargin.executors.rows import Failed, Work
+from energymargin.executors.rows import PlainRow, Work
 from energymargin.metrics import TIMED
 from energymargin.parallel import Source
 from energymargin.reprs import short_repr
@@ -165,7 +165,7 @@ class ParticleSource:
             seed = stream(self._sharing.whole.seed, asked.index)
             particles = asked.belief().particles(count, seed=seed)
         except ValueError as error:
-            self._failed.append(Failed(asked.index, str(error)))
+            self._failed.append(PlainRow(asked.index, error=str(error)))
             return
         self._beliefs[asked.index] = _Gathered(asked, particles)
         for number, problem in enumerate(particles.problems):
@@ -177,7 +177,7 @@ class ParticleSource:
         rows = [belief.rows[number] for number in sorted(belief.rows)]
         for number, row in enumerate(rows):
             if row.error:
-                return Failed(index, f"particle {number}: {row.error}")
+                return PlainRow(index, error=f"particle {number}: {row.error}")
         parts = self._parts(belief)
         return BeliefRow(
             index,

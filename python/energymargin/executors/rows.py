@@ -16,7 +16,7 @@ from energymargin.metrics import METRICS
 from energymargin.parallel import POLL
 from energymargin.searches import SearchSettings
 
-__all__ = ["Failed", "Row", "Work", "score_chunk"]
+__all__ = ["PlainRow", "Row", "Work", "score_chunk"]
 
 Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times [s] and the probability until each, (T,)."""
@@ -76,20 +76,25 @@ class Row(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Failed:
-    """The row of a problem that could not be scored."""
+@dataclass(frozen=True, eq=False)
+class PlainRow:
+    """A Row that is not of a search here: of a problem that could not be scored, or of scores from
+    elsewhere."""
 
     index: int
-    error: str
+    scores: dict[str, float] = field(default_factory=dict)
     seconds: float = 0.0
+    error: str | None = None
     steps: int = 0
     unconverged: int = 0
     lost_time: float = 0.0
     warnings: tuple[str, ...] = ()
-    scores: dict[str, float] = field(default_factory=dict)
-    times: dict[str, float] = field(default_factory=dict)
     curves: dict[str, Curve] = field(default_factory=dict)
+
+    @property
+    def times(self) -> dict[str, float]:
+        """The first score has all of the time."""
+        return dict.fromkeys(list(self.scores)[:1], self.seconds)
 
 
 @dataclass(frozen=True)

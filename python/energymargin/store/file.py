@@ -6,14 +6,14 @@ import json
 import os
 import sqlite3
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
+from energymargin.executors.rows import PlainRow
 from energymargin.notebook import shown_by
 from energymargin.searches import algorithm_of
 from energymargin.store import schema
@@ -22,7 +22,7 @@ from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 from energymargin.store.writing import add_rows, pose
 
-__all__ = ["Digests", "ImportedRow", "ScoreStore", "add_scores", "forget_if_changed"]
+__all__ = ["Digests", "ScoreStore", "add_scores", "forget_if_changed"]
 
 LABELS = 10000  # states whose labels are inserted at a time
 SAMPLE = 100  # states whose problems are compared; of a smaller dataset, all
@@ -162,31 +162,6 @@ def _known(database: sqlite3.Connection, run: Run, numbers: Sequence[int]) -> di
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class ImportedRow:
-    """The scores of one state that were computed elsewhere: a Row."""
-
-    index: int
-    seconds: float
-    """Computing time of all of them [s]."""
-    scores: dict[str, float]
-    steps: int = 0
-    unconverged: int = 0
-    lost_time: float = 0.0
-    warnings: tuple[str, ...] = ()
-    error: str | None = None
-
-    @property
-    def times(self) -> dict[str, float]:
-        """The first score has all of the time."""
-        return {next(iter(self.scores)): self.seconds}
-
-    @property
-    def curves(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """There are none."""
-        return {}
-
-
 def add_scores(
     path: str | os.PathLike[str],
     dataset: Dataset,
@@ -219,7 +194,5 @@ def add_scores(
             numbers = range(first, min(first + IMPORTED, dataset.size))
             pose(run, {n: state_digest(run.digest, n) for n in numbers})
             of_states = [{name: float(v[n]) for name, v in columns.items()} for n in numbers]
-            add_rows(
-                run, [ImportedRow(n, 0.0, own) for n, own in zip(numbers, of_states, strict=True)]
-            )
+            add_rows(run, [PlainRow(n, own) for n, own in zip(numbers, of_states, strict=True)])
         return run.number

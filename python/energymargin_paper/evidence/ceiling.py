@@ -24,10 +24,10 @@ from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.labelled import HORIZONS, SUCCESS
 from energymargin.executors import Threads
+from energymargin.executors.rows import PlainRow
 from energymargin.limits import Limit
 from energymargin.metrics import ANY
 from energymargin.store import Run, ScoreStore
-from energymargin.store.file import ImportedRow
 from energymargin.store.schema import state_digest
 from energymargin.store.writing import add_rows, pose
 from energymargin.tasks.scripted import ScriptedTask
@@ -73,22 +73,22 @@ def ceiling_dataset(
     frames = dataset.frames()
     advance = progress or (lambda _done, _total: None)
 
-    def row(index: int, stop: Cancel) -> ImportedRow:
+    def row(index: int, stop: Cancel) -> PlainRow:
         start = time.perf_counter()
         t, k = frames[index]
         shares = state_ceiling(
             task, dataset.trajectories[t], k, continuations, stream(seed, index), cancel=stop
         )
-        return ImportedRow(index, time.perf_counter() - start, shares)
+        return PlainRow(index, shares, time.perf_counter() - start)
 
-    def of_states(numbers: Sequence[int], stop: Cancel) -> list[ImportedRow]:
+    def of_states(numbers: Sequence[int], stop: Cancel) -> list[PlainRow]:
         return [row(index, stop) for index in numbers]
 
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
         advance(*run.counts())
 
-        def keep(rows: Sequence[ImportedRow]) -> None:
+        def keep(rows: Sequence[PlainRow]) -> None:
             if rows:
                 pose(run, {row.index: state_digest(run.digest, row.index) for row in rows})
                 add_rows(run, rows)
