@@ -1,4 +1,7 @@
-"""The command `energymargin import-published`: the authors' data as datasets and stores of ours."""
+"""The command `energymargin import-published`: the authors' data as datasets and stores of ours.
+
+Heavy modules are imported where they are used, so that --help answers at once.
+"""
 
 from __future__ import annotations
 
