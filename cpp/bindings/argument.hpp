@@ -7,15 +7,15 @@
 #include <vector>
 
 #include "base/words.hpp"
-#include "convert.hpp"
+#include "given.hpp"
 
 namespace energymargin::binding {
 
-//! What Python gives for a Value, and back. `of` throws std::invalid_argument that names the argument.
+//! What Python gives for a Value, and back. `of` throws an error that names the argument.
 template <typename Value, typename = void>
 struct Argument {
-  using Input = Value;
-  static const Value& of(const std::string&, const Input& input) { return input; }
+  using Input = Given<Value>;
+  static Value of(const std::string& name, const Input& input) { return given(name, input); }
   static py::object python(const Value& value) {
     if constexpr (std::is_base_of_v<py::object, Value>) {
       return value;
@@ -55,8 +55,8 @@ struct Argument<Vector3> {
 
 template <typename Value>
 struct Argument<Value, std::enable_if_t<std::is_enum_v<Value>>> {
-  using Input = std::string;
-  static Value of(const std::string& name, const Input& input) { return value_of<Value>(name, input); }
+  using Input = Given<std::string>;
+  static Value of(const std::string& name, const Input& input) { return value_of<Value>(name, given(name, input)); }
   static py::object python(Value value) { return py::str(word_of(value)); }
 };
 

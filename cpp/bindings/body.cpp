@@ -1,6 +1,5 @@
 // Bodies for Python.
 
-#include "convert.hpp"
 #include "energymargin/plausible.hpp"
 #include "energymargin/scene.hpp"
 #include "problem/words.hpp"
@@ -64,26 +63,27 @@ void add_plane(Scene& scene, const std::string& name, const ArrayLike& normal, c
   scene.add_body(body);
 }
 
-void add_body(Scene& scene, const std::string& name, const Shape& shape, const std::optional<Number>& mass,
-              const std::optional<Number>& density, const std::optional<Inertial>& inertial, const ArrayLike& position,
-              const std::optional<ArrayLike>& quaternion_xyzw, const std::optional<Number>& yaw,
-              const ArrayLike& velocity, const ArrayLike& angular_velocity, const Number& friction,
-              const std::string& role, const ArrayLike& linear_factor, const ArrayLike& angular_factor,
-              const ArrayLike& force, bool kinematic) {
+void add_body(Scene& scene, const std::string& name, const Given<Shape>& shape_given, const std::optional<Number>& mass,
+              const std::optional<Number>& density, const std::optional<Given<Inertial>>& inertial,
+              const ArrayLike& position, const std::optional<ArrayLike>& quaternion_xyzw,
+              const std::optional<Number>& yaw, const ArrayLike& velocity, const ArrayLike& angular_velocity,
+              const Number& friction, const Given<std::string>& role, const ArrayLike& linear_factor,
+              const ArrayLike& angular_factor, const ArrayLike& force, const Given<bool>& kinematic) {
+  const Shape shape = given("shape", shape_given);
   Body body;
   body.name = name;
   body.shape = shape;
   body.mass = mass_of(shape, real("mass", mass), real("density", density));
-  body.inertial = inertial;
+  body.inertial = given("inertial", inertial);
   body.state = {vector3("position", position),
                 orientation("", quaternion_xyzw, real("yaw", yaw), Quaternion::Identity()),
                 vector3("velocity", velocity), vector3("angular_velocity", angular_velocity)};
   body.friction = real("friction", friction);
-  body.role = value_of<Role>("role", role);
+  body.role = value_of<Role>("role", given("role", role));
   body.linear_factor = vector3("linear_factor", linear_factor);
   body.angular_factor = vector3("angular_factor", angular_factor);
   body.force = vector3("force", force);
-  body.kinematic = kinematic;
+  body.kinematic = given("kinematic", kinematic);
   scene.add_body(body);
 }
 

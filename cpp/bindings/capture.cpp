@@ -15,37 +15,6 @@
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* capture_doc =
-    R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
-
-Args:
-    problem: the question.
-    nodes: of each search tree, besides its root.
-    seed: the same seed gives the same bits.
-    rate: lambda of eq. 4 [1/J]; by default the problem's.
-    trees: independent trees, by default 1. Two or more give standard errors.
-    threads: for several trees, and for the nodes of a round. The score does not depend on them.
-    nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones. More of them take fewer
-        rollouts. The tree grows from the ends alone.
-    nodes_per_round: how many nodes are extended at once, all drawn from the tree before, and at most as many as it has.
-        From 16 on a single tree keeps two threads busy. 1 is Algorithm 2; another number gives another tree.
-    least_likelihood: a rollout ends for good where its likelihood falls to this share of the root's.
-    tolerance: trees are added until every standard error is at most this. It takes at least 8 trees, and at most
-        `trees`, by default 1000.
-    timeout: the search ends after so many seconds.
-    cancel: the search ends once it is set.
-    progress: progress(nodes) is called now and then with the nodes of all trees so far. An exception of it ends the
-        search.
-    warn: whether the score's warnings are issued.
-
-After a timeout or a cancel the complete trees count, up to the first that is not; if there is none, the first tree as
-far as it is. `complete` is False then.
-
-Warns, as PlausibilityWarning and once for each scene, if the resolution is above 0.2, or if the score is above 0.5
-although the state leaves the capture set within 1 s without a disturbance; and if more than 1 % of the steps did not
-converge, or of the time is lost. `warnings` of the score has the same texts.
-Raises ValueError on a bad problem or argument.)";
-
 constexpr const char* interval_doc =
     R"((low, high), a confidence interval for the score of infinitely many trees of this size.
 
@@ -157,7 +126,7 @@ void bind_capture(py::module_& module) {
   def_repr(type, "CaptureScore",
            {"capture", "success", "resolution", "undisturbed_exit", "nodes", "steps", "unconverged", "lost_time",
             "complete"});
-  def_metric(module, "capture_score", &score_capture, capture_doc,
+  def_metric(module, "capture_score", &score_capture,
              std::tuple_cat(std::tuple{keyword("nodes", &CaptureCall::nodes), keyword("seed", &CaptureCall::seed),
                                        keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),
                                        keyword("threads", &CaptureCall::threads),

@@ -32,6 +32,12 @@ struct Number {
   py::object value;
 };
 
+//! Whatever is given for a Value: `given` casts it, so that an error names the argument.
+template <typename Value>
+struct Given {
+  py::object value;
+};
+
 //! A function of states, shape (N, n), that returns N truth values.
 struct StatesPredicate {
   py::function value;
@@ -89,7 +95,7 @@ namespace pybind11::detail {
 template <typename Wrapper, typename Object>
 struct named_object_caster {
   bool load(handle source, bool) {
-    if (!source || source.is_none() || !isinstance<Object>(source)) return false;
+    if (!source || !isinstance<Object>(source)) return false;
     value.value = reinterpret_borrow<Object>(source);
     return true;
   }
@@ -114,6 +120,11 @@ struct type_caster<energymargin::binding::WholeNumber>
 template <>
 struct type_caster<energymargin::binding::Number> : named_object_caster<energymargin::binding::Number, object> {
   static constexpr auto name = const_name("float");
+};
+template <typename Value>
+struct type_caster<energymargin::binding::Given<Value>>
+    : named_object_caster<energymargin::binding::Given<Value>, object> {
+  static constexpr auto name = make_caster<Value>::name;
 };
 template <>
 struct type_caster<energymargin::binding::StatesPredicate>

@@ -16,44 +16,6 @@
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* effort_doc =
-    R"(The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
-
-Args:
-    problem: the question.
-    planner: 'est' or 'rrt', the x of AO-x.
-    nodes: of the search tree, besides its root.
-    seed: the same seed gives the same bits.
-    captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
-    search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
-        By default a problem with a horizon or a plan has the improved one, and one without has the published one: since
-        a wait of any length is free there, the cheapest escapes of two states hardly differ.
-    sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
-        the others at their bounds, along one axis, zero, or that of the edge before.
-    shorten: spend nine of ten nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
-        weakened, cut in two and merged, and each change is simulated (improved).
-    stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
-    lower_bound: after the search, bound the effort from below too, as `effort_lower_bound` does. It has the time that the
-        search leaves.
-    bound_cells: of poses of each object that the lower bound looks at.
-    bound_tolerance: the lower bound is done once its barrier is known to this share.
-    timeout: the search ends after so many seconds.
-    cancel: the search ends once it is set.
-    progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
-    warn: whether the effort's warnings are issued.
-
-With a horizon or a plan an escape has to be outside in time, at one of the looks (every `check`), and to stay outside for
-`dwell`, or up to the horizon, without a wrench. Its effort is that up to its first look outside. The first rollout is the
-undisturbed future: an object that leaves without a disturbance has effort 0, for any number of nodes and through `within`
-or not. So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as it takes.
-
-After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False.
-
-Warns, as PlausibilityWarning and once for each scene, if a cheaper escape was discarded; if the effort is above 0 although
-the state leaves the capture set without a disturbance, which is looked for within 1 s if there is no horizon; and if more
-than 1 % of the steps did not converge, or of the time is lost. `warnings` of the result has the same texts. Raises
-ValueError on a bad problem or argument.)";
-
 struct EffortCall : EffortOptions, ProgressCall {
   bool warn = true;
   bool lower_bound = false;
@@ -123,7 +85,7 @@ void bind_effort(py::module_& module) {
       type, "a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; ");
   def_repr(type, "EscapeEffort", {"effort", "nodes", "steps", "unconverged", "lost_time", "complete"});
   def_metric(
-      module, "escape_effort", &score_effort, effort_doc,
+      module, "escape_effort", &score_effort,
       std::tuple_cat(
           std::tuple{keyword("planner", &EffortCall::planner), keyword("nodes", &EffortCall::nodes),
                      keyword("seed", &EffortCall::seed), keyword("captured", &EffortCall::captured),

@@ -12,24 +12,6 @@
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* energy_doc =
-    R"(The least potential energy above that of the start over which the object leaves the capture set.
-
-The object moves slowly and without friction, and everything else stays where it is.
-
-Args:
-    problem: the question.
-    planner: 'bit*' or 'rrt*'.
-    samples: poses of the object to draw.
-    seed: the same seed gives the same bits.
-    reach: half the edge of the box around the start to search in [m]; by default it adapts.
-    object: name of the object that leaves; needed if there are several.
-    timeout: the search ends after so many seconds.
-    cancel: the search ends once it is set.
-
-After a timeout or a cancel the result is the lowest barrier so far, and `complete` is False. Raises ValueError on a bad
-problem or argument.)";
-
 struct EnergyCall : EscapeEnergyOptions, LimitCall {
   std::optional<std::string> object_name{};
 };
@@ -63,7 +45,7 @@ void bind_escape_energy(py::module_& module) {
                     "first.");
   def_repr(type, "EscapeEnergy", {"energy", "samples", "complete"});
   def_metric(
-      module, "escape_energy", &score_escape_energy, energy_doc,
+      module, "escape_energy", &score_escape_energy,
       std::tuple_cat(std::tuple{keyword("planner", &EnergyCall::planner), keyword("samples", &EnergyCall::samples),
                                 keyword("seed", &EnergyCall::seed), keyword("reach", &EnergyCall::reach),
                                 keyword("object", &EnergyCall::object_name)},

@@ -3,21 +3,20 @@
 #include "energymargin/metrics/force.hpp"
 
 #include "bindings.hpp"
-#include "convert.hpp"
+#include "keywords.hpp"
 #include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* force_doc =
-    R"(The wrench-based baseline: engaging score plus sticking score minus distance, each with its weight.
+struct ForceCall {
+  std::optional<ForceWeights> weights{};
+};
 
-weights: by default the problem's. Raises ValueError on a bad problem, or one whose scene has no effector.)";
-
-ForceScore score_force(const Problem& problem, const std::optional<ForceWeights>& weights) {
-  if (!weights) return force_score(problem);
+ForceScore score_force(const Problem& problem, const ForceCall& call) {
+  if (!call.weights) return force_score(problem);
   Problem weighted = problem;
-  weighted.force_weights = *weights;
+  weighted.force_weights = *call.weights;
   return force_score(weighted);
 }
 
@@ -33,8 +32,7 @@ void bind_force(py::module_& module) {
       .def_readonly("ground", &ForceScore::ground, "Of the contacts with all other bodies.")
       .def_readonly("distance", &ForceScore::distance, "Least distance between object and effector [m].");
   def_repr(type, "ForceScore", {"force"});
-  module.def("force_score", &score_force, py::arg("problem"), py::kw_only(), py::arg("weights") = py::none(),
-             force_doc);
+  def_metric(module, "force_score", &score_force, std::tuple{keyword("weights", &ForceCall::weights)});
 }
 
 }  // namespace energymargin::binding

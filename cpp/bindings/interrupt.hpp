@@ -25,8 +25,12 @@ using CancelArgument = std::optional<std::shared_ptr<Cancel>>;
 using ProgressArgument = std::optional<py::typing::Callable<void(int)>>;
 
 //! Of a call that begins now; `cancel` has to outlive it.
+inline Limit limit_of(const std::optional<double>& timeout, const CancelArgument& cancel) {
+  return Limit(cancel ? &(*cancel)->is_set : nullptr, timeout);
+}
+
 inline Limit limit_of(const TimeoutArgument& timeout, const CancelArgument& cancel) {
-  return Limit(cancel ? &(*cancel)->is_set : nullptr, real("timeout", timeout));
+  return limit_of(real("timeout", timeout), cancel);
 }
 
 //! Reports to Python how far a search is.
@@ -108,7 +112,7 @@ auto run_interruptible(const Limit& limit, const Search& search, Progress* progr
 
 //! How a call ends early.
 struct LimitCall {
-  TimeoutArgument timeout{};
+  std::optional<double> timeout{};
   CancelArgument cancel{};
 
   Limit call_limit() const { return limit_of(timeout, cancel); }

@@ -1,6 +1,5 @@
 // Joints and springs for Python.
 
-#include "convert.hpp"
 #include "energymargin/scene.hpp"
 #include "problem/words.hpp"
 #include "records.hpp"
@@ -46,8 +45,9 @@ void def_add_joint(py::class_<Scene>& scene, const std::tuple<Field<Get>...>& dr
       [drive](Scene& its_scene, const std::string& name, const std::string& parent, const std::string& child,
               const std::string& type, const ArrayLike& origin, const std::optional<ArrayLike>& orientation,
               const ArrayLike& child_origin, const std::optional<ArrayLike>& child_orientation, const ArrayLike& axis,
-              const std::pair<Number, Number>& limits, const Number& start, const Number& start_velocity, bool held,
-              const std::optional<Number>& target, const FieldInput<Joint, Get>&... arguments) {
+              const Given<std::pair<Number, Number>>& limits_given, const Number& start, const Number& start_velocity,
+              bool held, const std::optional<Number>& target, const FieldInput<Joint, Get>&... arguments) {
+        const auto limits = given("limits", limits_given, "a tuple (a number, a number)");
         Joint joint;
         joint.name = name;
         joint.type = value_of<JointType>("type", type);

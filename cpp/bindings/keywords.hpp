@@ -78,18 +78,20 @@ void def_members_constructor(py::class_<Struct>& type, const char* doc, const st
   def_constructor<Struct>(type, [](const Struct& value) { return value; }, doc, positional, named);
 }
 
-//! A function of a problem and of an `Arguments` that the keywords fill, by name alone.
+//! A function of a problem and of an `Arguments` that the keywords fill, by name alone. energymargin/scores.py, whose
+//! users call it through that, says what they are for.
 template <typename Result, typename Arguments, typename... Keywords>
 void def_metric(py::module_& module, const char* name, Result (*metric)(const Problem&, const Arguments&),
-                const char* doc, const std::tuple<Keywords...>& keywords) {
-  const auto call = [=](const Problem& problem, const typename Keywords::Input&... input) {
+                const std::tuple<Keywords...>& keywords) {
+  const auto call = [=](const Given<Problem>& problem, const typename Keywords::Input&... input) {
+    const auto& question = given_object("problem", problem);
     Arguments arguments{};
     fill(arguments, keywords, input...);
-    return metric(problem, arguments);
+    return metric(question, arguments);
   };
   std::apply(
       [&](const Keywords&... keyword) {
-        module.def(name, call, py::arg("problem"), py::kw_only(), keyword.argument()..., doc);
+        module.def(name, call, py::arg("problem"), py::kw_only(), keyword.argument()...);
       },
       keywords);
 }

@@ -10,22 +10,6 @@
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* bound_doc =
-    R"(A lower bound of the effort of escape: no disturbance gets the object out with less work.
-
-Args:
-    problem: the question.
-    cells: of poses of each object to look at.
-    tolerance: the search ends once the barrier is known to this share.
-    captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
-    timeout: the search ends after so many seconds.
-    cancel: the search ends once it is set.
-
-The bound is the least potential energy over which the object can leave, minus all energy that may help it at the start.
-Bodies that can move are in nobody's way here. The bound is 0 where nothing is certain, and `reason` says why. After a
-timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
-argument.)";
-
 struct BoundCall : LowerBoundOptions, LimitCall {};
 
 LowerBound bound_effort(const Problem& problem, const BoundCall& call) {
@@ -53,7 +37,7 @@ void bind_lower_bound(py::module_& module) {
       .def_readonly("reason", &LowerBound::reason,
                     "Why the effort is bounded by 0 alone; empty if it is bounded by more.");
   def_repr(type, "LowerBound", {"effort", "barrier", "kinetic", "stored", "cells", "complete", "reason"});
-  def_metric(module, "effort_lower_bound", &bound_effort, bound_doc,
+  def_metric(module, "effort_lower_bound", &bound_effort,
              std::tuple_cat(std::tuple{keyword("cells", &BoundCall::cells), keyword("tolerance", &BoundCall::tolerance),
                                        keyword("captured", &BoundCall::captured)},
                             limit_keywords()));

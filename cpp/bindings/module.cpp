@@ -1,4 +1,3 @@
-#include "arguments.hpp"
 #include "bindings.hpp"
 
 // A class comes before the functions whose signatures name it.
@@ -9,10 +8,5 @@ PYBIND11_MODULE(_core, module) {
                           bind_regions, bind_problem, bind_tree, bind_capture, bind_effort, bind_escape_energy,
                           bind_force, bind_batch, bind_disturbances, bind_probability}) {
     bind(module);
-  }
-  name_refused_arguments(module);
-  for (const char* name : {"regions", "disturbances"}) {
-    pybind11::module_ submodule = module.attr(name);
-    name_refused_arguments(submodule);
   }
 }

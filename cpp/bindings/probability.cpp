@@ -17,43 +17,6 @@
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* probability_doc =
-    R"(Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
-
-Args:
-    problem: the question, with a horizon or a plan.
-    disturbance: a model of em.disturbances, by default Uniform(). Or a function (random, times) of a numpy Generator and
-        the times of the steps, shape (steps,) [s], that returns wrenches, shape (steps, 6 k) for k objects [N, N m].
-    rollouts: by default 30.
-    seed: the same seed draws the same disturbances, in units of the bounds, for every problem.
-    first: the number of the first rollout. A part of the rollouts has the bits that it has in the whole.
-    threads: for several rollouts. The probability does not depend on them.
-    tolerance: rollouts are added, 32, 64, 128, ..., until half of the 95 % interval is at most this. It takes at most
-        `rollouts`, by default 10000.
-    success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
-    undisturbed: also one rollout without a disturbance, before the others.
-    most_diverged: share of the rollouts that may diverge; one always may, if others are left and it is not 0. Those that
-        do, do not count: `diverged` is their number. 1: any number, and where none is left the probability is NaN.
-    by_object: of several objects also the probability of any, and of each.
-    rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
-        `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
-        success, by_object and tolerance, and for Uniform, Gaussian and noise of the plan.
-    level: with rare, a function of a state, shape (n,), that rises towards a loss; by default how far the edge of the
-        capture set is where it is forecast to be nearest. `lost` is unbiased with any, and precise with a good one.
-    ahead: with rare, the level is that function, by default the signed distance to the edge as a share of the start's,
-        and what it gains in so long at its rate of now [s]. By default there is a forecast instead; with a level of your
-        own, as long as a rate is remembered, which 20 rollouts of their own tell.
-    timeout: the call ends after so many seconds.
-    cancel: the call ends once it is set.
-    progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
-    warn: whether the probability's warnings are issued.
-
-After a timeout or a cancel the complete rollouts count, up to the first that
-is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
-without horizon and plan, or a bad argument, and RuntimeError if more than `most_diverged` of the
-rollouts diverge. Warns, as PlausibilityWarning and once for each scene, if more than 1 % of the steps did not converge,
-or of the time is lost; `warnings` of the result has the same texts.)";
-
 constexpr const char* interval_doc =
     R"((low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
 
@@ -312,7 +275,7 @@ void bind_probability(py::module_& module) {
           "(low, high), each of shape (T,): the interval of each point of the curve alone. which: 'captured' or 'any'.")
       .def("__repr__", &repr_of);
   def_metric(
-      module, "capture_probability", &score_probability, probability_doc,
+      module, "capture_probability", &score_probability,
       std::tuple_cat(
           std::tuple{keyword("disturbance", &ProbabilityCall::model), keyword("rollouts", &ProbabilityCall::rollouts),
                      keyword("seed", &ProbabilityCall::seed), keyword("first", &ProbabilityCall::first),

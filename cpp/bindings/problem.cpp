@@ -104,30 +104,36 @@ std::optional<RegionByObject> sets_by_object(const Problem& problem) {
   return by_name;
 }
 
-Problem make_problem(const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
-                     const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
-                     const std::optional<Region>& within, const std::string& effector_word, const Number& rate,
-                     const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts,
-                     const std::optional<Number>& horizon_time, const std::optional<Plan>& plan,
-                     const std::optional<Number>& check, const Number& dwell, bool start_outside) {
+constexpr const char* sets_in_words = "a Region, or a dict, each value a Region";
+
+Problem make_problem(const Given<Scene>& scene_given, const ArrayLike& state, const ArrayLike& force,
+                     const ArrayLike& torque, const Number& duration, const Given<Sets>& captured_given,
+                     const std::optional<Given<Sets>>& succeeded_given, const std::optional<Given<Region>>& within,
+                     const Given<std::string>& effector, const Number& rate, const Given<ForceWeights>& force_weights,
+                     const std::optional<Given<std::vector<Contact>>>& contacts,
+                     const std::optional<Number>& horizon_time, const std::optional<Given<Plan>>& plan,
+                     const std::optional<Number>& check, const Number& dwell, const Given<bool>& start_outside) {
+  const Scene& scene = given_object("scene", scene_given);
+  const Sets captured = given("captured", captured_given, sets_in_words);
+  const std::optional<Sets> succeeded = given("succeeded", succeeded_given, sets_in_words);
   Problem problem(scene, vector("state", state, -1), all_of("captured", scene, captured));
   problem.force = vector3("force", force);
   problem.torque = vector3("torque", torque);
   problem.duration = real("duration", duration);
   if (succeeded) problem.succeeded = all_of("succeeded", scene, *succeeded);
-  problem.within = within;
+  problem.within = given("within", within);
   problem.captured_any = any_of("captured", scene, captured);
   problem.succeeded_any = any_of("succeeded", scene, succeeded);
-  problem.effector = value_of<Effector>("effector", effector_word);
+  problem.effector = value_of<Effector>("effector", given("effector", effector));
   problem.rate = real("rate", rate);
-  problem.force_weights = force_weights;
-  problem.contacts = contacts;
+  problem.force_weights = given("force_weights", force_weights);
+  problem.contacts = given("contacts", contacts);
   problem.horizon = real("horizon", horizon_time);
-  problem.plan = plan;
+  problem.plan = given("plan", plan);
   problem.check = real("check", check);
   problem.dwell = real("dwell", dwell);
   validate(problem);
-  warn(implausible(problem, start_outside), problem.scene);
+  warn(implausible(problem, given("start_outside", start_outside)), problem.scene);
   return problem;
 }
 
@@ -188,9 +194,9 @@ Problem load_file(const py::object& path, bool start_outside) {
   return problem;
 }
 
-Problem problem_from_json(const std::string& text, const py::object& folder) {
+Problem problem_from_json(const Given<std::string>& text, const py::object& folder) {
   std::vector<Warning> warnings;
-  Problem problem = from_json(text, folder.is_none() ? "" : file_path(folder), &warnings);
+  Problem problem = from_json(given("text", text), folder.is_none() ? "" : file_path(folder), &warnings);
   warn(warnings, problem.scene);
   return problem;
 }

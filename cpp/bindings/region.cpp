@@ -3,8 +3,8 @@
 #include "energymargin/region.hpp"
 
 #include "base/check.hpp"
-#include "convert.hpp"
 #include "energymargin/membership.hpp"
+#include "given.hpp"
 #include "regions.hpp"
 
 namespace energymargin::binding {
@@ -57,7 +57,8 @@ regions::Predicate python_predicate(py::function function) {
   }};
 }
 
-py::object contains(const Region& region, const Scene& scene, const ArrayLike& states) {
+py::object contains(const Region& region, const Given<Scene>& scene_given, const ArrayLike& states) {
+  const Scene& scene = given_object("scene", scene_given);
   const Membership member(region, scene);
   const int dimension = StateLayout(scene).dimension();
   if (is_single("states", states)) return py::bool_(member(vector("states", states, dimension)));
@@ -118,7 +119,10 @@ void bind_regions(py::module_& module) {
       "body's \"origin\", that of its shape's frame, or its \"center_of_mass\".");
   bind_primitives(primitives);
   primitives.def(
-      "Predicate", [](const StatesPredicate& function) -> Region { return python_predicate(function.value); },
+      "Predicate",
+      [](const Given<StatesPredicate>& function) -> Region {
+        return python_predicate(given("function", function, "a function").value);
+      },
       py::arg("function"), "A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.");
 }
 

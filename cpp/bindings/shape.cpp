@@ -110,7 +110,9 @@ void bind_shapes(py::module_& module) {
   bind_compound(module);
   module.def(
       "mass_properties",
-      [](const Shape& shape, const Number& mass) { return mass_properties(shape, real("mass", mass)); },
+      [](const Given<Shape>& shape, const Number& mass) {
+        return mass_properties(given("shape", shape), real("mass", mass));
+      },
       py::arg("shape"), py::arg("mass") = 1.0, "Mass properties of a solid shape of a mass [kg], of even density.");
 }
 

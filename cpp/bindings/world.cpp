@@ -157,7 +157,9 @@ double distance_at(SharedWorld& shared, const ArrayLike& state, const std::strin
   return shared.ask([&](World& world) { return world.distance(at, a, b); });
 }
 
-std::unique_ptr<SharedWorld> make_world(const Scene& scene, const std::optional<Plan>& plan) {
+std::unique_ptr<SharedWorld> make_world(const Given<Scene>& scene_given, const std::optional<Given<Plan>>& plan_given) {
+  const Scene& scene = given_object("scene", scene_given);
+  const std::optional<Plan> plan = given("plan", plan_given);
   warn(implausible(scene), scene);
   return plan ? std::make_unique<SharedWorld>(scene, *plan) : std::make_unique<SharedWorld>(scene);
 }

@@ -37,6 +37,9 @@ from energymargin._core import (
     Spring,
     Tree,
     World,
+)
+from energymargin.errors import DivergedError, EnergyMarginError
+from energymargin.scores import (
     capture_probability,
     capture_score,
     effort_lower_bound,
@@ -46,7 +49,6 @@ from energymargin._core import (
     mass_properties,
     stream,
 )
-from energymargin.errors import DivergedError, EnergyMarginError
 
 if TYPE_CHECKING:
     from energymargin import actions as actions

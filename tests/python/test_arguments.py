@@ -3,11 +3,10 @@
 import ast
 import inspect
 
-import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin import _core
+from energymargin import _core, scores
 
 BALL = em.regions.Ball("object", center=(0, 0, 0.05), radius=0.5)
 PUSH = {"force": (1, 1, 0), "torque": (0, 0, 0.1), "duration": 0.5}
@@ -27,53 +26,35 @@ def problem(scene):
 
 
 SHAPES = "a Plane, a Box, a Sphere, a Cylinder, a Capsule, a ConvexHull or a Compound"
+SETS = "a Region, or a dict, each value a Region"
 
 # Each call gets a scene and a problem of it.
 WRONG = {
-    "captured is not given, expected a Region, or a dict, each value a Region": lambda s, p: (
-        em.Problem(s, p.state, **PUSH)
-    ),
-    "captured['object'] is 3, expected a Region": lambda s, p: em.Problem(
+    f"captured is {{'object': 3}}, expected {SETS}": lambda s, p: em.Problem(
         s, p.state, **PUSH, captured={"object": 3}
     ),
-    "contacts[0] is 1, expected a Contact": lambda s, p: em.Problem(
-        s, p.state, **PUSH, captured=BALL, contacts=[1]
+    f"succeeded is 3, expected {SETS}": lambda s, p: em.Problem(
+        s, p.state, **PUSH, captured=BALL, succeeded=3
     ),
-    "Problem is given 3 arguments by position, expected at most 2 (scene, state), and by name "
-    "force, torque, duration, captured, succeeded, within, effector, rate, force_weights, "
-    "contacts, horizon, plan, check, dwell, start_outside": lambda s, p: em.Problem(
-        s, p.state, (1, 1, 0)
+    "contacts is [1], expected a list, each item a Contact": lambda s, p: em.Problem(
+        s, p.state, **PUSH, captured=BALL, contacts=[1]
     ),
     "problem is Scene(bodies=['table', 'object'], joints=0, dimension=13), expected a Problem": (
         lambda s, p: em.capture_score(s)
     ),
-    "node is not an argument of force_score, expected one of problem, weights": lambda s, p: (
-        em.force_score(p, node=3)
-    ),
-    "nodes is None, expected a whole number": lambda s, p: em.escape_effort(p, nodes=None),
-    "problem is given twice, by its position and by its name, expected once": lambda s, p: (
-        em.capture_score(p, problem=p)
-    ),
     "planner is 3, expected a str": lambda s, p: em.escape_effort(p, planner=3),
-    "shorten is 'no', expected True or False or None": lambda s, p: em.escape_effort(
-        p, shorten="no"
-    ),
-    "progress is 3, expected a function or None": lambda s, p: em.capture_score(p, progress=3),
+    "shorten is 'no', expected True or False": lambda s, p: em.escape_effort(p, shorten="no"),
+    "progress is 3, expected a function": lambda s, p: em.capture_score(p, progress=3),
+    "cancel is 3, expected a Cancel": lambda s, p: em.capture_score(p, cancel=3),
+    "weights is 3, expected a ForceWeights": lambda s, p: em.force_score(p, weights=3),
     f"shape is 3, expected {SHAPES}": lambda s, p: s.add_body("x", 3, mass=1),
-    "limits[1] is None, expected a number": lambda s, p: s.add_joint(
-        "x", parent="table", child="object", limits=(0, None)
-    ),
+    f"shape is None, expected {SHAPES}": lambda s, p: em.mass_properties(None),
     "limits is (1, 2, 3), expected a tuple (a number, a number)": lambda s, p: s.add_joint(
         "x", parent="table", child="object", limits=(1, 2, 3)
     ),
-    "size is not given, expected an array of numbers": lambda s, p: em.Box(),
-    "Cancel is given 1 argument by position, expected at most 0": lambda s, p: em.Cancel(3),
-    "scene is 3, expected a Scene": lambda s, p: BALL.contains(3, p.state),
-    "radius is None, expected a number": lambda s, p: em.regions.Ball("object", (0, 0, 0), None),
+    "scene is 3, expected a Scene": lambda s, p: em.World(3),
+    "plan is 3, expected a Plan": lambda s, p: em.World(s, 3),
     "function is 3, expected a function": lambda s, p: em.regions.Predicate(3),
-    "a key of drives is 3, expected a str": lambda s, p: em.World(s).simulate(
-        p.state, 1, drives={3: np.zeros((1, 6))}
-    ),
     "text is 3, expected a str": lambda s, p: em.Problem.from_json(3),
     "path is 3, expected a str or a pathlib.Path": lambda s, p: p.save(3),
     "problems is Problem(": lambda s, p: em.score(p),
@@ -87,6 +68,63 @@ def test_a_call_with_a_wrong_argument_names_it_and_what_was_expected(words, scen
         WRONG[words](scene, problem)
     text = str(error.value)
     assert text == words or (words.endswith("(") and text.startswith(words)), text
+
+
+NO_NUMBER = {
+    "nodes is None, expected a whole number of at least 1": lambda s, p: em.escape_effort(
+        p, nodes=None
+    ),
+    "limits[1] is None, expected a real number": lambda s, p: s.add_joint(
+        "x", parent="table", child="object", limits=(0, None)
+    ),
+    "radius is None, expected a real number": lambda s, p: em.regions.Ball(
+        "object", (0, 0, 0), None
+    ),
+    "size is None, expected an array of real numbers": lambda s, p: em.Box(None),
+}
+
+
+@pytest.mark.parametrize("words", NO_NUMBER)
+def test_none_in_the_place_of_a_number_is_refused_by_the_name_of_the_argument(
+    words, scene, problem
+):
+    with pytest.raises(ValueError) as error:
+        NO_NUMBER[words](scene, problem)
+    assert str(error.value) == words
+
+
+NAMES = {
+    "unexpected keyword argument 'node'": lambda s, p: em.force_score(p, node=3),
+    "multiple values for argument 'problem'": lambda s, p: em.capture_score(p, problem=p),
+    "missing 1 required positional argument: 'problem'": lambda s, p: em.escape_effort(),
+    # Classes list the names that there are, and the call's.
+    "captured: .* start_outside: .*\n\nInvoked with: .* kwargs: force=": lambda s, p: em.Problem(
+        s, p.state, **PUSH
+    ),
+    "Box\\(size: .*\n\nInvoked with: 1, 2": lambda s, p: em.Box(1, 2),
+}
+
+
+@pytest.mark.parametrize("words", NAMES)
+def test_a_call_with_a_wrong_name_shows_it_or_the_names_that_there_are(words, scene, problem):
+    with pytest.raises(TypeError, match=f"(?s){words}"):
+        NAMES[words](scene, problem)
+
+
+SCORES = [name for name in scores.__all__ if callable(getattr(_core, name))]
+
+
+@pytest.mark.parametrize("name", SCORES)
+def test_a_function_has_the_names_and_the_defaults_of_the_core(name):
+    asked = inspect.signature(getattr(em, name))
+    first = getattr(_core, name).__doc__.split("\n")[0]
+    (core,) = ast.parse(f"def {first}: ...").body
+    by_name = zip(core.args.kwonlyargs, core.args.kw_defaults, strict=True)
+    names = [argument.arg for argument in (*core.args.args, *core.args.kwonlyargs)]
+    assert list(asked.parameters) == names
+    for argument, default in by_name:
+        shown = repr(asked.parameters[argument.arg].default)
+        assert ast.unparse(default) in (shown, "...")
 
 
 @pytest.mark.parametrize(
@@ -103,32 +141,6 @@ def test_a_type_error_of_the_users_own_function_stays_as_it_is(problem):
 
     with pytest.raises(TypeError, match=r"^capture_score\(\): mine$"):
         em.capture_score(problem, nodes=10, progress=progress)
-
-
-def functions():
-    """Every function and method of the compiled module that takes named arguments."""
-    for owner in (_core, _core.regions, *filter(inspect.isclass, vars(_core).values())):
-        for name, value in vars(owner).items():
-            function = getattr(owner, name) if isinstance(value, staticmethod) else value
-            first = (getattr(function, "__doc__", None) or "").split("\n")[0]
-            if first.startswith(f"{name}(") and not name.startswith("__"):
-                yield pytest.param(function, first, id=f"{owner.__name__}.{name}")
-        if owner in vars(_core).values() and isinstance(owner, type) and "__init__" in vars(owner):
-            first = owner.__init__.__doc__.split("\n")[0]
-            if first.startswith("__init__("):
-                yield pytest.param(owner, first, id=owner.__name__)
-
-
-@pytest.mark.parametrize(("function", "signature"), list(functions()))
-def test_every_function_names_an_argument_that_it_does_not_have(function, signature):
-    (definition,) = ast.parse(f"def {signature}: ...").body
-    if definition.args.kwarg is not None:  # Scene.pack, whose keywords are bodies
-        return
-    method = definition.args.args[:1] and definition.args.args[0].arg == "self"
-    owner = None if isinstance(function, type) or not method else object()
-    arguments = [] if owner is None else [owner]
-    with pytest.raises(TypeError, match=r"^nothing is not an argument of \w+, expected "):
-        function(*arguments, nothing=1)
 
 
 def test_a_region_has_no_truth_so_that_none_is_dropped_by_and_or_or_not():

@@ -1892,156 +1892,17 @@ class CaptureProbability:
         Sentences that speak against the result: more than 1 % of the steps did not converge, or of the time is lost.
         """
 def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, most_diverged: float = 0.01, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureProbability:
-    """
-    Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
-    
-    Args:
-        problem: the question, with a horizon or a plan.
-        disturbance: a model of em.disturbances, by default Uniform(). Or a function (random, times) of a numpy Generator and
-            the times of the steps, shape (steps,) [s], that returns wrenches, shape (steps, 6 k) for k objects [N, N m].
-        rollouts: by default 30.
-        seed: the same seed draws the same disturbances, in units of the bounds, for every problem.
-        first: the number of the first rollout. A part of the rollouts has the bits that it has in the whole.
-        threads: for several rollouts. The probability does not depend on them.
-        tolerance: rollouts are added, 32, 64, 128, ..., until half of the 95 % interval is at most this. It takes at most
-            `rollouts`, by default 10000.
-        success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
-        undisturbed: also one rollout without a disturbance, before the others.
-        most_diverged: share of the rollouts that may diverge; one always may, if others are left and it is not 0. Those that
-            do, do not count: `diverged` is their number. 1: any number, and where none is left the probability is NaN.
-        by_object: of several objects also the probability of any, and of each.
-        rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
-            `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
-            success, by_object and tolerance, and for Uniform, Gaussian and noise of the plan.
-        level: with rare, a function of a state, shape (n,), that rises towards a loss; by default how far the edge of the
-            capture set is where it is forecast to be nearest. `lost` is unbiased with any, and precise with a good one.
-        ahead: with rare, the level is that function, by default the signed distance to the edge as a share of the start's,
-            and what it gains in so long at its rate of now [s]. By default there is a forecast instead; with a level of your
-            own, as long as a rate is remembered, which 20 rollouts of their own tell.
-        timeout: the call ends after so many seconds.
-        cancel: the call ends once it is set.
-        progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
-        warn: whether the probability's warnings are issued.
-    
-    After a timeout or a cancel the complete rollouts count, up to the first that
-    is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
-    without horizon and plan, or a bad argument, and RuntimeError if more than `most_diverged` of the
-    rollouts diverge. Warns, as PlausibilityWarning and once for each scene, if more than 1 % of the steps did not converge,
-    or of the time is lost; `warnings` of the result has the same texts.
-    """
+    ...
 def capture_score(problem: Problem, *, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
-    """
-    Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
-    
-    Args:
-        problem: the question.
-        nodes: of each search tree, besides its root.
-        seed: the same seed gives the same bits.
-        rate: lambda of eq. 4 [1/J]; by default the problem's.
-        trees: independent trees, by default 1. Two or more give standard errors.
-        threads: for several trees, and for the nodes of a round. The score does not depend on them.
-        nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones. More of them take fewer
-            rollouts. The tree grows from the ends alone.
-        nodes_per_round: how many nodes are extended at once, all drawn from the tree before, and at most as many as it has.
-            From 16 on a single tree keeps two threads busy. 1 is Algorithm 2; another number gives another tree.
-        least_likelihood: a rollout ends for good where its likelihood falls to this share of the root's.
-        tolerance: trees are added until every standard error is at most this. It takes at least 8 trees, and at most
-            `trees`, by default 1000.
-        timeout: the search ends after so many seconds.
-        cancel: the search ends once it is set.
-        progress: progress(nodes) is called now and then with the nodes of all trees so far. An exception of it ends the
-            search.
-        warn: whether the score's warnings are issued.
-    
-    After a timeout or a cancel the complete trees count, up to the first that is not; if there is none, the first tree as
-    far as it is. `complete` is False then.
-    
-    Warns, as PlausibilityWarning and once for each scene, if the resolution is above 0.2, or if the score is above 0.5
-    although the state leaves the capture set within 1 s without a disturbance; and if more than 1 % of the steps did not
-    converge, or of the time is lost. `warnings` of the score has the same texts.
-    Raises ValueError on a bad problem or argument.
-    """
+    ...
 def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: float = 0.05, captured: str = 'all', timeout: float | None = None, cancel: Cancel | None = None) -> LowerBound:
-    """
-    A lower bound of the effort of escape: no disturbance gets the object out with less work.
-    
-    Args:
-        problem: the question.
-        cells: of poses of each object to look at.
-        tolerance: the search ends once the barrier is known to this share.
-        captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
-        timeout: the search ends after so many seconds.
-        cancel: the search ends once it is set.
-    
-    The bound is the least potential energy over which the object can leave, minus all energy that may help it at the start.
-    Bodies that can move are in nobody's way here. The bound is 0 where nothing is certain, and `reason` says why. After a
-    timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
-    argument.
-    """
+    ...
 def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str | None = None, sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> EscapeEffort:
-    """
-    The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
-    
-    Args:
-        problem: the question.
-        planner: 'est' or 'rrt', the x of AO-x.
-        nodes: of the search tree, besides its root.
-        seed: the same seed gives the same bits.
-        captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
-        search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
-            By default a problem with a horizon or a plan has the improved one, and one without has the published one: since
-            a wait of any length is free there, the cheapest escapes of two states hardly differ.
-        sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
-            the others at their bounds, along one axis, zero, or that of the edge before.
-        shorten: spend nine of ten nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
-            weakened, cut in two and merged, and each change is simulated (improved).
-        stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
-        lower_bound: after the search, bound the effort from below too, as `effort_lower_bound` does. It has the time that the
-            search leaves.
-        bound_cells: of poses of each object that the lower bound looks at.
-        bound_tolerance: the lower bound is done once its barrier is known to this share.
-        timeout: the search ends after so many seconds.
-        cancel: the search ends once it is set.
-        progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
-        warn: whether the effort's warnings are issued.
-    
-    With a horizon or a plan an escape has to be outside in time, at one of the looks (every `check`), and to stay outside for
-    `dwell`, or up to the horizon, without a wrench. Its effort is that up to its first look outside. The first rollout is the
-    undisturbed future: an object that leaves without a disturbance has effort 0, for any number of nodes and through `within`
-    or not. So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as it takes.
-    
-    After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False.
-    
-    Warns, as PlausibilityWarning and once for each scene, if a cheaper escape was discarded; if the effort is above 0 although
-    the state leaves the capture set without a disturbance, which is looked for within 1 s if there is no horizon; and if more
-    than 1 % of the steps did not converge, or of the time is lost. `warnings` of the result has the same texts. Raises
-    ValueError on a bad problem or argument.
-    """
+    ...
 def escape_energy(problem: Problem, *, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
-    """
-    The least potential energy above that of the start over which the object leaves the capture set.
-    
-    The object moves slowly and without friction, and everything else stays where it is.
-    
-    Args:
-        problem: the question.
-        planner: 'bit*' or 'rrt*'.
-        samples: poses of the object to draw.
-        seed: the same seed gives the same bits.
-        reach: half the edge of the box around the start to search in [m]; by default it adapts.
-        object: name of the object that leaves; needed if there are several.
-        timeout: the search ends after so many seconds.
-        cancel: the search ends once it is set.
-    
-    After a timeout or a cancel the result is the lowest barrier so far, and `complete` is False. Raises ValueError on a bad
-    problem or argument.
-    """
+    ...
 def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> ForceScore:
-    """
-    The wrench-based baseline: engaging score plus sticking score minus distance, each with its weight.
-    
-    weights: by default the problem's. Raises ValueError on a bad problem, or one whose scene has no effector.
-    """
+    ...
 def interval(scores: numpy.typing.ArrayLike, resolution: float, confidence: float = 0.95) -> tuple[float, float]:
     """
     (low, high), a confidence interval for the score of infinitely many trees, from those of two or more, shape (trees,). CaptureScore.interval gives the same.
