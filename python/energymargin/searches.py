@@ -25,6 +25,7 @@ from energymargin._core import (
 from energymargin.checks import not_negative_number, one_of, share, whole_number, yes_or_no
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.metrics import ANY, CLOCKLESS, KINDS, METRICS, TIMED, metric_kind, settings_of
+from energymargin.settings import setting
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -74,26 +75,47 @@ LATER: dict[str, Any] = {
 class SearchSettings:
     """Settings of the searches and rollouts behind the scores. Raises ValueError on bad values."""
 
-    nodes: int = 1000
+    nodes: int = setting(
+        1000, "Nodes of each search tree: with more, scores are finer and take longer."
+    )
     """Nodes of each search tree."""
-    seed: int = 0
+    seed: int = setting(0, "The same seed gives the same numbers, to the last bit.")
     """Each problem has a stream of its own: the tree of problem i has the seed stream(seed, i)."""
-    nodes_per_edge: int = 1
+    nodes_per_edge: int = setting(
+        1,
+        "Of capture and success: the most states of a rollout that are nodes. More of them take "
+        "fewer rollouts.",
+    )
     """Of capture and success, as of `capture_score`."""
-    least_likelihood: float = 0.0
+    least_likelihood: float = setting(
+        0.0,
+        "Of capture and success: a rollout ends where its likelihood falls to this share of the "
+        "root's.",
+    )
     """Of capture and success, as of `capture_score`."""
-    stop_at_escape: bool = False
+    stop_at_escape: bool = setting(
+        False, "Of the efforts: a rollout ends where it is seen outside of the capture set."
+    )
     """Of the efforts, as of `escape_effort`."""
-    rollouts: int = 30
+    rollouts: int = setting(30, "Of each probability: more make its interval narrower.")
     """Of the probabilities, as of `capture_probability`."""
-    strength: float = 1.0
+    strength: float = setting(
+        1.0, "Of the disturbance of the probabilities: a share of the task's bounds.", shown="1"
+    )
     """Of their disturbance, as of `em.disturbances.Uniform`."""
-    objects: int | None = None
+    objects: int | None = setting(None, "Objects that are disturbed at a time; all if not given.")
     """The same: how many of several objects it meets at a time; None: all."""
-    common_random_numbers: bool = False
+    common_random_numbers: bool = setting(
+        False,
+        "All states meet the same disturbances (common random numbers), to be compared.",
+    )
     """Of the probabilities: every problem draws from the seed itself, and not from its own stream,
     so that problems are compared under the same disturbances."""
-    search: Search | None = None
+    search: Search | None = setting(
+        None,
+        "Of the efforts: improved finds cheaper escapes, published is the paper's search. If not "
+        "given improved with a horizon, published without, where it alone ranks.",
+    )
     """Of the efforts, as of `escape_effort`: "improved", or "published", which is the paper's;
     None: that which ranks, "improved" of problems with a horizon and "published" of others."""
 

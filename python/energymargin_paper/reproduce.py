@@ -18,7 +18,8 @@ import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
-from energymargin.cli.options import OverwriteFolderOption, ThreadsOption, split
+from energymargin.cli.fields import split
+from energymargin.cli.options import OverwriteFolderOption, ThreadsOption
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, say
 from energymargin.replacing import replace_text

@@ -5,14 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from dataclasses import field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from energymargin.cli.progress import progress_bar
 from energymargin.cli.terminal import err, out
 from energymargin.executors.threads import thread_count
 from energymargin.replacing import replace_text
+from energymargin.settings import setting
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -38,14 +38,6 @@ class Result(Protocol):
 
 SettingsT = TypeVar("SettingsT", bound="DataclassInstance")
 ResultT = TypeVar("ResultT", bound=Result)
-
-
-def setting(default: Any, text: str, *, shown: str | None = None) -> Any:
-    """A field of a study's settings that its command offers as an option.
-
-    `text` is its help, `shown` its default in words. A tuple is typed separated by commas.
-    """
-    return field(default=default, metadata={"help": text, "shown": shown})
 
 
 class Study(ABC, Generic[SettingsT, ResultT]):

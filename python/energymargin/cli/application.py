@@ -10,6 +10,7 @@ import sqlite3
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from importlib.metadata import EntryPoint, entry_points
 from traceback import format_exception
 from typing import Annotated, Any
 
@@ -24,13 +25,19 @@ from energymargin.cli.export import export
 from energymargin.cli.generate import generate
 from energymargin.cli.importing import import_recordings
 from energymargin.cli.rank import rank
-from energymargin.cli.registered import registered_command, registered_names
 from energymargin.cli.report import report
 from energymargin.cli.score import score
 from energymargin.cli.tasks import tasks
-from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, say_stopped
+from energymargin.cli.terminal import (
+    BAD_INPUT,
+    INTERRUPTED,
+    err,
+    leave,
+    say,
+    say_stopped,
+    shown_warnings,
+)
 from energymargin.cli.view import view_command
-from energymargin.cli.warned import shown_warnings
 from energymargin.interrupts import interrupted, remembered_interrupts
 
 __all__ = ["app", "main"]
@@ -42,6 +49,8 @@ ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.E
 
 
 TRACEBACK = "--traceback"
+GROUP = "energymargin.commands"
+"""Entry points of this group name Typer apps: the commands that other packages register."""
 
 
 class _Commands(TyperGroup):
@@ -54,10 +63,10 @@ class _Commands(TyperGroup):
         return super().parse_args(ctx, args)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return [*super().list_commands(ctx), *registered_names()]
+        return [*super().list_commands(ctx), *_registered_names()]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        return super().get_command(ctx, cmd_name) or registered_command(cmd_name)
+        return super().get_command(ctx, cmd_name) or _registered_command(cmd_name)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         with remembered_interrupts(), bars_by(_bar), shown_warnings():
@@ -170,3 +179,36 @@ def _one_line(error: BaseException) -> str:
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         return f"{error.filename}: {error.strerror}"
     return " ".join(str(error).split())
+
+
+def _registered_names() -> list[str]:
+    """The names that `_registered_command` knows, sorted."""
+    return sorted({entry.name for entry in entry_points(group=GROUP)})
+
+
+def _registered_command(name: str) -> Any:
+    """The command of that name; None if there is none. A command whose package cannot be imported
+    says so when it is called."""
+    for entry in entry_points(group=GROUP, name=name):
+        try:
+            command: Any = typer.main.get_command(entry.load())
+        except ImportError as error:
+            command = typer.main.get_command(_unusable(entry, error))
+        command.name = name
+        return command
+    return None
+
+
+def _unusable(entry: EntryPoint, error: ImportError) -> typer.Typer:
+    """An app that takes whatever it is given, and raises ImportError."""
+    app = typer.Typer(add_completion=False)
+    package = entry.module.partition(".")[0]
+    need = f"needs the package {package}, which cannot be imported"
+    way_out = f"({error}): install {package}, or energymargin as a whole"
+    anything = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+    @app.command(help=f"This command {need}.", context_settings=anything)
+    def refuse() -> None:
+        raise ImportError(f"`energymargin {entry.name}` {need} {way_out}")
+
+    return app

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
 from energymargin.cli.evaluate import print_evaluation
+from energymargin.cli.fields import changed, options_of
 from energymargin.cli.options import (
-    NodesOption,
     OverwriteFolderOption,
-    SeedOption,
     ThreadsOption,
     chosen_executor,
 )
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import err, say
+from energymargin.searches import SearchSettings
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -28,39 +28,38 @@ __all__ = ["demo"]
 
 TASK = "push"
 FRAMES = 10
+SEARCH = SearchSettings(nodes=100, search="published")
 SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 
 
+@options_of(SEARCH, "nodes", "seed")
 def demo(
     *,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
         "out"
     ),
     trajectories: Annotated[int, typer.Option(help="How many trajectories.")] = 50,
-    nodes: NodesOption = 100,
-    seed: SeedOption = 0,
     threads: ThreadsOption = None,
     overwrite: OverwriteFolderOption = False,
+    **given: Any,
 ) -> None:
     """The whole way on planar pushing: scores, table, pictures. Stopped, it goes on from there.
 
     Example: `energymargin demo -o out`
     """
-    from energymargin.searches import SearchSettings
-
     if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
     require_own_folder(output, overwrite=overwrite)
-    dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
+    settings = changed(SEARCH, given)
+    dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, settings.seed)
     database = output / f"{TASK}-scores.db"
-    settings, executor = SearchSettings(nodes, seed, search="published"), chosen_executor(threads)
-    with scored_run(dataset, database, settings, executor=executor) as (run, _):
+    with scored_run(dataset, database, settings, executor=chosen_executor(threads)) as (run, _):
         labelled = run.labelled_scores()
-    print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=seed)
+    print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=settings.seed)
     # Slow to load, which Ctrl-C would wait for.
     from energymargin.plots.datasets import figure_along, figure_trees
 
-    figure_trees(dataset, nodes, seed).savefig(output / "qualitative.png")
+    figure_trees(dataset, settings.nodes, settings.seed).savefig(output / "qualitative.png")
     figure_along(dataset, labelled).savefig(output / "scores.png")
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
     say(f"In {escape(str(output))}/: {', '.join(written)}")

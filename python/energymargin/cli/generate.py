@@ -11,6 +11,7 @@ from rich.markup import escape
 
 from energymargin.cli.options import (
     PICTURE_NODES,
+    WHERE,
     OverwriteOption,
     ParameterOption,
     SchedulerOption,
@@ -43,7 +44,8 @@ ProcessesOption = Annotated[
     int | None,
     typer.Option(
         help="Processes; all cores if not given, and there is work for them. The file does not "
-        "depend on it."
+        "depend on it.",
+        rich_help_panel=WHERE,
     ),
 ]
 

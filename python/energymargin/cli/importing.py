@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = ["import_recordings"]
 
+BAGS = "Bags of ROS 2"
+REPAIRS = "How frames are put right"
 
 FilesArgument = Annotated[
     list[Path] | None,
@@ -33,11 +35,14 @@ ObjectTopicOption = Annotated[
     typer.Option(
         help="Of bags, the topic of the object's poses, as /box/pose, or with a frame, as /tf:box.",
         metavar="TOPIC",
+        rich_help_panel=BAGS,
     ),
 ]
 EffectorTopicOption = Annotated[
     str | None,
-    typer.Option(help="The same of the effector, the robot's tool.", metavar="TOPIC"),
+    typer.Option(
+        help="The same of the effector, the robot's tool.", metavar="TOPIC", rich_help_panel=BAGS
+    ),
 ]
 TaskOption = Annotated[
     str | None, typer.Option(help="Whose scene and capture set these recordings have.")
@@ -78,15 +83,24 @@ CapturedOption = Annotated[
 RepairOption = Annotated[
     bool,
     typer.Option(
-        "--repair/--no-repair", help="Fill short gaps and replace outliers, or refuse them."
+        "--repair/--no-repair",
+        help="Fill short gaps and replace outliers, or refuse them.",
+        rich_help_panel=REPAIRS,
     ),
 ]
 LongestGapOption = Annotated[
-    float, typer.Option(help="The longest gap that is filled, in a body's poses or in frames [s].")
+    float,
+    typer.Option(
+        help="The longest gap that is filled, in a body's poses or in frames [s].",
+        rich_help_panel=REPAIRS,
+    ),
 ]
 SmoothingOption = Annotated[
     float,
-    typer.Option(help="Time scale of the smoothing where the files have no velocities [s]."),
+    typer.Option(
+        help="Time scale of the smoothing where the files have no velocities [s].",
+        rich_help_panel=REPAIRS,
+    ),
 ]
 CausalOption = Annotated[
     bool,
@@ -94,10 +108,14 @@ CausalOption = Annotated[
         "--causal",
         help="Smooth each frame with frames up to it alone, as a robot has them: scores foresee "
         "without frames to come.",
+        rich_help_panel=REPAIRS,
     ),
 ]
 MostOverlapOption = Annotated[
-    float, typer.Option(help="How far a body may be moved out of another one [m].")
+    float,
+    typer.Option(
+        help="How far a body may be moved out of another one [m].", rich_help_panel=REPAIRS
+    ),
 ]
 
 

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "PICTURE_NODES",
+    "WHERE",
     "BootstrapSeedOption",
     "DrawsOption",
     "LastOption",
-    "NodesOption",
     "OverwriteFolderOption",
     "OverwriteOption",
     "ParameterOption",
@@ -37,13 +37,11 @@ __all__ = [
     "chosen_sampling",
     "cluster",
     "parsed",
-    "probability_settings",
-    "real",
+    "refuse_probability_settings",
     "require_one",
-    "split",
-    "whole",
 ]
 
+WHERE = "Where it runs"
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
 ScoresArgument = Annotated[
@@ -52,12 +50,11 @@ ScoresArgument = Annotated[
 SeedOption = Annotated[
     int, typer.Option(help="The same seed gives the same numbers, to the last bit.")
 ]
-NodesOption = Annotated[
-    int,
-    typer.Option(help="Nodes of each search tree: with more, scores are finer and take longer."),
-]
 ThreadsOption = Annotated[
-    int | None, typer.Option(help="Threads; all cores if not given. Scores do not depend on it.")
+    int | None,
+    typer.Option(
+        help="Threads; all cores if not given. Scores do not depend on it.", rich_help_panel=WHERE
+    ),
 ]
 ParameterOption = Annotated[
     list[str] | None,
@@ -88,11 +85,16 @@ DrawsOption = Annotated[
 BootstrapSeedOption = Annotated[int, typer.Option(help="Of the bootstrap intervals.")]
 TimeoutOption = Annotated[
     float | None,
-    typer.Option(help="Seconds after which it ends with what is done; exit code 124."),
+    typer.Option(
+        help="Seconds after which it ends with what is done; exit code 124.", rich_help_panel=WHERE
+    ),
 ]
 SchedulerOption = Annotated[
     str | None,
-    typer.Option(help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."),
+    typer.Option(
+        help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
+        rich_help_panel=WHERE,
+    ),
 ]
 
 PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none": None}
@@ -175,34 +177,14 @@ def _refuse_without_horizon(plan: str | None, **times: float | None) -> None:
             )
 
 
-def probability_settings(
-    horizon: int | None,
-    rollouts: int | None,
-    strength: float | None,
-    objects: int | None,
-    common: bool,
-) -> dict[str, Any]:
-    """The settings of probabilities, as far as they are given. Raises ValueError on one of them
-    without a horizon: nothing asks for a probability then."""
-    options = {"rollouts": rollouts, "strength": strength, "objects": objects}
-    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
-    if horizon is None and (given or common):
-        what = next((f"--{name} is {value}" for name, value in given.items()), "--common is given")
-        raise ValueError(f"{what}, but no probability is asked for: add --horizon FRAMES")
-    return {**given, "common_random_numbers": common}
-
-
-def split(words: str) -> list[str]:
-    """The words between commas."""
-    return [word.strip() for word in words.split(",")]
-
-
-def whole(name: str, word: str) -> int:
-    """A whole number. Raises ValueError if the word is none."""
-    try:
-        return int(word)
-    except ValueError:
-        raise ValueError(f"{name} has {word!r}, expected whole numbers") from None
+def refuse_probability_settings(given: dict[str, Any]) -> None:
+    """Raises ValueError on a setting of probabilities: without a horizon nothing asks for one."""
+    for name in ("rollouts", "strength", "objects", "common_random_numbers"):
+        if given[name] is not None:
+            what = f"--{name} is {given[name]}"
+            if name == "common_random_numbers":
+                what = "--common is given"
+            raise ValueError(f"{what}, but no probability is asked for: add --horizon FRAMES")
 
 
 def parsed(parameters: list[str]) -> dict[str, Any]:
@@ -217,11 +199,3 @@ def parsed(parameters: list[str]) -> dict[str, Any]:
         except json.JSONDecodeError:
             values[name] = value
     return values
-
-
-def real(name: str, word: str) -> float:
-    """A number. Raises ValueError if the word is none."""
-    try:
-        return float(word)
-    except ValueError:
-        raise ValueError(f"{name} has {word!r}, expected numbers") from None

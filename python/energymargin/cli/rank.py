@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
+from energymargin.cli.fields import options_of
 from energymargin.cli.options import (
-    NodesOption,
+    WHERE,
     OverwriteOption,
     SchedulerOption,
-    SeedOption,
     ThreadsOption,
     TimeoutOption,
     chosen_executor,
@@ -20,16 +20,19 @@ from energymargin.cli.options import (
 )
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, out, say
+from energymargin.searches import SearchSettings
 
 if TYPE_CHECKING:
     from energymargin import Problem, Ranking
-    from energymargin.searches import Search
 
 __all__ = ["rank"]
 
 TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
+RACE = "How candidates are compared"
 
 
+@options_of(SearchSettings(), "nodes", "seed")
+@options_of(SearchSettings(), "search", panel=RACE)
 def rank(
     problems: Annotated[
         list[Path], typer.Argument(help="Problem files, from `problem.save(...)`: the candidates.")
@@ -60,24 +63,25 @@ def rank(
             metavar="JSON|FILE",
         ),
     ] = None,
-    confidence: Annotated[float, typer.Option(help="Of all comparisons together, below 1.")] = 0.95,
+    confidence: Annotated[
+        float,
+        typer.Option(help="Of all comparisons together, below 1.", rich_help_panel=RACE),
+    ] = 0.95,
     tolerance: Annotated[
         float,
-        typer.Option(help="A difference of probabilities that does not matter, below 1."),
+        typer.Option(
+            help="A difference of probabilities that does not matter, below 1.",
+            rich_help_panel=RACE,
+        ),
     ] = 0.05,
     race: Annotated[
         bool,
-        typer.Option("--race/--no-race", help="Whoever is beaten is out before the end."),
-    ] = True,
-    seed: SeedOption = 0,
-    nodes: NodesOption = 1000,
-    search: Annotated[
-        str | None,
         typer.Option(
-            help="Of the efforts; if not given improved with a horizon, published without.",
-            metavar="improved|published",
+            "--race/--no-race",
+            help="Whoever is beaten is out before the end.",
+            rich_help_panel=RACE,
         ),
-    ] = None,
+    ] = True,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -87,10 +91,12 @@ def rank(
     overwrite: OverwriteOption = False,
     threads: ThreadsOption = None,
     processes: Annotated[
-        int | None, typer.Option(help="So many processes instead of threads.")
+        int | None,
+        typer.Option(help="So many processes instead of threads.", rich_help_panel=WHERE),
     ] = None,
     scheduler: SchedulerOption = None,
     timeout: TimeoutOption = None,
+    **given: Any,
 ) -> None:
     """Rank problems: which plan, grasp or push holds best, and how sure is that?
 
@@ -117,9 +123,7 @@ def rank(
             confidence=confidence,
             tolerance=tolerance,
             race=race,
-            seed=seed,
-            nodes=nodes,
-            search=cast("Search | None", search),
+            **{name: value for name, value in given.items() if value is not None},
             executor=chosen_executor(threads, processes, scheduler),
             progress=progress,
             timeout=timeout,

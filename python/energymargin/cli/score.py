@@ -5,33 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
+from energymargin.cli.fields import changed, options_of, split
 from energymargin.cli.options import (
-    NodesOption,
+    WHERE,
     SchedulerOption,
-    SeedOption,
     ThreadsOption,
     TimeoutOption,
     chosen_executor,
     chosen_future,
     chosen_sampling,
-    probability_settings,
-    split,
+    refuse_probability_settings,
 )
 from energymargin.cli.terminal import TIMED_OUT, err, say
+from energymargin.searches import SearchSettings
 
 if TYPE_CHECKING:
     from energymargin.beliefs.uncertainty import Sampling
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
-    from energymargin.searches import Search, SearchSettings
     from energymargin.store import Run
 
 __all__ = ["score", "scored_run"]
+
+SEARCH = SearchSettings()
+OVER_A_HORIZON = "Over a horizon"
+MODELS = "Models known with an error"
 
 DataArgument = Annotated[Path, typer.Argument(help="A dataset, from `energymargin generate`.")]
 OutputOption = Annotated[
@@ -40,35 +43,6 @@ OutputOption = Annotated[
 MetricsOption = Annotated[
     str | None,
     typer.Option(help="Which scores, with commas between; all that there are if not given."),
-]
-NodesPerEdgeOption = Annotated[
-    int,
-    typer.Option(
-        help="Of capture and success: the most states of a rollout that are nodes. More of them "
-        "take fewer rollouts."
-    ),
-]
-LeastLikelihoodOption = Annotated[
-    float,
-    typer.Option(
-        help="Of capture and success: a rollout ends where its likelihood falls to this share of "
-        "the root's."
-    ),
-]
-SearchOption = Annotated[
-    str | None,
-    typer.Option(
-        help="Of the efforts: improved finds cheaper escapes, published is the paper's search. If "
-        "not given improved with a horizon, published without, where it alone ranks.",
-        metavar="improved|published",
-    ),
-]
-StopAtEscapeOption = Annotated[
-    bool,
-    typer.Option(
-        "--stop-at-escape",
-        help="Of the efforts: a rollout ends where it is seen outside of the capture set.",
-    ),
 ]
 HorizonOption = Annotated[
     int | None,
@@ -86,12 +60,14 @@ PlanOption = Annotated[
         "script from the frame on, and behind its end what the task says (the default). hold: "
         "it goes on as it moves, as for recordings. none: it coasts.",
         metavar="script|hold|none",
+        rich_help_panel=OVER_A_HORIZON,
     ),
 ]
 CheckOption = Annotated[
     float | None,
     typer.Option(
         help="With --horizon, the time between two looks at the capture set [s].",
+        rich_help_panel=OVER_A_HORIZON,
         show_default="about 1/60",
     ),
 ]
@@ -99,22 +75,9 @@ DwellOption = Annotated[
     float | None,
     typer.Option(
         help="With --horizon, how long the objects have to be outside to be lost [s].",
+        rich_help_panel=OVER_A_HORIZON,
         show_default="0: one look is enough",
     ),
-]
-RolloutsOption = Annotated[
-    int | None,
-    typer.Option(help="Of each probability: more make its interval narrower.", show_default="30"),
-]
-StrengthOption = Annotated[
-    float | None,
-    typer.Option(
-        help="Of the disturbance of the probabilities: a share of the task's bounds.",
-        show_default="1",
-    ),
-]
-ObjectsOption = Annotated[
-    int | None, typer.Option(help="Objects that are disturbed at a time; all if not given.")
 ]
 BeliefOption = Annotated[
     str | None,
@@ -122,49 +85,51 @@ BeliefOption = Annotated[
         help="How well the models are known, as JSON or a file of it: friction, mass, pose, "
         "velocity. Scores are then means over a belief, at as many steps.",
         metavar="JSON|FILE",
+        rich_help_panel=MODELS,
     ),
 ]
 ParticlesOption = Annotated[
-    int | None, typer.Option(help="With --belief, draws of it for each state.", show_default="16")
-]
-CommonOption = Annotated[
-    bool,
+    int | None,
     typer.Option(
-        "--common",
-        help="All states meet the same disturbances (common random numbers), to be compared.",
+        help="With --belief, draws of it for each state.",
+        show_default="16",
+        rich_help_panel=MODELS,
     ),
 ]
 ProcessesOption = Annotated[
     int | None,
-    typer.Option(help="So many processes instead of threads: a crash costs little."),
+    typer.Option(
+        help="So many processes instead of threads: a crash costs little.", rich_help_panel=WHERE
+    ),
 ]
 
 
+@options_of(SEARCH, "nodes", "seed")
+@options_of(
+    *(SEARCH, "search", "stop_at_escape", "nodes_per_edge", "least_likelihood"),
+    panel="How trees are grown",
+)
+@options_of(
+    *(SEARCH, "rollouts", "strength", "objects", "common_random_numbers"),
+    panel=OVER_A_HORIZON,
+    common_random_numbers="--common",
+)
 def score(
     *,
     data: DataArgument,
     output: OutputOption = None,
     metrics: MetricsOption = None,
-    nodes: NodesOption = 1000,
-    nodes_per_edge: NodesPerEdgeOption = 1,
-    least_likelihood: LeastLikelihoodOption = 0.0,
-    search: SearchOption = None,
-    stop_at_escape: StopAtEscapeOption = False,
     horizon: HorizonOption = None,
     plan: PlanOption = None,
     check: CheckOption = None,
     dwell: DwellOption = None,
-    rollouts: RolloutsOption = None,
-    strength: StrengthOption = None,
-    objects: ObjectsOption = None,
-    common: CommonOption = False,
     belief: BeliefOption = None,
     particles: ParticlesOption = None,
-    seed: SeedOption = 0,
     threads: ThreadsOption = None,
     processes: ProcessesOption = None,
     scheduler: SchedulerOption = None,
     timeout: TimeoutOption = None,
+    **given: Any,
 ) -> None:
     """Score every state of a dataset that is not scored yet. Stopped in any way, the same command
     goes on from there; started twice at once, the two share the work.
@@ -178,13 +143,9 @@ def score(
 
     On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
     """
-    from energymargin.searches import SearchSettings
-
-    settings = SearchSettings(
-        *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
-        search=cast("Search | None", search),  # SearchSettings refuses other words
-        **probability_settings(horizon, rollouts, strength, objects, common),
-    )
+    settings = changed(SEARCH, given)
+    if horizon is None:
+        refuse_probability_settings(given)
     future = chosen_future(horizon, plan, check, dwell)
     _score(
         data,

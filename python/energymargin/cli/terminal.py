@@ -1,15 +1,19 @@
-"""The terminal: what commands print, and how they end."""
+"""The terminal: what commands print, warnings among it, and how they end."""
 
 from __future__ import annotations
 
 import os
 import sys
-from contextlib import AbstractContextManager
-from typing import NoReturn
+import warnings
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any, NoReturn
 
 from rich.console import Console
+from rich.markup import escape
 
 from energymargin.interrupts import on_interrupt
+from energymargin.plausibility import HOW_TO_IGNORE
 
 __all__ = [
     "BAD_INPUT",
@@ -21,6 +25,7 @@ __all__ = [
     "out",
     "say",
     "say_stopped",
+    "shown_warnings",
 ]
 
 # Exit codes, as shells know them.
@@ -59,3 +64,23 @@ def loading() -> AbstractContextManager[None]:
         leave(INTERRUPTED)
 
     return on_interrupt(stop)
+
+
+@contextmanager
+def shown_warnings() -> Iterator[None]:
+    """While it lasts, a UserWarning is a line on stderr; others are shown as ever, with their
+    place."""
+    as_ever = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if not issubclass(category, UserWarning):
+            as_ever(message, category, *place, **more)
+            return
+        text = " ".join(str(message).removesuffix(HOW_TO_IGNORE).split())
+        say(f"[yellow]warning:[/] {escape(text)}")
+
+    warnings.showwarning = show
+    try:
+        yield
+    finally:
+        warnings.showwarning = as_ever

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
+from energymargin.cli.fields import whole
 from energymargin.cli.options import (
     OverwriteOption,
     ParameterOption,
     RunOption,
     chosen_future,
     parsed,
-    whole,
 )
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, leave, loading, say
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["view_command"]
 
+SERVED = "How the page is served"
+DRAWN = "A picture instead"
 SIZE = "1400x1250"  # the whole panel is seen
 
 
@@ -76,17 +78,32 @@ ScoresOption = Annotated[
 ]
 HostOption = Annotated[
     str,
-    typer.Option(help="The address to serve at; 0.0.0.0 lets other machines see it, and use it."),
+    typer.Option(
+        help="The address to serve at; 0.0.0.0 lets other machines see it, and use it.",
+        rich_help_panel=SERVED,
+    ),
 ]
 PortOption = Annotated[
-    int | None, typer.Option(help="The port; the first free one from 8080 on if not given.")
+    int | None,
+    typer.Option(
+        help="The port; the first free one from 8080 on if not given.", rich_help_panel=SERVED
+    ),
 ]
-OpenOption = Annotated[bool, typer.Option("--open", help="Open the page in your browser.")]
+OpenOption = Annotated[
+    bool, typer.Option("--open", help="Open the page in your browser.", rich_help_panel=SERVED)
+]
 OutputOption = Annotated[
     Path | None,
-    typer.Option("--output", "-o", help="Draw the page into this PNG file instead of serving it."),
+    typer.Option(
+        "--output",
+        "-o",
+        help="Draw the page into this PNG file instead of serving it.",
+        rich_help_panel=DRAWN,
+    ),
 ]
-SizeOption = Annotated[str, typer.Option(help="Of the picture: WIDTHxHEIGHT in pixels.")]
+SizeOption = Annotated[
+    str, typer.Option(help="Of the picture: WIDTHxHEIGHT in pixels.", rich_help_panel=DRAWN)
+]
 
 
 def view_command(
