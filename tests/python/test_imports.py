@@ -66,6 +66,7 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
         "energymargin.errors",
         "energymargin.notebook",
         "energymargin.regions",
+        "energymargin.scores",
     }
 
 
