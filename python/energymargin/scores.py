@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import _core
+import energymargin._core as core
 from energymargin._core import (
     Box,
     Cancel,
@@ -98,7 +98,7 @@ def capture_score(
     and if more than 1 % of the steps did not converge, or of the time is lost. `warnings` of the
     score has the same texts. Raises ValueError on a bad problem or argument.
     """
-    return _core.capture_score(**locals())
+    return core.capture_score(**locals())
 
 
 def escape_effort(
@@ -169,7 +169,7 @@ def escape_effort(
     converge, or of the time is lost. `warnings` of the result has the same texts. Raises ValueError
     on a bad problem or argument.
     """
-    return _core.escape_effort(**locals())
+    return core.escape_effort(**locals())
 
 
 def effort_lower_bound(
@@ -197,7 +197,7 @@ def effort_lower_bound(
     nothing is certain, and `reason` says why. After a timeout or a cancel the bound is what is
     certain so far, and `complete` is False. Raises ValueError on a bad problem or argument.
     """
-    return _core.effort_lower_bound(**locals())
+    return core.effort_lower_bound(**locals())
 
 
 def capture_probability(
@@ -267,7 +267,7 @@ def capture_probability(
     if more than 1 % of the steps did not converge, or of the time is lost; `warnings` of the result
     has the same texts.
     """
-    return _core.capture_probability(**locals())
+    return core.capture_probability(**locals())
 
 
 def escape_energy(
@@ -298,7 +298,7 @@ def escape_energy(
     After a timeout or a cancel the result is the lowest barrier so far, and `complete` is False.
     Raises ValueError on a bad problem or argument.
     """
-    return _core.escape_energy(**locals())
+    return core.escape_energy(**locals())
 
 
 def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> ForceScore:
@@ -308,16 +308,16 @@ def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> For
     weights: by default the problem's. Raises ValueError on a bad problem, or one whose scene has no
     effector.
     """
-    return _core.force_score(**locals())
+    return core.force_score(**locals())
 
 
 def mass_properties(
     shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0
 ) -> MassProperties:
     """Mass properties of a solid shape of a mass [kg], of even density."""
-    return _core.mass_properties(**locals())
+    return core.mass_properties(**locals())
 
 
 def stream(seed: int, number: int) -> int:
     """The seed of one of a seed's own streams."""
-    return _core.stream(**locals())
+    return core.stream(**locals())
