@@ -1,5 +1,6 @@
 # make demo   the main job: generate pushes, score them, compare with the ground truth, draw
-# make test   all tests, C++ and Python; C++ again with sanitizers, and a short fuzz
+# make test   tests, C++ and Python      make check-all   the long ones: studies, tutorials, kills; C++ again with
+#                                                         sanitizers, a short fuzz, and the pages
 # make check  formats and types        make format  put them right
 # make docs   this project's pages, into build/docs/index.html
 # make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: an hour, or less with
@@ -47,15 +48,18 @@ SLOW := ^Planner/Fixture|ProblemSchema.KeyThat|ProblemSchema.ListOf|Splitting.Is
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
-.PHONY: demo test docs sanitize fuzz bench bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel deb clean
+.PHONY: demo test check-all docs sanitize fuzz bench bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
 	$(BIN)/energymargin demo
 
-test: .venv/built .venv/browser build/asan/built docs
+test: .venv/built .venv/browser
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not long'
+
+check-all: .venv/built .venv/browser build/asan/built docs
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m long
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2 --exclude-regex '$(SLOW)'
 
 # Each time anew: a page that is not read again would not warn again. A broken link is an error.

@@ -1,4 +1,5 @@
 import signal
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -12,9 +13,59 @@ settings.register_profile("fuzz", deadline=None, max_examples=3000, print_blob=T
 settings.load_profile("test")
 
 
+# Studies, kills, tutorials, examples, benchmarks: `make test` leaves them to `make check-all`.
+LONG = {
+    "act",
+    "act_grasp",
+    "act_scoop",
+    "audit",
+    "bench",
+    "bench_contact",
+    "bounds",
+    "bowl",
+    "ceiling",
+    "closed_forms",
+    "contact_grips",
+    "contact_motion",
+    "contact_rest",
+    "contact_walls",
+    "docs",
+    "durability",
+    "early_warning",
+    "engines",
+    "examples",
+    "filter",
+    "foresight",
+    "guard_study",
+    "least_efforts",
+    "left_out",
+    "mesh_cavities",
+    "perturbation",
+    "properties_proofs",
+    "published",
+    "rare_study",
+    "scale",
+    "table1",
+    "table2",
+    "tutorials",
+    "viewer_page",
+    "walls",
+}
+
+
+def pytest_configure():
+    """A file of `LONG` that is gone is an error."""
+    gone = [name for name in LONG if not Path(__file__).with_name(f"test_{name}.py").exists()]
+    if gone:
+        raise pytest.UsageError(f"LONG names files that are gone: {', '.join(sorted(gone))}")
+
+
 def pytest_collection_modifyitems(items):
     """Files with tests in a browser come last: Playwright keeps an event loop in this thread, and
     other tests need one of their own."""
+    for item in items:
+        if item.path.stem.removeprefix("test_") in LONG:
+            item.add_marker("long")
     in_browser = {item.path for item in items if "chromium" in item.fixturenames}
     items.sort(key=lambda item: item.path in in_browser)
 
