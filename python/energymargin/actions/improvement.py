@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
@@ -253,57 +253,44 @@ def improve(
     maker = Maker(problem, box, make_plan, constraints, question)
     start = maker.start()
     cma_package()
-    spent = _Spent(budget, progress)
-    with Trials(executor, threads, spent.add) as trials:
-        runner: Runner = trials
-        if file is not None:
-            common = (ALGORITHM, ALGORITHM_IMPROVED, uncertainty and uncertainty.to_json())
-            runner = Journal(trials, file, common, spent.add)
-        run = _Run(
-            *(maker, question, uncertainty, rollouts, start.horizon),
-            *(runner, spent, of_search, limit),
-        )
-        return run.improved(harden=harden)
+    run = _Run(
+        *(maker, question, uncertainty, rollouts, start.horizon),
+        *(budget, progress, of_search, limit),
+    )
+    with Trials(executor, threads, run.count) as trials:
+        if file is None:
+            return run.improved(trials, harden=harden)
+        common = (ALGORITHM, ALGORITHM_IMPROVED, uncertainty and uncertainty.to_json())
+        return run.improved(Journal(trials, file, common, run.count), harden=harden)
 
 
 @dataclass(eq=False)
-class _Spent:
-    """What of the budget is spent."""
-
-    budget: int
-    progress: Callable[[int, int], None] | None
-    steps: int = 0
-    draws: int = 0
-
-    def add(self, draws: Draws) -> None:
-        """Counts draws, and tells the progress."""
-        self.steps += draws.steps
-        self.draws += len(draws.values)
-        if self.progress is not None:
-            self.progress(min(self.steps, self.budget), self.budget)
-
-    def end(self) -> None:
-        """Tells the progress that it is all, where a search ends before."""
-        if self.progress is not None:
-            self.progress(self.budget, self.budget)
-
-
-@dataclass(frozen=True)
 class _Run:
-    """One search."""
+    """One search, and what of its budget is spent."""
 
     maker: Maker
     question: Question
     uncertainty: Uncertainty | None
     rollouts: int
     horizon: float | None
-    trials: Runner
-    spent: _Spent
+    budget: int
+    progress: Callable[[int, int], None] | None
     of_search: Limit
     limit: Limit
+    steps: int = 0
+    draws: int = 0
+    trials: Runner = field(init=False)
 
-    def improved(self, *, harden: bool) -> Improvement:
+    def count(self, draws: Draws) -> None:
+        """Counts draws, and tells the progress."""
+        self.steps += draws.steps
+        self.draws += len(draws.values)
+        if self.progress is not None:
+            self.progress(min(self.steps, self.budget), self.budget)
+
+    def improved(self, trials: Runner, *, harden: bool) -> Improvement:
         """Screens, searches, compares."""
+        self.trials = trials
         box = self.maker.box
         search = Evolution(self._screened(), self._seed(SEARCH))
         generations, whole = self._searched(search, harden=harden)
@@ -315,8 +302,8 @@ class _Run:
         else:
             finalists = {START: box.start, **finalists}
         ranking = self._compared(finalists)
-        if ranking.complete and whole:
-            self.spent.end()
+        if ranking.complete and whole and self.progress is not None:
+            self.progress(self.budget, self.budget)  # it may end before
         chosen = finalists[ranking.best]
         return Improvement(
             values=box.values(chosen),
@@ -325,7 +312,7 @@ class _Run:
             ranking=ranking,
             generations=tuple(generations),
             ranges=box.ranges,
-            steps=self.spent.steps,
+            steps=self.steps,
             complete=ranking.complete and whole,
         )
 
@@ -351,8 +338,8 @@ class _Run:
         """
         generations: list[Generation] = []
         factor, last, empty, whole = 1.0, 0, 0, True
-        while not generations or self.spent.steps + last + self._last_steps <= self.spent.budget:
-            before = self.spent.steps
+        while not generations or self.steps + last + self._last_steps <= self.budget:
+            before = self.steps
             points = search.ask()
             seed = stream(self._seed(SEARCH), len(generations))
             draws = self._drawn(points, seed, factor)
@@ -362,12 +349,12 @@ class _Run:
             scores = _scores(self.question, len(points), draws)
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
             search.tell(losses)
-            favourite, last = search.favourite, self.spent.steps - before
+            favourite, last = search.favourite, self.steps - before
             best = int(np.argmin(losses))
             generations.append(Generation(points, scores, best, factor, favourite))
             if harden and not self.question.is_effort:
                 factor = adapted(factor, scores[np.isfinite(scores)])
-            empty = 0 if self.spent.steps > before else empty + 1
+            empty = 0 if self.steps > before else empty + 1
             if empty == MOST_EMPTY:
                 break
         if not generations:
@@ -377,7 +364,7 @@ class _Run:
     @property
     def _last_steps(self) -> float:
         """About the simulation steps of the last comparison."""
-        return (LAST + 2) * self._last_draws * self.spent.steps / max(self.spent.draws, 1)
+        return (LAST + 2) * self._last_draws * self.steps / max(self.draws, 1)
 
     @property
     def _last_draws(self) -> int:
