@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from energymargin import disturbances, notebook, regions
+from energymargin import disturbances, regions
 from energymargin._core import (
     Audit,
     Body,
@@ -49,6 +49,7 @@ from energymargin.scores import (
     mass_properties,
     stream,
 )
+from energymargin.summary import attach
 
 if TYPE_CHECKING:
     from energymargin import actions as actions
@@ -149,7 +150,7 @@ __all__ = [
     "tasks",
 ]
 
-notebook.attach()
+attach()
 
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.

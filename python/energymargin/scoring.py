@@ -20,7 +20,6 @@ from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import PlainRow, Work, score_chunk
 from energymargin.limits import Limit
 from energymargin.metrics import check_metrics
-from energymargin.notebook import shown_by
 from energymargin.parallel import Items, Source, run
 from energymargin.reprs import short_repr
 from energymargin.searches import (
@@ -30,6 +29,7 @@ from energymargin.searches import (
     chosen_settings,
     require_objects,
 )
+from energymargin.summary import html_or_text
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -156,7 +156,7 @@ def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
 class ScoreTable:
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
 
-    _repr_html_ = shown_by("score_table")
+    _repr_html_ = html_or_text
     __repr__ = short_repr
 
     index: NDArray[np.int64]

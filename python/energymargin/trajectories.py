@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Contact
 from energymargin.checks import check_shape
-from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
+from energymargin.summary import html_or_text
 
 __all__ = ["Trajectory"]
 
@@ -23,7 +23,7 @@ class Trajectory:
     Raises ValueError on arrays of other shapes.
     """
 
-    _repr_html_ = shown_by("trajectory")
+    _repr_html_ = html_or_text
     __repr__ = short_repr
 
     times: NDArray[np.float64]

@@ -12,6 +12,7 @@ from sklearn.metrics import average_precision_score, roc_auc_score
 from energymargin.evaluation import LabelledScores, evaluate
 from energymargin.evaluation.bootstrap import thresholds, weighted_auc_ap
 from energymargin.evaluation.labelled import captured_labels, trajectory_score
+from energymargin.summary import summary
 
 
 def labelled(trajectory, captured, success=None, task="push", **scores):
@@ -115,7 +116,7 @@ def test_the_force_score_is_held_against_both_labels(several):
 def test_tables_of_several_objects_say_which_rows_are_of_all_and_which_of_at_least_one(several):
     result = evaluate(several)
     console = Console(file=io.StringIO(), width=80)
-    console.print(result.render())
+    console.print(summary(result))
     for text in (console.file.getvalue(), result.to_markdown()):
         of_all, of_any = text.index("All objects"), text.index("At least one object")
         for name in ("capture", "force", "success"):
@@ -161,7 +162,7 @@ def test_labels_of_one_class_make_a_dash_and_no_nan_anywhere():
     )
     assert result.states["capture"][0] is None and result.success is None
     console = Console(file=io.StringIO(), width=100)
-    console.print(result.render())
+    console.print(summary(result))
     for text in (console.file.getvalue(), result.to_markdown(), result.to_csv()):
         assert "nan" not in text.lower()
     assert "| capture | — | — | — | — | — | — | .97/.99 |" in result.to_markdown()

@@ -9,7 +9,7 @@ from energymargin.datasets.files import FileError
 from energymargin.evaluation.curves import OneLabelError
 
 HEAVY = ("dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh", "typer")
-OURS = (*energymargin.SUBPACKAGES, "cli", "meshes", "meshes.convex", "notebook.views", "scoring")
+OURS = (*energymargin.SUBPACKAGES, "cli", "meshes", "meshes.convex", "summaries", "scoring")
 SCORE = f"""
 import sys
 import energymargin as em
@@ -64,7 +64,7 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
     assert {name for name in ours if not name.startswith("energymargin._core")} == {
         "energymargin.disturbances",
         "energymargin.errors",
-        "energymargin.notebook",
+        "energymargin.summary",
         "energymargin.regions",
         "energymargin.scores",
     }

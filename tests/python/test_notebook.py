@@ -1,6 +1,7 @@
 """What notebooks show: tables that are HTML, say what is infinite, and never raise."""
 
 import base64
+import io
 import re
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from futures import carried, resting, two_balls
+from rich.console import Console
 
 from energymargin import (
     Box,
@@ -34,6 +36,7 @@ from energymargin.evaluation import LabelledScores
 from energymargin.scoring import ScoreTable
 from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
+from energymargin.summary import summary
 
 VOID = {"br", "img"}
 
@@ -188,6 +191,17 @@ def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_p
     assert "cannot be shown" in store._repr_html_()
 
 
+def test_one_summary_is_rendered_for_a_terminal_a_notebook_and_in_markdown(problem):
+    made = summary(escape_effort(problem, nodes=200))
+    console = Console(file=io.StringIO(), width=80)
+    console.print(made)
+    for text in (console.file.getvalue(), made.to_markdown(), Cells(made.to_html()).text):
+        assert "Effort of escape" in text
+        assert all(str(part) in text for row in made.rows for part in row)
+    with pytest.raises(ValueError, match="result is a int, which has no summary"):
+        summary(3)
+
+
 def test_every_kind_of_result_is_shown_as_a_table(problem, trajectory):
     for thing, title in (
         (escape_energy(problem, samples=50), "Escape energy"),
@@ -225,13 +239,13 @@ def test_labelled_scores_count_what_is_missing_and_what_is_infinite(labelled):
 def test_an_evaluation_shows_auc_and_ap_or_that_there_is_one_label(labelled):
     result = evaluation.evaluate(labelled, horizons=[0, 1], draws=20)
     cells = shown(result)
-    assert cells.rows[0] == ["score", "h = 0", "h = 1"]
+    assert cells.rows[0] == ["score", "h = 0", "h = 1", "paper"]
     assert cells.rows[1][1].startswith(result.states["capture"][0].value())
-    assert "States: captured in their own frame and the next h;" in cells.text
+    assert "States: captured over the next h frames;" in cells.text
     labelled_alike = LabelledScores(
         "push", labelled.trajectory, np.ones(4, bool), labelled.success, labelled.scores
     )
-    assert "one label only" in shown(evaluation.evaluate(labelled_alike, draws=2)).text
+    assert shown(evaluation.evaluate(labelled_alike, draws=2)).rows[1][1] == "—"
 
 
 def test_a_problem_shows_its_picture_beside_its_numbers(problem):

@@ -397,4 +397,4 @@ def test_the_command_says_what_is_wrong_in_one_line(tmp_path):
 
 def test_a_notebook_shows_the_candidates_and_the_decision(raced):
     html = raced._repr_html_()
-    assert "at -0.9" in html and "then out" in html and raced.decision in html
+    assert "at -0.9" in html and ">out<" in html and raced.decision[1:] in html

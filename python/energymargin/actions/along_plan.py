@@ -18,9 +18,9 @@ from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
-from energymargin.notebook import shown_by
 from energymargin.plans import control_period, in_steps, nearest_steps, rest_of, whole_steps
 from energymargin.searches import Search
+from energymargin.summary import html_or_text
 from energymargin.table_text import csv_text
 
 __all__ = ["Along", "Moment", "along"]
@@ -48,7 +48,7 @@ class Moment(NamedTuple):
 class Along:
     """The margin along a plan: of K moments of the motion without a disturbance."""
 
-    _repr_html_ = shown_by("along")
+    _repr_html_ = html_or_text
 
     times: NDArray[np.float64]
     """Of the moments [s], shape (K,)."""

@@ -47,10 +47,10 @@ from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text
-from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
 from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.summary import html_or_text, summary
+from energymargin.table_text import csv_text
 
 __all__ = ["Generation", "Improvement", "improve"]
 
@@ -88,7 +88,7 @@ class Generation:
 class Improvement:
     """The best plan that was found."""
 
-    _repr_html_ = shown_by("improvement")
+    _repr_html_ = html_or_text
 
     values: dict[str, float]
     """Its parameters."""
@@ -150,12 +150,7 @@ class Improvement:
 
     def to_markdown(self) -> str:
         """Parameters and scores before and after, and the last comparison."""
-        rows = [
-            [name, f"{self.start[name]:.4g}", f"{self.values[name]:.4g}"] for name in self.values
-        ]
-        table = markdown_table(["parameter", "start", "found"], rows)
-        decision = f"{self.decision[0].upper()}{self.decision[1:]}."
-        return f"{table}\n\n{decision}\n\n{self.ranking.to_markdown()}"
+        return summary(self).to_markdown()
 
     def to_csv(self) -> str:
         """A line for each plan that was tried, in full precision: generation, the factor of the

@@ -29,11 +29,10 @@ from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
-from energymargin.metrics import unit, value_text
-from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
 from energymargin.searches import Search
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.summary import html_or_text, summary
+from energymargin.table_text import csv_text
 
 __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 
@@ -91,7 +90,7 @@ class Ranking:
     score it again with another seed for figures to publish.
     """
 
-    _repr_html_ = shown_by("ranking")
+    _repr_html_ = html_or_text
 
     metric: str
     standings: tuple[Standing, ...]
@@ -185,27 +184,7 @@ class Ranking:
 
     def to_markdown(self) -> str:
         """A table, and the decision."""
-        rows = [
-            [
-                f"{place}",
-                standing.name,
-                value_text(self.metric, standing.score),
-                f"{value_text(self.metric, standing.low)} to "
-                f"{value_text(self.metric, standing.high)}",
-                f"{standing.draws}",
-                self.left(standing.name),
-            ]
-            for place, standing in enumerate(self.standings, 1)
-        ]
-        score = f"{self.metric} [{unit(self.metric)}]" if unit(self.metric) else self.metric
-        table = markdown_table(["", "candidate", score, "95 % interval", "draws", ""], rows)
-        said = f"{self.decision[0].upper()}{self.decision[1:]}."
-        wild = [
-            f"{one.diverged} of {one.draws} rollouts of {one.name} diverged, and do not count."
-            for one in self
-            if one.diverged
-        ]
-        return "\n\n".join([table, said, *wild]) + "\n"
+        return summary(self).to_markdown()
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""

@@ -19,6 +19,7 @@ from energymargin.cli.options import (
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, out
 from energymargin.replacing import replace_text
+from energymargin.summary import summary
 
 if TYPE_CHECKING:
     from energymargin.evaluation import Among, Evaluation, LabelledScores
@@ -120,7 +121,7 @@ def print_evaluation(
     for number, result in enumerate(results):
         if number:
             out.print()
-        out.print(result.render())
+        out.print(summary(result))
     for path in outputs:
         replace_text(path, WRITERS[path.suffix](results))
 

@@ -38,7 +38,7 @@ from energymargin.datasets.columns import (
 )
 from energymargin.datasets.future import Future
 from energymargin.errors import EnergyMarginError
-from energymargin.notebook import shown_by
+from energymargin.summary import html_or_text
 from energymargin.tasks.base import Task
 from energymargin.trajectories import Trajectory
 
@@ -69,7 +69,7 @@ class Dataset(Closing):
     memory or in an open file, it is the same dataset. What needs all states reads them in blocks.
     """
 
-    _repr_html_ = shown_by("dataset")
+    _repr_html_ = html_or_text
 
     task: str
     """The task's name."""

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from energymargin.checks import one_of, whole_number
 from energymargin.metrics import ANY
-from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
+from energymargin.summary import html_or_text
 
 HORIZONS = range(6)  # frames
 PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its authors' data so
@@ -33,7 +33,7 @@ class LabelledScores:
     Raises ValueError on arrays of other lengths, and on a trajectory whose states are not in a row.
     """
 
-    _repr_html_ = shown_by("labelled_scores")
+    _repr_html_ = html_or_text
     __repr__ = short_repr
 
     task: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,21 +26,14 @@ from energymargin.evaluation.labelled import (
     state_metrics,
 )
 from energymargin.metrics import ANY
-from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
-from energymargin.table_text import csv_text, markdown_table, short
+from energymargin.summary import html_or_text, summary
+from energymargin.table_text import DASH, csv_text, short
 
-if TYPE_CHECKING:
-    from rich.console import RenderableType
-    from rich.text import Text
-
-ALL_TITLE = "All objects: captured together, and successful together"
-ANY_TITLE = "At least one object: captured, and successful"
 CSV_COLUMNS = (
     *("score", "among", "horizon", "count", "positives"),
     *("auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high", "paper_auc", "paper_ap"),
 )
-DASH = "—"
 
 # AUC and AP of the paper's Table I.
 PAPER: dict[str, dict[str, tuple[float, float]]] = {
@@ -139,7 +132,7 @@ def paper_text(value: tuple[float, float] | None) -> str:
 class Evaluation:
     """AUC and AP of every score. A cell is None if there is one label alone."""
 
-    _repr_html_ = shown_by("evaluation")
+    _repr_html_ = html_or_text
     __repr__ = short_repr
 
     task: str
@@ -200,32 +193,9 @@ class Evaluation:
         }
         return {score: cell for score, cell in cells.items() if cell is not None}
 
-    def render(self) -> RenderableType:
-        """A table for the terminal, 80 columns wide."""
-        from rich.console import Group
-        from rich.table import Table
-        from rich.text import Text
-
-        parts: list[RenderableType] = [Text(self._caption(), "dim"), Text()]
-        for title, rows in self._sections():
-            table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False)
-            table.add_column("", overflow="fold")
-            for column in self._columns():
-                table.add_column(column, justify="center", no_wrap=True)
-            for score, cells in rows:
-                paper = [Text(value, "cyan") for value in self._paper(score)]
-                table.add_row(score, *map(_bold_first, cells), *paper)
-            parts += [Text(title, "bold cyan"), Text(), table, Text()] if title else [table]
-        return Group(*parts)
-
     def to_markdown(self) -> str:
-        """The same as a Markdown table, or two: of all objects, and of at least one."""
-        parts = [self._caption()]
-        for title, rows in self._sections():
-            lines = [[score, *cells, *self._paper(score)] for score, cells in rows]
-            table = markdown_table(["score", *self._columns()], lines)
-            parts += [f"**{title}**", table] if title else [table]
-        return "\n\n".join(parts) + "\n"
+        """A Markdown table, or two: of all objects, and of at least one."""
+        return summary(self).to_markdown()
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
@@ -242,7 +212,7 @@ class Evaluation:
             cells.append((SUCCESS, "", self.success))
         if self.probable_success is not None:
             cells.append((PROBABLE_SUCCESS, "", self.probable_success))
-        if self.success_any is not None or (self._several() and self.among == "all"):
+        if self.success_any is not None or (self.several and self.among == "all"):
             cells.append((SUCCESS + ANY, "", self.success_any))
         return [
             [score, self.among, horizon, *csv_fields(cell), *self._paper_fields(score, horizon)]
@@ -262,30 +232,23 @@ class Evaluation:
         other = score.startswith("effort") and self.search not in (None, "published")
         return None if other else PAPER.get(self.task, {}).get(score)
 
-    def _several(self) -> bool:
+    @property
+    def several(self) -> bool:
         """Whether there are scores of at least one object."""
         return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
 
-    def _columns(self) -> list[str]:
-        paper = ["paper"] if self.shows_paper else []
-        return [*(f"h = {horizon}" for horizon in self.horizons), *paper]
+    @property
+    def columns(self) -> list[str]:
+        """Of a table: the horizons, and the paper if its values stand beside."""
+        return [*(f"h = {horizon}" for horizon in self.horizons), *["paper"] * self.shows_paper]
 
-    def _paper(self, score: str) -> list[str]:
+    def paper_column(self, score: str) -> list[str]:
         """The cell of the paper's column, if there is one."""
         return [paper_text(self.paper(score))] if self.shows_paper else []
 
-    def _sections(self) -> list[tuple[str, list[tuple[str, list[str]]]]]:
-        """Titles, empty if there is one section alone, and rows: a score's name and its cells."""
-        rows = {
-            score: [_stacked(c) for c in cells.values()] for score, cells in self.states.items()
-        }
-        for score, cell in self.trajectories.items():
-            rows[score] = [_stacked(cell), *[""] * (len(self.horizons) - 1)]
-        of_all = [row for row in rows.items() if not row[0].endswith(ANY)]
-        of_any = [row for row in rows.items() if row[0].endswith(ANY)]
-        return [(ALL_TITLE, of_all), (ANY_TITLE, of_any)] if self._several() else [("", of_all)]
-
-    def _caption(self) -> str:
+    @property
+    def caption(self) -> str:
+        """What the numbers are, and what is left out."""
         caption = (
             f"{self.task}: AUC/AP of each score, with their 95 % intervals below. "
             f"{'' if self.asks is None else f'Asked: {self.asks}. '}{self._states()} "
@@ -311,18 +274,6 @@ class Evaluation:
             else "those with as many frames left"
         )
         return f"{which}: captured over the next h frames; {whole}."
-
-
-def _bold_first(cell: str) -> Text:
-    """A cell for the terminal: its first line counts, the others say more about it."""
-    from rich.text import Text
-
-    value, *intervals = cell.split("\n")
-    return Text.assemble((value, "bold"), *((f"\n{line}", "dim") for line in intervals))
-
-
-def _stacked(cell: Cell | None) -> str:
-    return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
 
 
 def evaluate(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -13,13 +13,12 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 
 from energymargin.checks import whole_number
-from energymargin.evaluation import Among, Cell, Evaluation, LabelledScores, evaluate
+from energymargin.evaluation import Among, Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.bootstrap import DRAWS
 from energymargin.evaluation.curves import by_trajectory, target_name, wrongness
-from energymargin.evaluation.labelled import AMONG, HORIZON, LAST_FRAMES, PAPER_HORIZON
-from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, DASH, paper_text
+from energymargin.evaluation.labelled import AMONG, HORIZON, LAST_FRAMES
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
-from energymargin.metrics import ANY, TIMED
+from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
 from energymargin.report.pictures import Along, Picture, along, curves, distributions
 from energymargin.report.subject import (
@@ -36,8 +35,9 @@ from energymargin.report.subject import (
     view_command,
 )
 from energymargin.report.worst import Worst, worst
+from energymargin.summary import Summary, summary
 
-__all__ = ["EvaluationTable", "Options", "ReportPage", "write"]
+__all__ = ["Options", "ReportPage", "write"]
 
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
@@ -161,7 +161,7 @@ def _page(
         draws=options.draws,
         enough=ENOUGH,
         target=target_name(horizon=horizon),
-        tables=tables((result, of_captured)),
+        tables=list(tables((result, of_captured))),
         along=along(subject, data, wrong, options.trajectories),
         view=view_command(subject, data),
         curves=curves(labelled, horizon, last),
@@ -222,61 +222,14 @@ def _evaluated(
     )
 
 
-@dataclass(frozen=True)
-class Entry:
-    """One cell: its value, and what is written small below it."""
-
-    value: str
-    below: tuple[str, ...] = ()
-    columns: int = 1
-    """Over how many it goes."""
-
-
-@dataclass(frozen=True, eq=False)
-class EvaluationTable:
-    """Rows of scores."""
-
-    title: str
-    columns: list[str]
-    rows: list[tuple[str, list[Entry]]]
-
-
-def tables(results: Iterable[Evaluation]) -> list[EvaluationTable]:
+def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
     """Of each one table, or two if there are several objects: of all, and of at least one."""
-    return [table for result in results for table in _tables(result)]
-
-
-def _tables(result: Evaluation) -> list[EvaluationTable]:
-    among = _AMONG[result.among]
-    paper = result.shows_paper
-    columns = [f"h = {horizon}" for horizon in result.horizons]
-    columns += [f"paper, h = {PAPER_HORIZON}"] if paper else []
-    rows = list(_table_rows(result, paper))
-    of_all = [row for row in rows if not row[0].endswith(ANY)]
-    of_any = [row for row in rows if row[0].endswith(ANY)]
-    if not of_any:
-        return [EvaluationTable(f"AUC/AP of each score, {among}", columns, of_all)]
-    return [
-        EvaluationTable(f"{ALL_TITLE}; {among}", columns, of_all),
-        EvaluationTable(f"{ANY_TITLE}; {among}", columns, of_any),
-    ]
-
-
-def _table_rows(result: Evaluation, paper: bool) -> Iterator[tuple[str, list[Entry]]]:
-    for score, cells in result.states.items():
-        yield score, [*map(_entry, cells.values()), *_paper(result, score, paper)]
-    for score, cell in result.trajectories.items():
-        below = (*cell.intervals(), "of whole trajectories")
-        entry = Entry(cell.value(), below, columns=len(result.horizons))
-        yield score, [entry, *_paper(result, score, paper)]
-
-
-def _entry(cell: Cell | None) -> Entry:
-    return Entry(DASH) if cell is None else Entry(cell.value(), cell.intervals())
-
-
-def _paper(result: Evaluation, score: str, paper: bool) -> list[Entry]:
-    return [Entry(paper_text(result.paper(score)))] if paper else []
+    for result in results:
+        table: Summary | None = summary(result)
+        while table is not None:
+            title = f"{table.title or 'AUC/AP of each score'}; {_AMONG[result.among]}"
+            yield replace(table, title=title)
+            table = table.further
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,7 +247,7 @@ class ReportPage:
     """Trajectories, below which the page warns of its intervals."""
     target: str
     """What the scores of states are held against, in words."""
-    tables: Sequence[EvaluationTable]
+    tables: Sequence[Summary]
     along: Along
     view: str
     """The command that shows a frame with its numbers; empty without a dataset."""

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
 from energymargin.executors.rows import PlainRow
-from energymargin.notebook import shown_by
 from energymargin.searches import algorithm_of
 from energymargin.store import schema
 from energymargin.store.database import Database
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 from energymargin.store.writing import add_rows, pose
+from energymargin.summary import html_or_text
 
 __all__ = ["Digests", "ScoreStore", "add_scores", "forget_if_changed"]
 
@@ -41,7 +41,7 @@ class ScoreStore(Database):
     opens it with `create`, to put scores in; others of this machine may read it meanwhile.
     """
 
-    _repr_html_ = shown_by("score_store")
+    _repr_html_ = html_or_text
 
     def runs(self) -> list[Run]:
         """All runs, in the order in which they began."""

@@ -17,10 +17,10 @@ from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
 from energymargin.futures import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
-from energymargin.notebook import shown_by
 from energymargin.searches import algorithm_of
 from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE
+from energymargin.summary import html_or_text
 
 __all__ = ["FLOATS", "Run", "ScoredState", "why_not_of"]
 
@@ -51,7 +51,7 @@ class ScoredState(NamedTuple):
 class Run:
     """The scores of one dataset with one future and one choice of settings, in a store."""
 
-    _repr_html_ = shown_by("run")
+    _repr_html_ = html_or_text
 
     def __init__(self, store: Database, number: int) -> None:
         """The run of this number, which is in the store."""

@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin.checks import whole_number
 from energymargin.datasets.generation import load_or_generate
-from energymargin.evaluation.table import DASH
 from energymargin.monitor import Alarms, Threshold, alarms, threshold
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.table_text import DASH, csv_text, markdown_table
 from energymargin_paper.evidence.early_warning_states import (
     AHEAD,
     OBJECTS,

@@ -29,11 +29,11 @@ from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation import Cell
 from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
 from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.table import DASH, cell_of, csv_fields
+from energymargin.evaluation.table import cell_of, csv_fields
 from energymargin.executors.threads import Threads
 from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, add_scores, score_dataset
-from energymargin.table_text import csv_text, markdown_table, short
+from energymargin.table_text import DASH, csv_text, markdown_table, short
 from energymargin_paper import probabilities
 from energymargin_paper.evidence.calibration import (
     BINS,

@@ -23,8 +23,7 @@ from energymargin.checks import whole_number
 from energymargin.evaluation import Among, LabelledScores
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_ap_draws, bootstrap_weights, ranked
 from energymargin.evaluation.labelled import AMONG, compared_states
-from energymargin.evaluation.table import DASH
-from energymargin.table_text import csv_text, markdown_table, short
+from energymargin.table_text import DASH, csv_text, markdown_table, short
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.folder import SIMULATED

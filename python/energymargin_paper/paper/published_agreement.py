@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.evaluation.table import DASH
-from energymargin.table_text import markdown_table
+from energymargin.table_text import DASH, markdown_table
 
 __all__ = ["AGAIN", "DEFINED", "agreement", "agreement_table"]
 

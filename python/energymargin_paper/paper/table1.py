@@ -28,12 +28,12 @@ from energymargin.datasets import Dataset
 from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.labelled import HORIZONS, PAPER_HORIZON, SUCCESS, compared_states
-from energymargin.evaluation.table import CSV_COLUMNS, DASH, PAPER, csv_fields, paper_text
+from energymargin.evaluation.table import CSV_COLUMNS, PAPER, csv_fields, paper_text
 from energymargin.executors.threads import Threads
 from energymargin.searches import SearchSettings
 from energymargin.store import Run, ScoreStore, score_dataset
 from energymargin.store.scoring import begin_run
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.table_text import DASH, csv_text, markdown_table
 from energymargin.tasks.scripted import EFFECTORS
 from energymargin_paper.evidence.ceiling import (
     CAPTURED,

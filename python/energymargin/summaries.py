@@ -1,0 +1,477 @@
+"""The summary of each class: a function of its name, as `summary` looks for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import (
+    Body,
+    CaptureProbability,
+    CaptureScore,
+    EscapeEffort,
+    EscapeEnergy,
+    ForceScore,
+    Plan,
+    Problem,
+    Scene,
+    Tree,
+)
+from energymargin.futures import future_rows, plan_rows
+from energymargin.metrics import ANY, unit, value_text
+from energymargin.summary import MOST_ROWS, Picture, Summary
+from energymargin.table_text import DASH
+
+if TYPE_CHECKING:
+    from energymargin.actions import Improvement, Ranking
+    from energymargin.actions.along_plan import Along
+    from energymargin.datasets import Dataset
+    from energymargin.evaluation import Cell, Evaluation, LabelledScores
+    from energymargin.scoring import ScoreTable
+    from energymargin.store import Run, ScoreStore
+    from energymargin.trajectories import Trajectory
+
+__all__ = [
+    "along",
+    "capture_probability",
+    "capture_score",
+    "dataset",
+    "escape_effort",
+    "escape_energy",
+    "evaluation",
+    "force_score",
+    "improvement",
+    "labelled_scores",
+    "plan",
+    "problem",
+    "ranking",
+    "run",
+    "scene",
+    "score_store",
+    "score_table",
+    "trajectory",
+    "tree",
+]
+
+NONE_FOUND = "infinite: no way out was found"
+NOTHING_SEARCHED = "It was stopped before anything was searched: there is no value."
+UNFINISHED = "Not complete: it was stopped before its end."
+NOISE = 1e-12  # N, or m; what is less is left of numbers that cancel out
+EQUAL = 1e-9  # of their number: weights that differ by less do not
+DETAIL = 150  # cells of the sets along the longer side of a state's picture, which is quick
+COLORS = "object orange, effector green; capture set blue, success set grey with dashed edge"
+MOST_NAMES = 4  # of bodies
+
+Row = tuple[str, object]
+
+
+# Searches
+
+
+def capture_score(score: CaptureScore) -> Summary:
+    """Likelihoods with their standard errors, if there are several trees."""
+    if not (score.nodes or score.complete):
+        return Summary("Capture score", notes=[NOTHING_SEARCHED])
+    names = ("capture", "success", "capture_any", "success_any")
+    rows: list[Row] = [
+        (_of_any(name), _likelihood(getattr(score, name), getattr(score, f"{name}_stderr")))
+        for name in names
+        if getattr(score, name) is not None
+    ]
+    rows.append(("no score is finer than", f"{score.resolution:.2g}"))
+    rows.append(("trees", f"{len(score.capture_by_tree)} of {score.nodes} nodes"))
+    return Summary("Capture score", rows, notes=_notes(score))
+
+
+def _of_any(which: str) -> str:
+    name = which.removesuffix("_any")
+    return name if name == which else f"{name}, at least one object"
+
+
+def _likelihood(value: float, stderr: float | None) -> str:
+    return f"{value:.3f}" if stderr is None else f"{value:.3f} ± {stderr:.3f} (standard error)"
+
+
+def escape_effort(result: EscapeEffort) -> Summary:
+    """The effort, and when it was found."""
+    if not (result.nodes or result.complete):
+        return Summary("Effort of escape", notes=[NOTHING_SEARCHED])
+    rows: list[Row] = [("effort", _energy(result.effort))]
+    if math.isfinite(result.effort):
+        rows.append(("path", f"{max(len(result.path) - 1, 0)} edges"))
+        rows.append(("found at node", result.history[-1][0] if result.history else 0))
+    return Summary("Effort of escape", [*rows, ("nodes", result.nodes)], notes=_notes(result))
+
+
+def escape_energy(result: EscapeEnergy) -> Summary:
+    """The barrier, and how it was found."""
+    if not (result.samples or result.complete):
+        return Summary("Escape energy", notes=[NOTHING_SEARCHED])
+    rows: list[Row] = [("energy", _energy(result.energy))]
+    if math.isfinite(result.energy):
+        rows.append(("path", f"{len(result.path)} states, the barrier at row {result.barrier}"))
+    notes = [] if result.complete else [UNFINISHED]
+    return Summary("Escape energy", [*rows, ("poses drawn", result.samples)], notes=notes)
+
+
+def force_score(score: ForceScore) -> Summary:
+    """The score and its terms."""
+    rows: list[Row] = [
+        ("score", _without_noise(score.force)),
+        ("distance of object and effector", f"{_without_noise(score.distance)} m"),
+    ]
+    for name, terms in (("effector", score.effector), ("all else", score.ground)):
+        rows.append((f"{name}: normal forces", f"{_without_noise(terms.engage)} N"))
+        rows.append((f"{name}: to the friction cones' edges", f"{_without_noise(terms.stick)} N"))
+    return Summary("Force score", rows)
+
+
+def _without_noise(value: float) -> str:
+    return f"{value:.4g}" if abs(value) > NOISE else "0"
+
+
+def tree(found: Tree) -> Summary:
+    """The size of a search tree."""
+    rows: list[Row] = [
+        ("nodes", f"{len(found) - 1} and the root"),
+        ("numbers in a state", found.states.shape[1]),
+        ("largest cost", _energy(float(found.costs.max()))),
+        ("longest edge", f"{float(found.durations.max()):.3g} s"),
+    ]
+    return Summary("Search tree", rows)
+
+
+def _energy(energy: float) -> str:
+    return f"{energy:.4g} J" if math.isfinite(energy) else NONE_FOUND
+
+
+def _notes(result: CaptureScore | EscapeEffort | CaptureProbability) -> list[str]:
+    """Warnings as sentences, and whether it was stopped."""
+    sentences = [f"{warning[0].upper()}{warning[1:]}." for warning in result.warnings]
+    return sentences if result.complete else [*sentences, UNFINISHED]
+
+
+def capture_probability(found: CaptureProbability) -> Summary:
+    """The probability with its interval, what happens undisturbed, and the curve beside."""
+    rows: list[Row] = [
+        (
+            f"captured for {float(found.times[-1]):.3g} s",
+            _with_interval(found, found.captured, "captured"),
+        ),
+        ("mean time captured", f"{found.mean_time:.3g} s"),
+        ("undisturbed", _undisturbed(found)),
+    ]
+    if found.success is not None:
+        rows.append(("success at the end", _with_interval(found, found.success, "success")))
+    if found.any is not None:
+        value = _with_interval(found, found.any.captured, "any")
+        rows.append(("captured, at least one object", value))
+    for number, each in enumerate(found.by_object):
+        rows.append((f"captured, object {number}", f"{each.captured:.3f}"))
+    rows.append(("rollouts", _rollouts(found)))
+    curve = Picture("plot_probability", found, "its curve", {"legend": False}, size=(4.5, 3.0))
+    return Summary("Probability", rows, notes=_notes(found), picture=curve)
+
+
+def _with_interval(found: CaptureProbability, value: float, which: str) -> str:
+    low, high = found.interval(which=which)
+    return f"{value:.3f} ({low:.3f} to {high:.3f} with 95 % confidence)"
+
+
+def _undisturbed(found: CaptureProbability) -> str:
+    stays = "stays captured" if found.undisturbed else f"leaves at {found.undisturbed_time:.3g} s"
+    if found.undisturbed_success is None:
+        return stays
+    return f"{stays}, {'succeeds' if found.undisturbed_success else 'does not succeed'}"
+
+
+def _rollouts(found: CaptureProbability) -> str:
+    words = [str(found.rollouts)]
+    if abs(found.effective - found.rollouts) > EQUAL * found.rollouts:
+        words.append(f"worth {found.effective:.3g} of equal weight")
+    if found.diverged:
+        words.append(f"and {found.diverged} that diverged and do not count")
+    return ", ".join(words)
+
+
+# Questions
+
+
+def problem(asked: Problem) -> Summary:
+    """The question, beside a picture of the state."""
+    sets = {
+        "capture set": asked.captured,
+        "success set": asked.succeeded,
+        "capture set of at least one object": asked.captured_any,
+        "bounds of the search": asked.within,
+    }
+    contacts = asked.contacts
+    rows: list[Row] = [
+        ("bodies", _bodies_in_words(asked.scene)),
+        ("largest force", _vector(asked.force, "N")),
+        ("largest torque", _vector(asked.torque, "N m")),
+        ("longest edge", f"{asked.duration:g} s"),
+        ("effector", {"coast": "coasts", "drive": "is driven"}[asked.effector]),
+        ("rate λ", f"{asked.rate:g} 1/J"),
+        ("sets", ", ".join(name for name, region in sets.items() if region is not None)),
+        ("measured contacts", "none" if contacts is None else len(contacts)),
+        *future_rows(asked),
+    ]
+    state = Picture("plot_state", asked, "the state", {"detail": DETAIL}, COLORS)
+    return Summary("Problem", rows, picture=state)
+
+
+def plan(of_robot: Plan) -> Summary:
+    """What the robot does, and how long."""
+    return Summary("Plan", plan_rows(of_robot))
+
+
+def scene(made: Scene) -> Summary:
+    """Its bodies, a row each."""
+    head = ("body", "role", "shape", "mass [kg]", "friction")
+    bodies = [
+        (
+            body.name,
+            body.role if body.role != "none" else "",
+            type(body.shape).__name__,
+            _mass(body),
+            f"{body.friction:.3g}",
+        )
+        for body in made.bodies
+    ]
+    note = f"{len(made.joints)} joints, {len(made.springs)} springs, gravity "
+    note += f"{_vector(made.gravity, 'm/s²')}, {made.dimension} numbers in a state"
+    if made.friction_rule != "product":
+        note += f", friction by the {made.friction_rule} of two coefficients"
+    if made.pair_frictions:
+        note += f", coefficients of pairs: {len(made.pair_frictions)}"
+    return Summary("Scene", bodies, head, [note])
+
+
+def _mass(body: Body) -> str:
+    """Or why it does not count."""
+    if body.fixed:
+        return "fixed"
+    return "kinematic" if body.kinematic else f"{body.mass:.4g}"
+
+
+def _vector(values: Iterable[float], unit: str) -> str:
+    return f"({', '.join(f'{value:.4g}' for value in values)}) {unit}"
+
+
+def _bodies_in_words(scene: Scene) -> str:
+    names: dict[str, list[str]] = {"object": [], "effector": [], "others": []}
+    for body in scene.bodies:
+        names["others" if body.role == "none" else body.role].append(body.name)
+    return "; ".join(f"{role}: {_first_names(own)}" for role, own in names.items() if own)
+
+
+def _first_names(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(names[:MOST_NAMES]) + more
+
+
+# Scores of many
+
+
+def score_table(scores: ScoreTable) -> Summary:
+    """The first problems' scores, a row each."""
+    rows = [
+        (int(scores.index[i]), *(value_text(m, values[i]) for m, values in scores.scores.items()))
+        for i in range(min(len(scores), MOST_ROWS))
+    ]
+    notes = [f"{float(np.sum(scores.seconds)):.3g} s of computing."]
+    notes += [] if scores.complete else ["Not complete: some problems were not scored in time."]
+    head = ("problem", *map(_named, scores.scores))
+    return Summary("Scores", rows, head, notes, total=len(scores))
+
+
+def _named(metric: str) -> str:
+    return f"{metric} [{unit(metric)}]" if unit(metric) else metric
+
+
+def labelled_scores(labelled: LabelledScores) -> Summary:
+    """By metric, the number of scores and their range."""
+    states = len(labelled.trajectory)
+    head = ("metric", "scores", "missing", "infinite", "least", "median", "largest")
+    rows = [(_named(name), *_counts(values)) for name, values in labelled.scores.items()]
+    members = labelled.by_trajectory() if states else []
+    good = sum(bool(labelled.success[own[-1]]) for own in members)
+    note = (
+        f"Captured: {int(labelled.captured.sum())} of {states} states; "
+        f"successful: {good} of {len(members)} trajectories."
+    )
+    return Summary(f"Labelled scores of {labelled.task}", rows, head, [note])
+
+
+def _counts(values: NDArray[np.float64]) -> tuple[object, ...]:
+    missing, infinite = int(np.isnan(values).sum()), int(np.isinf(values).sum())
+    counts = (len(values) - missing, missing, infinite)
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return (*counts, "", "", "")
+    return (*counts, *(f"{v:.3g}" for v in (finite.min(), np.median(finite), finite.max())))
+
+
+def evaluation(result: Evaluation) -> Summary:
+    """AUC and AP of each score with their intervals, by horizon and beside the paper's; two tables
+    if there are several objects: of all, and of at least one."""
+    head = ("score", *result.columns)
+    rows = {
+        score: [_stacked(cell) for cell in cells.values()] for score, cells in result.states.items()
+    }
+    for score, cell in result.trajectories.items():
+        rows[score] = [_stacked(cell), *[""] * (len(result.horizons) - 1)]
+    lines = [(score, *cells, *result.paper_column(score)) for score, cells in rows.items()]
+    of_any = [line for line in lines if line[0].endswith(ANY)]
+    if not (of_any or result.several):
+        return Summary("", lines, head, lead=result.caption)
+    of_all = [line for line in lines if not line[0].endswith(ANY)]
+    some = Summary("At least one object: captured, and successful", of_any, head)
+    title = "All objects: captured together, and successful together"
+    return Summary(title, of_all, head, lead=result.caption, further=some)
+
+
+def _stacked(cell: Cell | None) -> str:
+    return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
+
+
+def score_store(store: ScoreStore) -> Summary:
+    """Its runs, a row each."""
+    rows = [
+        (one.number, one.task, _scored(one), ", ".join(one.metrics), _asked(one), _settings(one))
+        for one in store.runs()
+    ]
+    head = ("run", "task", "states scored", "scores", "asked about", "settings")
+    notes = [] if rows else ["There are no runs."]
+    return Summary(f"Scores in {store.path.name}", rows, head, notes)
+
+
+def run(one: Run) -> Summary:
+    """How many states have scores, and with which settings."""
+    rows = [
+        ("task", one.task),
+        ("parameters", "unknown" if one.parameters is None else _parameters(one.parameters)),
+        ("states scored", _scored(one)),
+        ("scores", ", ".join(one.metrics)),
+        ("asked about", _asked(one)),
+        ("settings", _settings(one)),
+        ("algorithm", one.algorithm),
+        ("time of a state", f"{one.seconds():.3g} s"),
+    ]
+    return Summary(f"Run {one.number} of {one.store.path.name}", rows)
+
+
+def _scored(one: Run) -> str:
+    scored, states = one.counts()
+    return f"{scored} of {states}"
+
+
+def _asked(one: Run) -> str:
+    return "the state as it is" if one.future is None else str(one.future)
+
+
+def _settings(one: Run) -> str:
+    return ", ".join(f"{name} = {_short(value)}" for name, value in one.settings.items())
+
+
+# Trajectories
+
+
+def trajectory(recorded: Trajectory) -> Summary:
+    """Its frames and labels, and what was drawn for it."""
+    captured = recorded.captured
+    lost = "" if captured.all() else f", first lost at {recorded.times[captured.argmin()]:.3g} s"
+    rows: list[Row] = [
+        ("frames", f"{len(recorded)}, {recorded.times[0]:.3g} to {recorded.times[-1]:.3g} s"),
+        ("captured", f"{int(captured.sum())} frames{lost}"),
+        ("success", _yes(recorded.success)),
+    ]
+    if recorded.captured_any is not None:
+        some = f"{int(recorded.captured_any.sum())} frames"
+        rows.append(("captured, at least one object", some))
+    if recorded.success_any is not None:
+        rows.append(("success, at least one object", _yes(recorded.success_any)))
+    rows += [("seed", recorded.seed), ("drawn for it", _parameters(recorded.params))]
+    return Summary("Trajectory", rows)
+
+
+def dataset(recorded: Dataset) -> Summary:
+    """Its task and parameters, and how many trajectories and states it has."""
+    successes = recorded.successes
+    rows: list[Row] = [
+        ("trajectories", f"{len(successes)}, {int(successes.sum())} succeed"),
+        ("states", recorded.size),
+        ("parameters", _parameters(recorded.parameters)),
+        ("seed", recorded.seed),
+    ]
+    return Summary(f"Dataset of {recorded.task}", rows)
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+def _parameters(values: Mapping[str, Any]) -> str:
+    """Of a task, or of a trajectory. None is a parameter that is drawn for each trajectory."""
+    named = values.items()
+    parts = [f"{n} drawn at random" if v is None else f"{n} = {_short(v)}" for n, v in named]
+    return ", ".join(parts) or "nothing"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+# Plans
+
+
+def ranking(result: Ranking) -> Summary:
+    """The candidates from the best to the worst, beside their intervals; and the decision."""
+    metric = result.metric
+    rows = [
+        (
+            place,
+            each.name,
+            value_text(metric, each.score),
+            f"{value_text(metric, each.low)} to {value_text(metric, each.high)}",
+            each.draws,
+            result.left(each.name),
+        )
+        for place, each in enumerate(result, 1)
+    ]
+    wild = [
+        f"{each.diverged} of {each.draws} rollouts of {each.name} diverged, and do not count."
+        for each in result
+        if each.diverged
+    ]
+    head = ("", "candidate", _named(metric), "95 % interval", "draws", "")
+    picture = Picture("plot_ranking", result, "the candidates with their intervals")
+    return Summary("", rows, head, [_sentence(result.decision), *wild], picture=picture)
+
+
+def improvement(result: Improvement) -> Summary:
+    """The parameters before and after, and the last comparison."""
+    start, found = result.start, result.values
+    rows = [(name, f"{start[name]:.4g}", f"{found[name]:.4g}") for name in found]
+    head, notes = ("parameter", "start", "found"), [_sentence(result.decision)]
+    return Summary("", rows, head, notes, further=ranking(result.ranking))
+
+
+def along(result: Along) -> Summary:
+    """Where it is weakest, beside the probability at each moment."""
+    rows: list[Row] = [
+        ("moments", len(result)),
+        ("of them captured", int(result.captured.sum())),
+        ("from, to", f"{result.times[0]:.4g} s, {result.times[-1]:.4g} s"),
+    ]
+    picture = Picture("plot_along", result, "the probability at each moment")
+    return Summary("Margin along a plan", rows, notes=[f"{result.summary}."], picture=picture)
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
