@@ -67,6 +67,7 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
         "energymargin.summary",
         "energymargin.regions",
         "energymargin.scores",
+        "energymargin.table_text",
     }
 
 

@@ -17,7 +17,6 @@ import energymargin as em
 from energymargin.searches import SearchSettings
 from energymargin.viewer import Viewer, guard, view
 from energymargin.viewer.bodies import shape_triangles
-from energymargin.viewer.first_frame import first_frame
 from energymargin.viewer.page import Page
 from energymargin.viewer.search import (
     MOST_CACHED,
@@ -26,7 +25,7 @@ from energymargin.viewer.search import (
     replay,
     score_state,
 )
-from energymargin.viewer.sources import source_of
+from energymargin.viewer.sources import first_frame, source_of
 from energymargin.viewer.stage import View, region_surface, view_around
 from energymargin.viewer.trees import MOST_POINTS, lines_glb, shown_points
 

@@ -131,7 +131,7 @@ def test_its_table_has_each_probability_with_its_interval():
         low, high = found.interval(which=which)
         assert f'data-score="{name}">{value:.3f}<' in table
         assert f"({low:.2f} to {high:.2f})" in table
-    assert "25 rollouts" in table and 'data-score="effort"' in table
+    assert "25 rollouts" in table and 'data-score="effort/est"' in table
     assert "capture score" not in table and "nodes" not in table
 
 

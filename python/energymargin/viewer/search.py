@@ -49,8 +49,8 @@ MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and ef
 SETS = {
     "capture": "captured",
     "success": "succeeded",
-    "capture_any": "captured_any",
-    "success_any": "succeeded_any",
+    "capture/any": "captured_any",
+    "success/any": "succeeded_any",
 }
 
 ShareProgress = Callable[[float], None]  # of the share that is done
@@ -207,7 +207,7 @@ class Memberships:
     def scores(self, nodes: int, rate: float) -> dict[str, float]:
         """Eq. 4 to 6 with the root and the first `nodes` nodes, by name; rate: lambda [1/J].
 
-        'capture', and if the problem has such sets 'success', 'capture_any' and 'success_any'.
+        'capture', and if the problem has such sets 'success', 'capture/any' and 'success/any'.
         """
         costs = self._costs[: nodes + 1]
         weights = np.exp(-rate * (costs - costs.min()))

@@ -14,7 +14,7 @@ from energymargin._core import CaptureProbability, Problem
 from energymargin.actions.trials import Disturbance
 from energymargin.disturbances import Uniform
 from energymargin.futures import Undisturbed, future_rows, uniform_in_words
-from energymargin.metrics import ANY, with_unit
+from energymargin.metrics import with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
     CAPTURED_COLOR,
@@ -23,7 +23,7 @@ from energymargin.plots.styles import (
     SUCCEEDED_COLOR,
 )
 from energymargin.viewer.search import Scored
-from energymargin.viewer.sources import Frames
+from energymargin.viewer.sources import EFFORT, Frames
 from energymargin.viewer.trees import FUTURE_COLOR
 
 __all__ = [
@@ -45,22 +45,10 @@ NAMES = {
     "probability/any": "at least one stays captured",
     "capture": "capture score",
     "success": "success score",
-    "capture_any": "capture, at least one",
-    "success_any": "success, at least one",
-    "effort": "effort of escape",
+    "capture/any": "capture, at least one",
+    "success/any": "success, at least one",
+    EFFORT: "effort of escape",
     "force": "force score",
-}
-# The store's names of the same scores.
-STORED = {
-    "probability": "probability",
-    "probability/success": "probability/success",
-    "probability/any": "probability/any",
-    "capture": "capture",
-    "success": "success",
-    "capture_any": "capture" + ANY,
-    "success_any": "success" + ANY,
-    "effort": "effort/est",
-    "force": "force",
 }
 
 
@@ -91,16 +79,12 @@ def score_table(
     """The scores of the tree that is shown, of its first `nodes` nodes at this lambda, beside those
     of a file of scores: columns with their titles."""
     live = {} if scored is None else _live(scored, nodes, rate)
-    of_file = [
-        (title, {name: of[key] for name, key in STORED.items() if key in of})
-        for title, of in stored
-    ]
-    there = {name for _, values in [("", live), *of_file] for name in values}
+    there = {name for _, values in [("", live), *stored] for name in values}
     rows = [name for name in NAMES if name in there]
     if not rows:
         return plain("Not scored yet.")
     timed = "probability" in there if scored is None else scored.capture is None
-    columns = [("scored now" if timed else "this tree", live), *of_file]
+    columns = [("scored now" if timed else "this tree", live), *stored]
     head = "".join(
         f'<th scope="col" style="text-align:right">{escape(title)}</th>' for title, _ in columns
     )
@@ -208,7 +192,7 @@ def _counted(number: int, thing: str) -> str:
 def _live(scored: Scored, nodes: int, rate: float) -> dict[str, float]:
     values = scored.values(nodes, rate)
     if scored.escape.nodes > 0 or scored.way_out is not None:  # it may have been stopped before
-        values["effort"] = scored.escape.effort
+        values[EFFORT] = scored.escape.effort
     if scored.force is not None:
         values["force"] = scored.force.force
     return values
@@ -235,7 +219,7 @@ def _cell(name: str, value: float | None) -> str:
 def _value(name: str, value: float | None) -> str:
     if value is None or math.isnan(value):
         return "&ndash;"
-    return with_unit(STORED[name], value)
+    return with_unit(name, value)
 
 
 def _notes(scored: Scored, nodes: int) -> str:

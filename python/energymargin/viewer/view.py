@@ -16,7 +16,6 @@ from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.searches import MOST_NODES, SearchSettings
-from energymargin.viewer.first_frame import first_frame
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import (
@@ -26,6 +25,7 @@ from energymargin.viewer.sources import (
     StateSource,
     StoredScores,
     Trajectories,
+    first_frame,
     source_of,
 )
 
