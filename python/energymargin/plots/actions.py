@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import wrap
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -19,7 +18,13 @@ from energymargin.actions import Improvement, Ranking
 from energymargin.actions.ranking import Standing
 from energymargin.arguments import shown
 from energymargin.metrics import axis_label, is_likelihood
-from energymargin.plots.styles import LEGEND_SIZE, axes_or_new, curve_style, light_grid
+from energymargin.plots.styles import (
+    LEGEND_SIZE,
+    axes_or_new,
+    curve_style,
+    draw_bounded,
+    light_grid,
+)
 
 __all__ = ["figure_improvement", "plot_ranking"]
 
@@ -148,11 +153,15 @@ def _draw_scores(ax: Axes, improvement: Improvement) -> None:
     numbers = np.arange(1, len(generations) + 1)
     every = np.repeat(numbers, [len(one.scores) for one in generations])
     scores = np.concatenate([one.scores for one in generations])
-    _draw_column(ax, every, scores, linestyle="", marker=".", color="0.75", label="each plan")
+    draw_bounded(
+        ax, every, scores, "each plan", linestyle="", marker=".", color="0.75", markersize=3
+    )
     best = np.array([one.scores[one.best] for one in generations])
     median = np.array([_median(one.scores) for one in generations])
-    _draw_column(ax, numbers, median, color=ALIKE, linewidth=1.2, marker="s", label="median")
-    _draw_column(ax, numbers, best, color=BEST, linewidth=1.6, marker="o", label="best")
+    for values, name, color, marker in ((median, "median", ALIKE, "s"), (best, "best", BEST, "o")):
+        draw_bounded(
+            ax, numbers, values, name, color=color, linewidth=1.4, marker=marker, markersize=3
+        )
     ax.set_ylabel(axis_label(improvement.ranking.metric))
     _count_generations(ax, len(numbers))
     handles, _ = ax.get_legend_handles_labels()
@@ -169,24 +178,6 @@ def _draw_scores(ax: Axes, improvement: Improvement) -> None:
         beside.set_ylabel("disturbance, times the stated one", color=DISTURBANCE_COLOR)
         beside.set_ylim(bottom=0.0)
     _legend_below(ax, handles)
-
-
-def _draw_column(
-    ax: Axes, x: NDArray[np.int_], y: NDArray[np.float64], *, label: str, **style: Any
-) -> None:
-    """Numbers with their marks; those without a bound are triangles at the top."""
-    style = {"markersize": 3, **style}
-    ax.plot(x, np.where(np.isfinite(y), y, np.nan), label=label, **style)
-    endless = np.isposinf(y)
-    ax.plot(
-        x[endless],
-        np.full(endless.sum(), EDGE),
-        color=style["color"],
-        linestyle="",
-        marker="^",
-        markersize=4,
-        transform=ax.get_xaxis_transform(),
-    )
 
 
 def _draw_parameters(ax: Axes, improvement: Improvement) -> None:

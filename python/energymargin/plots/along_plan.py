@@ -13,6 +13,7 @@ from energymargin.plots.styles import (
     CAPTURED_COLOR,
     LEGEND_SIZE,
     axes_or_new,
+    draw_bounded,
     light_grid,
     metric_style,
     shade_frames,
@@ -22,7 +23,6 @@ __all__ = ["figure_along", "plot_along"]
 
 WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
 LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
-TOP = 0.94  # of the height of axes: where marks stand for infinity
 FREE = 0.15  # of the height, below those marks
 WEAKEST_COLOR = "black"
 
@@ -77,31 +77,20 @@ def figure_along(along: Along) -> Figure:
 def _draw_efforts(ax: Axes, along: Along) -> None:
     """On a logarithmic axis if they differ much; marks at the top where no escape was found."""
     style, weakest = metric_style(EFFORT), along.weakest
-    finite, endless = np.isfinite(along.efforts), np.isposinf(along.efforts)
-    efforts = np.where(finite, along.efforts, np.nan)
-    ax.plot(
+    draw_bounded(
+        ax,
         along.times,
-        efforts,
+        along.efforts,
+        "least effort found",
+        endless="no escape found",
         color=style.color,
         linewidth=1.4,
         marker=style.marker,
         markersize=3.5,
-        label="least effort found" if finite.any() else "_nolegend_",
     )
-    there = along.efforts[finite]
+    there = along.efforts[np.isfinite(along.efforts)]
     if len(there):
         _scale(ax, float(there.min()), float(there.max()))
-    if endless.any():
-        ax.plot(
-            along.times[endless],
-            np.full(endless.sum(), TOP),
-            color=style.color,
-            linestyle="",
-            marker="^",
-            markersize=4,
-            transform=ax.get_xaxis_transform(),
-            label="no escape found",
-        )
     if np.isfinite(weakest.effort):
         _mark(ax, weakest, weakest.effort, f"there: {with_unit(EFFORT, weakest.effort)}")
     _finished(ax, along, "effort")

@@ -29,6 +29,7 @@ __all__ = [
     "LineStyle",
     "axes_or_new",
     "curve_style",
+    "draw_bounded",
     "draw_legend",
     "joules",
     "light_grid",
@@ -44,6 +45,7 @@ LOST_COLOR = "#D55E00"
 BODY_COLORS = {"object": "#E69F00", "effector": "#009E73", "none": "#3A3A3A"}
 CHANCE_COLOR = "0.55"
 LEGEND_SIZE = 8  # points
+TOP = 0.95  # of the height of axes: where marks stand for infinity
 
 Dashes = tuple[int, tuple[float, ...]]
 
@@ -150,6 +152,31 @@ def shade_frames(
             facecolor=LOST_COLOR,
             alpha=0.15,
             label=None if number else label,
+        )
+
+
+def draw_bounded(
+    ax: Axes,
+    x: NDArray[Any],
+    y: NDArray[np.float64],
+    label: str,
+    *,
+    endless: str = "_nolegend_",
+    **style: Any,
+) -> None:
+    """A line of what is finite; what is infinite are triangles, labelled `endless`, at the top."""
+    finite, infinite = np.isfinite(y), np.isposinf(y)
+    ax.plot(x, np.where(finite, y, np.nan), label=label if finite.any() else "_nolegend_", **style)
+    if infinite.any():
+        ax.plot(
+            x[infinite],
+            np.full(infinite.sum(), TOP),
+            color=style["color"],
+            linestyle="",
+            marker="^",
+            markersize=4,
+            transform=ax.get_xaxis_transform(),
+            label=endless,
         )
 
 
