@@ -108,7 +108,10 @@ class Summary:
         from rich.text import Text
 
         parts: list[RenderableType] = [Text(self.lead, "dim"), Text()] if self.lead else []
-        table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False, show_header=bool(self.head))
+        below = 1 if self.head else 0  # lines
+        table = Table(
+            box=None, padding=(0, 1, below, 0), pad_edge=False, show_header=bool(self.head)
+        )
         table.add_column(*self.head[:1], overflow="fold")
         for column in self.head[1:] or [""]:
             table.add_column(

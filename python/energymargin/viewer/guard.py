@@ -1,4 +1,5 @@
 """Where the page is served, and who may use it: who has its whole address, and no other web page.
+All that is changed of viser, websockets and rich, which have no option for it, is here.
 
 Any web page that is open in the same browser can ask this machine for a page or a websocket. The
 browser then says in `Origin` which page asks and in `Host` which name it asked for, and does not
@@ -19,6 +20,7 @@ from ipaddress import ip_address
 from typing import Any
 from urllib.parse import urlsplit
 
+import rich
 import viser.infra
 from viser import _messages
 from websockets.asyncio import server as websockets_server
@@ -26,7 +28,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-__all__ = ["HOST", "PORT", "Guard", "guarded_server", "is_local", "port_at", "served_at"]
+__all__ = ["HOST", "PORT", "Guard", "guarded_server", "is_local", "port_at", "served_at", "silent"]
 
 HOST, PORT = "127.0.0.1", 8080
 TRIED = 100  # ports from PORT on
@@ -165,6 +167,17 @@ def guarded_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
     for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
         server._websock_server.unregister_handler(message)
     return server
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Silences viser, which prints where it serves and when it stops and has no option for it."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before
 
 
 @contextmanager

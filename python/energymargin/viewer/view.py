@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
-
-import rich
 
 from energymargin._core import Problem
 from energymargin.actions import Along
@@ -16,7 +13,7 @@ from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.searches import MOST_NODES, SearchSettings
-from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
+from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at, silent
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import (
     AlongPlan,
@@ -46,7 +43,7 @@ class Viewer(Closing):
         guard = Guard(host)
         self._token = guard.token
         try:
-            with _silent():
+            with silent():
                 self._server = guarded_server(host, self.port, guard)
         except RuntimeError:
             source.close()
@@ -71,7 +68,7 @@ class Viewer(Closing):
         self._stop()
 
     def _stop(self) -> None:
-        with _silent():
+        with silent():
             self._server.stop()
         self._source.close()
 
@@ -83,17 +80,6 @@ class Viewer(Closing):
         if self._closed:
             return "<p>This viewer is closed.</p>"
         return f'<iframe src="{self.url}" width="100%" height="600" style="border:0"></iframe>'
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Silences viser, which prints where it serves and when it stops and has no option for it."""
-    console = rich.get_console()
-    before, console.quiet = console.quiet, True
-    try:
-        yield
-    finally:
-        console.quiet = before
 
 
 def view(
