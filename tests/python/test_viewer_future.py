@@ -15,7 +15,7 @@ from energymargin.store import score_dataset
 from energymargin.viewer import guard, view
 from energymargin.viewer.search import replay, score_state
 from energymargin.viewer.sources import AlongScores
-from energymargin.viewer.texts import escape_text, future_text, score_table
+from energymargin.viewer.texts import NAMES, escape_text, future_text, score_table
 
 SUCCESS = "probability/success"
 
@@ -129,9 +129,9 @@ def test_its_table_has_each_probability_with_its_interval():
         ("probability/any", "any", found.any.captured),
     ):
         low, high = found.interval(which=which)
-        assert f'data-score="{name}">{value:.3f}<' in table
-        assert f"({low:.2f} to {high:.2f})" in table
-    assert "25 rollouts" in table and 'data-score="effort/est"' in table
+        row = f">{NAMES[name]} ({low:.2f} to {high:.2f})</td>"
+        assert f">{value:.3f}<" in table.partition(row)[2].partition("</tr>")[0]
+    assert "25 rollouts" in table and "effort of escape" in table
     assert "capture score" not in table and "nodes" not in table
 
 
@@ -270,7 +270,7 @@ def test_live_probabilities_are_those_of_a_stored_run_whose_future_is_taken(
         assert page.scored.values(1, 1.0) == stored
         assert page.scored.probability.rollouts == 12
         text = page._panel.scores.content
-        assert text.count(f'data-score="probability">{stored["probability"]:.3f}<') == 2
+        assert text.count(f">{stored['probability']:.3f}<") == 2
         assert "random wrenches within 2 times the bounds" in text
         assert np.array_equal(page._along()["probability"], page._stored.along("probability", 0, 5))
 

@@ -22,6 +22,8 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
 )
+from energymargin.summary import Summary
+from energymargin.table_text import DASH
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import EFFORT, Frames
 from energymargin.viewer.trees import FUTURE_COLOR
@@ -85,20 +87,21 @@ def score_table(
         return plain("Not scored yet.")
     timed = "probability" in there if scored is None else scored.capture is None
     columns = [("scored now" if timed else "this tree", live), *stored]
-    head = "".join(
-        f'<th scope="col" style="text-align:right">{escape(title)}</th>' for title, _ in columns
-    )
     intervals = {} if scored is None else _intervals(scored)
-    body = "".join(
-        f'<tr><th scope="row" style="text-align:left;font-weight:normal">{NAMES[name]}'
-        f"{intervals.get(name, '')}</th>"
-        + "".join(_cell(name, values.get(name)) for _, values in columns)
-        + "</tr>"
-        for name in rows
+    table = Summary(
+        "",
+        [
+            (
+                NAMES[name] + intervals.get(name, ""),
+                *(_value(name, of.get(name)) for _, of in columns),
+            )
+            for name in rows
+        ],
+        head=("", *(title for title, _ in columns)),
+        notes=[] if scored is None else [_notes(scored, nodes)],
     )
-    notes = "" if scored is None else f"<div>{_notes(scored, nodes)}</div>{_warnings(scored)}"
-    table = f'<table style="width:100%"><tr><td></td>{head}</tr>{body}</table>'
-    return f'<div style="{STYLE}">{table}{notes}</div>'
+    warnings = "" if scored is None else _warnings(scored)
+    return f'<div style="{STYLE}">{table.to_html()}{warnings}</div>'
 
 
 def escape_text(scored: Scored | None, moment: int = 0) -> str:
@@ -124,11 +127,7 @@ def future_text(
 ) -> str:
     """The question's horizon and plan, and what becomes of the objects undisturbed; `why` it
     cannot be simulated."""
-    rows = "".join(
-        f'<tr><td>{escape(name)}</td><td style="text-align:right">{escape(value)}</td></tr>'
-        for name, value in future_rows(problem)
-    )
-    table = f'<table style="width:100%">{rows}</table>'
+    table = Summary("", future_rows(problem)).to_html()
     return f'<div style="{STYLE}">{table}{_undisturbed(future, moment, why)}</div>'
 
 
@@ -212,13 +211,9 @@ def _intervals(scored: Scored) -> dict[str, str]:
     return {name: f" ({low:.2f} to {high:.2f})" for name, (low, high) in ends.items()}
 
 
-def _cell(name: str, value: float | None) -> str:
-    return f'<td style="text-align:right" data-score="{name}">{_value(name, value)}</td>'
-
-
 def _value(name: str, value: float | None) -> str:
     if value is None or math.isnan(value):
-        return "&ndash;"
+        return DASH
     return with_unit(name, value)
 
 
@@ -248,7 +243,7 @@ def _rollouts(found: CaptureProbability, disturbance: Disturbance) -> str:
     """Of which the probabilities are, and under what."""
     diverged = f", {found.diverged} diverged" if found.diverged else ""
     return (
-        f"{_counted(found.rollouts, 'rollout')}{diverged} under {escape(_in_words(disturbance))}; "
+        f"{_counted(found.rollouts, 'rollout')}{diverged} under {_in_words(disturbance)}; "
         f"95 % intervals; captured for {found.mean_time:.3g} s on average"
     )
 
