@@ -222,7 +222,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
     assert "the frames to come: horizon 2 frames, plan hold" in page.text
     assert "This run has no scores of effort/rrt." in page.text
     assert "No picture" not in page.text and "Not the tree" not in page.text
-    assert len(page.row("probability")) == 6 and len(page.row("probability/success")) == 1
+    assert all(page.row("probability")) and page.row("probability/success")[1:] == [[]] * 5
     (command,) = re.findall(r"energymargin score .*? --strength 2\.0", page.text)
     assert "--horizon 2 --plan hold" in command and "--common" in command
     done = run(*shlex.split(command)[1:], cwd=own)
