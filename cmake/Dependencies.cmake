@@ -6,7 +6,10 @@ set(energymargin_missing "")
 
 # Which of them are needed: all to build the library, fewer to link a static one, and fewest a shared one.
 if(NOT CMAKE_FIND_PACKAGE_NAME STREQUAL energymargin)
-  set(energymargin_needs eigen threads ompl json bullet valijson)
+  set(energymargin_needs eigen threads ompl json bullet)
+  if(ENERGYMARGIN_TESTS)
+    list(APPEND energymargin_needs valijson)
+  endif()
 elseif(energymargin_SHARED)
   set(energymargin_needs eigen threads ompl)
 else()

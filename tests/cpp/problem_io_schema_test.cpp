@@ -6,8 +6,9 @@
 
 #include "expect.hpp"
 #include "problem_files.hpp"
-#include "problem_io/schema.hpp"
-#include "problem_io/schema_definitions.hpp"
+#include "problem_io/parse.hpp"
+#include "schema_check.hpp"
+#include "schema_definitions.hpp"
 
 namespace energymargin {
 namespace {

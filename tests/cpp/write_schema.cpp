@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "energymargin/problem_io.hpp"
-#include "problem_io/schema_definitions.hpp"
+#include "schema_definitions.hpp"
 
 namespace {
 

@@ -9,7 +9,6 @@
 #include "problem_io/mesh.hpp"
 #include "problem_io/older_versions.hpp"
 #include "problem_io/parse.hpp"
-#include "problem_io/schema.hpp"
 
 namespace energymargin {
 namespace {
@@ -62,8 +61,6 @@ Problem from_json(const std::string& text, const std::string& folder, std::vecto
   const std::vector<Warning> outdated = problem_io::update_scene(json);
   Problem problem = problem_io::read_problem(json, folder);
   validate(problem);
-  // Last: what the others find, they say in better words.
-  problem_io::check_schema(json);
   if (warnings) warnings->insert(warnings->end(), outdated.begin(), outdated.end());
   return problem;
 }

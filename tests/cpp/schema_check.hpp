@@ -1,5 +1,5 @@
 #pragma once
-// The second net under a problem file: the JSON Schema that comes with the package.
+// The JSON Schema that comes with the package, as other programs check a problem file by it.
 
 #include "problem_io/json.hpp"
 

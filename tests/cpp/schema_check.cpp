@@ -1,4 +1,4 @@
-#include "problem_io/schema.hpp"
+#include "schema_check.hpp"
 
 #include <stdexcept>
 #include <string>

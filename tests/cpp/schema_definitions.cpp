@@ -1,4 +1,4 @@
-#include "problem_io/schema_definitions.hpp"
+#include "schema_definitions.hpp"
 
 #include <algorithm>
 
