@@ -52,7 +52,7 @@ class BulletJoint : public btMultiBodyConstraint {
 //! that follow others, and loaded links.
 class BulletTree {
  public:
-  BulletTree(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base, std::size_t first);
+  BulletTree(const Scene& scene, std::size_t base, std::size_t first);
 
   btMultiBody& multi_body() { return *body_; }
   const std::vector<std::unique_ptr<btMultiBodyLinkCollider>>& colliders() const { return colliders_; }
@@ -71,7 +71,7 @@ class BulletTree {
   };
 
   void find_links(std::size_t parent, int parent_link, std::size_t only);
-  void set_up(int link, const CollisionShape& shape);
+  void set_up(int link);
   void hold(int link, double position);
   bool rigid(const Link& link) const;
 
@@ -86,14 +86,13 @@ class BulletTree {
 };
 
 //! One for each joint on a fixed body.
-inline std::vector<std::unique_ptr<BulletTree>> bullet_trees(const Scene& scene,
-                                                             const std::vector<CollisionShape>& shapes) {
+inline std::vector<std::unique_ptr<BulletTree>> bullet_trees(const Scene& scene) {
   std::vector<std::unique_ptr<BulletTree>> trees;
   for (std::size_t i = 0; i < scene.joints().size(); ++i) {
     const std::size_t parent = scene.index(scene.joints()[i].parent);
     if (scene.joint_to(parent)) continue;
     if (!scene.bodies()[parent].fixed()) throw std::invalid_argument("no comparison for links on a free body");
-    trees.push_back(std::make_unique<BulletTree>(scene, shapes, parent, i));
+    trees.push_back(std::make_unique<BulletTree>(scene, parent, i));
   }
   return trees;
 }
@@ -161,9 +160,7 @@ inline btMultiBodySolverConstraint& BulletJoint::add_row(int number, double dire
   return row;
 }
 
-inline BulletTree::BulletTree(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
-                              std::size_t first)
-    : scene_(scene), layout_(scene) {
+inline BulletTree::BulletTree(const Scene& scene, std::size_t base, std::size_t first) : scene_(scene), layout_(scene) {
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
   find_links(base, -1, first);
   body_ = std::make_unique<btMultiBody>(static_cast<int>(links_.size()), 0.0, btVector3(0, 0, 0), true, false);
@@ -172,7 +169,7 @@ inline BulletTree::BulletTree(const Scene& scene, const std::vector<CollisionSha
   body_->setMaxCoordinateVelocity(1e9);  // it would cut them off in silence
   body_->setBaseWorldTransform(bullet_pose(inertials_[base], scene.bodies()[base].state));
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
-    set_up(i, shapes[scene.index(scene.joints()[links_[static_cast<std::size_t>(i)].joint].child)]);
+    set_up(i);
   }
   body_->finalizeMultiDof();
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
@@ -181,10 +178,7 @@ inline BulletTree::BulletTree(const Scene& scene, const std::vector<CollisionSha
   }
 }
 
-inline bool BulletTree::rigid(const Link& link) const {
-  const Joint& joint = scene_.joints()[link.joint];
-  return joint.type == JointType::fixed || joint.held;
-}
+inline bool BulletTree::rigid(const Link& link) const { return scene_.rigid(scene_.joints()[link.joint]); }
 
 // Parents come before their children, as Bullet wants them.
 inline void BulletTree::find_links(std::size_t parent, int parent_link, std::size_t only) {
@@ -208,7 +202,7 @@ inline void BulletTree::find_links(std::size_t parent, int parent_link, std::siz
   }
 }
 
-inline void BulletTree::set_up(int index, const CollisionShape& shape) {
+inline void BulletTree::set_up(int index) {
   const Link& link = links_[static_cast<std::size_t>(index)];
   const Joint& joint = scene_.joints()[link.joint];
   const std::size_t child = scene_.index(joint.child);
@@ -228,7 +222,7 @@ inline void BulletTree::set_up(int index, const CollisionShape& shape) {
   }
   colliders_.push_back(std::make_unique<btMultiBodyLinkCollider>(body_.get(), index));
   btMultiBodyLinkCollider& collider = *colliders_.back();
-  collider.setCollisionShape(shape.shape.get());
+  collider.setCollisionShape(scene_.collision_shape(child).shape.get());
   collider.setFriction(body.friction);
   collider.setUserIndex(static_cast<int>(child));
   collider.setActivationState(DISABLE_DEACTIVATION);

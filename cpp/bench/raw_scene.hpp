@@ -53,7 +53,6 @@ class RawScene {
 
   Scene scene_;
   StateLayout layout_;
-  std::vector<CollisionShape> shapes_;                // of all bodies
   std::vector<std::unique_ptr<btRigidBody>> rigids_;  // by body; null for a link
   std::vector<Free> free_;
   std::vector<Free> objects_;
@@ -76,7 +75,6 @@ inline RawScene::RawScene(const Scene& scene)
   }
   configure();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    shapes_.push_back(collision_shape(scene.bodies()[i], scene.stepping().margin));
     if (scene.bodies()[i].fixed() || !scene.jointed(i)) add_rigid(i);
   }
   add_trees();
@@ -105,7 +103,7 @@ inline void RawScene::configure() {
 inline void RawScene::add_rigid(std::size_t index) {
   const Body& body = scene_.bodies()[index];
   const Inertial inertial = body.principal_inertial();
-  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_[index].shape.get(),
+  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, scene_.collision_shape(index).shape.get(),
                                                 to_bullet(inertial.moments));
   info.m_startWorldTransform = bullet_pose(inertial, body.state);
   info.m_friction = body.friction;
@@ -122,7 +120,7 @@ inline void RawScene::add_rigid(std::size_t index) {
 }
 
 inline void RawScene::add_trees() {
-  trees_ = bullet_trees(scene_, shapes_);
+  trees_ = bullet_trees(scene_);
   for (const auto& tree : trees_) add_tree(static_cast<btMultiBodyDynamicsWorld&>(*world_), *tree);
 }
 

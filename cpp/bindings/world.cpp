@@ -61,15 +61,15 @@ class SharedWorld {
   std::timed_mutex mutex_;
 };
 
-Script script_of(const std::map<std::string, ArrayLike>& drives, const std::map<std::string, ArrayLike>& targets) {
-  Script script;
+Plan rows_of(const std::map<std::string, ArrayLike>& drives, const std::map<std::string, ArrayLike>& targets) {
+  Plan plan;
   for (const auto& [body, rows] : drives) {
-    script.drives.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
+    plan.wrenches.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
   }
   for (const auto& [joint, positions] : targets) {
-    script.targets.push_back({joint, vector("targets['" + joint + "']", positions, -1)});
+    plan.targets.push_back({joint, vector("targets['" + joint + "']", positions, -1)});
   }
-  return script;
+  return plan;
 }
 
 int steps_of(const WholeNumber& number) {
@@ -111,7 +111,7 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
                    const std::optional<std::vector<WholeNumber>>& record_steps, const TimeoutArgument& timeout,
                    const CancelArgument& cancel) {
   const Limit call_limit = limit_of(timeout, cancel);
-  const Script script = script_of(drives, targets);
+  const Plan besides = rows_of(drives, targets);
   const State start = vector("state", state, -1);
   const int steps = steps_of(number_of_steps);
   const std::vector<int> record = record_of(record_steps, steps);
@@ -119,7 +119,7 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   std::vector<Frame> frames = run_simulation(steps, call_limit, [&](const Limit& limit) {
     return shared.ask_until(limit, [&](World& world) {
       warnings = implausible_start(world, start);
-      return world.simulate(start, script, steps, record, limit);
+      return world.simulate(start, besides, steps, record, limit);
     });
   });
   warn(warnings, shared.world().scene());

@@ -198,8 +198,8 @@ TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
   same_base.orientation = base.orientation * elsewhere.at("base").orientation;
   const std::map<std::string, JointState> joints{{"hinge", {0.2, 2.0}}, {"rail", {0.1, -0.5}}};
   const Drive push = steady("cart", {0.3, 0.2, -0.1}, {0.01, 0.0, 0.02}, 240);
-  const State end = after(one, pack(one, {{"base", base}}, joints), 240, {{push}});
-  const State found = after(other, pack(other, {{"base", same_base}}, joints), 240, {{push}});
+  const State end = after(one, pack(one, {{"base", base}}, joints), 240, {0.0, {push}});
+  const State found = after(other, pack(other, {{"base", same_base}}, joints), 240, {0.0, {push}});
   EXPECT_LT((found.tail<4>() - end.tail<4>()).cwiseAbs().maxCoeff(), 1e-7);
   for (const auto& [name, frame] : elsewhere) {
     const BodyState expected = state_at_point(frame.position, body_in(one, end, name));
@@ -299,7 +299,7 @@ TEST(Articulation, ForceOnALinkBringsItsMomentumToTheWholeTree) {
   const Vector3 force(0.3, -0.2, 0.5);
   const State start = pack(scene);
   for (const char* pushed : {"base", "arm"}) {
-    const State end = after(scene, start, 24, {{steady(pushed, force, Vector3::Zero(), 24)}});
+    const State end = after(scene, start, 24, {0.0, {steady(pushed, force, Vector3::Zero(), 24)}});
     EXPECT_LT((momentum(scene, end) - 0.1 * force).norm(), 0.002 * 0.1 * force.norm()) << pushed;
     EXPECT_GT(std::abs(joint_in(scene, end, "hinge").velocity), 0.01) << pushed;
   }
@@ -310,7 +310,7 @@ TEST(Articulation, TorqueOnALinkBringsItsAngularMomentumToTheWholeTree) {
   const Vector3 torque(0.02, -0.03, 0.01);
   const State start = pack(scene);
   for (const char* turned : {"base", "arm"}) {
-    const State end = after(scene, start, 24, {{steady(turned, Vector3::Zero(), torque, 24)}});
+    const State end = after(scene, start, 24, {0.0, {steady(turned, Vector3::Zero(), torque, 24)}});
     EXPECT_LT((angular_momentum(scene, end) - 0.1 * torque).norm(), 0.02 * 0.1 * torque.norm()) << turned;
     EXPECT_LT(momentum(scene, end).norm(), 1e-3 * 0.1 * torque.norm() / 0.1) << turned;
   }
@@ -318,9 +318,9 @@ TEST(Articulation, TorqueOnALinkBringsItsAngularMomentumToTheWholeTree) {
 
 TEST(Articulation, TorqueAndForceOnAHingedLinkTurnItByItsInertia) {
   const Scene scene = rod_on_post(Vector3::UnitZ());
-  const State pushed = after(scene, pack(scene), 1, {{steady("rod", {0.0, 2.0, 0.0}, Vector3::Zero(), 1)}});
+  const State pushed = after(scene, pack(scene), 1, {0.0, {steady("rod", {0.0, 2.0, 0.0}, Vector3::Zero(), 1)}});
   EXPECT_NEAR(joint_in(scene, pushed, "hinge").velocity, 2.0 * 0.25 * step / rod_inertia, 1e-12);
-  const State turned = after(scene, pack(scene), 120, {{steady("rod", Vector3::Zero(), {5.0, 3.0, 0.2}, 120)}});
+  const State turned = after(scene, pack(scene), 120, {0.0, {steady("rod", Vector3::Zero(), {5.0, 3.0, 0.2}, 120)}});
   EXPECT_NEAR(joint_in(scene, turned, "hinge").velocity, 0.2 * 0.5 / rod_inertia, 1e-9);
 }
 

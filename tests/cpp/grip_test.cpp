@@ -25,7 +25,7 @@ enum class Hold { free, pushed_link, driven_link };
 // only.
 struct Grip {
   Scene scene{Vector3(0.0, 0.0, -g)};
-  Script script;
+  Plan script;
 };
 
 Grip grip(Hold hold, double pad_mass, double load, int steps) {
@@ -42,7 +42,7 @@ Grip grip(Hold hold, double pad_mass, double load, int steps) {
     }
     made.scene.add_body(pad);
     if (hold != Hold::driven_link) {
-      made.script.drives.push_back(steady(name, {-side * force, 0.0, 0.0}, Vector3::Zero(), steps));
+      made.script.wrenches.push_back(steady(name, {-side * force, 0.0, 0.0}, Vector3::Zero(), steps));
     }
     if (hold == Hold::free) continue;
     Joint slide = joint(name, JointType::prismatic, "post", name, {-side, 0.0, 0.0}, {0.04 * side, 0.0, -1.0});

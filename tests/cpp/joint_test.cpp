@@ -36,7 +36,7 @@ State at(const Scene& scene, double position, double velocity = 0.0) {
 }
 
 // Positions of the hinge at the start and after each step.
-std::vector<double> positions(const Scene& scene, const State& start, int steps, const Script& script = {}) {
+std::vector<double> positions(const Scene& scene, const State& start, int steps, const Plan& script = {}) {
   std::vector<double> found;
   for (const State& state : trajectory(scene, start, steps, script)) found.push_back(state[0]);
   return found;
@@ -64,10 +64,10 @@ Scene rail(Joint made, const Vector3& gravity = Vector3::Zero()) {
 TEST(Joint, CompliantJointSettlesAtLoadOverStiffness) {
   const Scene scene = rod_on_post(Vector3::UnitZ(), Vector3::Zero(), drive(2.0, 0.3, 0.25));
   const Drive load = steady("rod", Vector3::Zero(), {0.0, 0.0, 0.5}, 960);
-  EXPECT_NEAR(after(scene, at(scene, 0.25), 960, {{load}})[0], 0.25 + 0.5 / 2.0, 1e-8);
+  EXPECT_NEAR(after(scene, at(scene, 0.25), 960, {0.0, {load}})[0], 0.25 + 0.5 / 2.0, 1e-8);
   const Scene slide = rail(drive(50.0, 20.0, 0.1));
   const Drive push = steady("cart", {-3.0, 7.0, 9.0}, Vector3::Zero(), 960);
-  EXPECT_NEAR(after(slide, at(slide, 0.1), 960, {{push}})[0], 0.1 - 3.0 / 50.0, 1e-8);
+  EXPECT_NEAR(after(slide, at(slide, 0.1), 960, {0.0, {push}})[0], 0.1 - 3.0 / 50.0, 1e-8);
 }
 
 TEST(Joint, CompliantJointSagsUnderItsLinksWeight) {
@@ -159,13 +159,13 @@ TEST(Joint, JointYieldsWhereItsLoadExceedsTheTorqueLimitAndHoldsBelow) {
   weak.torque_limit = 0.5;
   const Scene scene = rod_on_post(Vector3::UnitZ(), Vector3::Zero(), weak);
   const auto under = [&](double torque) {
-    return after(scene, at(scene, 0.0), 120, {{steady("rod", Vector3::Zero(), {0.0, 0.0, torque}, 120)}});
+    return after(scene, at(scene, 0.0), 120, {0.0, {steady("rod", Vector3::Zero(), {0.0, 0.0, torque}, 120)}});
   };
   EXPECT_NEAR(under(0.4)[0], 0.4 / 100.0, 1e-6);
   EXPECT_NEAR(under(-0.4)[0], -0.4 / 100.0, 1e-6);
   for (const double side : {1.0, -1.0}) {
     const Drive load = steady("rod", Vector3::Zero(), {0.0, 0.0, side * 0.7}, 120);
-    const std::vector<State> yielding = trajectory(scene, at(scene, 0.0), 120, {{load}});
+    const std::vector<State> yielding = trajectory(scene, at(scene, 0.0), 120, {0.0, {load}});
     EXPECT_NEAR(yielding[120][1] - yielding[60][1], side * 0.2 / rod_inertia * 0.25, 1e-9);
   }
 }
@@ -276,10 +276,10 @@ TEST(Joint, HeldJointsStayToTheBitWhereTheStatePutThemWhateverTheLoad) {
   const Scene scene = partly_held();
   const State start = partly_held_state(scene);
   const Drive load = steady("wing", {30.0, -20.0, 10.0}, {5.0, 3.0, -7.0}, 120);
-  for (const State& state : trajectory(scene, start, 120, {{load}})) {
+  for (const State& state : trajectory(scene, start, 120, {0.0, {load}})) {
     EXPECT_TRUE(same_bits(State(state.segment<4>(2)), State(start.segment<4>(2))));
   }
-  EXPECT_GT(std::abs(after(scene, start, 120, {{load}})[0] - start[0]), 0.1);
+  EXPECT_GT(std::abs(after(scene, start, 120, {0.0, {load}})[0] - start[0]), 0.1);
 }
 
 TEST(Joint, RolloutInTwoHalvesWithHeldJointsIsTheOneInOneGo) {
@@ -320,7 +320,7 @@ TEST(Joint, HeldAndFixedJointsCarryTheMomentumOfWhatTheyHold) {
   lock.held = true;
   lock.state.position = 0.8;
   scene.add_joint(lock);
-  const State end = after(scene, pack(scene), 48, {{steady("arm", {0.5, 0.0, 0.2}, {0.0, 0.01, 0.0}, 48)}});
+  const State end = after(scene, pack(scene), 48, {0.0, {steady("arm", {0.5, 0.0, 0.2}, {0.0, 0.01, 0.0}, 48)}});
   EXPECT_LT((momentum(scene, end) - 0.2 * Vector3(0.5, 0.0, 0.2)).norm(), 1e-3);
   const BodyState base = body_in(scene, end, "base");
   EXPECT_GT(base.angular_velocity.norm(), 0.1);
@@ -333,7 +333,7 @@ TEST(Joint, TargetsMoveAJointThatFollowsThem) {
   const Scene scene = rod_on_post(Vector3::UnitZ(), Vector3::Zero(), drive(20.0, 1.5));
   Targets targets{"hinge", Eigen::VectorXd::LinSpaced(480, 0.0, 0.8)};
   targets.positions.tail(240).setConstant(0.4);
-  EXPECT_NEAR(after(scene, at(scene, 0.0), 480, {{}, {targets}})[0], 0.4, 1e-4);
+  EXPECT_NEAR(after(scene, at(scene, 0.0), 480, {0.0, {}, {targets}})[0], 0.4, 1e-4);
   EXPECT_NEAR(after(scene, at(scene, 0.0), 480)[0], 0.0, 1e-12);
 }
 
@@ -342,7 +342,7 @@ TEST(Joint, TargetsOfOneSimulationAreForgottenInTheNext) {
   World world(scene);
   const Targets away{"hinge", Eigen::VectorXd::Constant(24, 1.0)};
   const State before = world.simulate(at(scene, 0.1), {}, 24, {24}).front().state;
-  world.simulate(at(scene, 0.1), {{}, {away}}, 24, {24});
+  world.simulate(at(scene, 0.1), {0.0, {}, {away}}, 24, {24});
   EXPECT_TRUE(same_bits(world.simulate(at(scene, 0.1), {}, 24, {24}).front().state, before));
 }
 
@@ -350,7 +350,9 @@ TEST(Joint, TargetsThatNobodyCanFollowAreRejectedByName) {
   const Scene scene = partly_held();
   World world(scene);
   const auto following = [&](const std::string& name, const Eigen::VectorXd& positions) {
-    return [&world, &scene, name, positions] { world.simulate(pack(scene), {{}, {Targets{name, positions}}}, 5, {5}); };
+    return [&world, &scene, name, positions] {
+      world.simulate(pack(scene), {0.0, {}, {Targets{name, positions}}}, 5, {5});
+    };
   };
   const Eigen::VectorXd five = Eigen::VectorXd::Zero(5);
   EXPECT_TRUE(rejects(following("knee", five), {"joint", "'knee'", "'hinge', 'sled', 'flap', 'rudder'"}));

@@ -37,7 +37,7 @@ inline std::vector<int> each_step(int steps) {
 }
 
 //! The states at the start and after each step.
-inline std::vector<State> trajectory(const Scene& scene, const State& start, int steps, const Script& script = {}) {
+inline std::vector<State> trajectory(const Scene& scene, const State& start, int steps, const Plan& script = {}) {
   std::vector<State> states;
   for (Frame& frame : World(scene).simulate(start, script, steps, each_step(steps))) {
     states.push_back(std::move(frame.state));
@@ -45,7 +45,7 @@ inline std::vector<State> trajectory(const Scene& scene, const State& start, int
   return states;
 }
 
-inline State after(const Scene& scene, const State& start, int steps, const Script& script = {}) {
+inline State after(const Scene& scene, const State& start, int steps, const Plan& script = {}) {
   return World(scene).simulate(start, script, steps, {steps}).front().state;
 }
 

@@ -164,7 +164,7 @@ TEST(Mimic, FollowerOfAHeldJointIsRigidWhereItIs) {
   const Scene scene = two_rods({"hinge", -1.5, 0.3}, held);
   const State start = at(scene, 0.4);
   const Drive load = steady("second", {3.0, 4.0, 0.0}, {0.0, 0.0, 1.0}, 120);
-  for (const State& state : trajectory(scene, start, 120, {{load}})) EXPECT_TRUE(same_bits(state, start));
+  for (const State& state : trajectory(scene, start, 120, {0.0, {load}})) EXPECT_TRUE(same_bits(state, start));
   Scene with_probe = scene;
   with_probe.add_body(body("probe", Sphere{0.05}, 1.0, {std::cos(0.3), -std::sin(0.3), 0.2}));
   const State probing = at(with_probe, 0.4);
@@ -192,10 +192,11 @@ TEST(Mimic, PairOnOnePostHasTheSumOfTheInertiasThatTheMultiplierReflects) {
   for (const double multiplier : {1.0, -1.0, 2.0, 0.3}) {
     const Scene scene = two_rods({"hinge", multiplier});
     const double inertia = rod_inertia + multiplier * multiplier * second_inertia;
-    const State by_leader = after(scene, at(scene, 0.0), 120, {{steady("rod", Vector3::Zero(), {0.0, 0.0, 0.2}, 120)}});
+    const State by_leader =
+        after(scene, at(scene, 0.0), 120, {0.0, {steady("rod", Vector3::Zero(), {0.0, 0.0, 0.2}, 120)}});
     EXPECT_NEAR(by_leader[1], 0.2 / inertia * 0.5, 1e-9) << multiplier;
     const State by_follower =
-        after(scene, at(scene, 0.0), 120, {{steady("second", Vector3::Zero(), {0.0, 0.0, 0.2}, 120)}});
+        after(scene, at(scene, 0.0), 120, {0.0, {steady("second", Vector3::Zero(), {0.0, 0.0, 0.2}, 120)}});
     EXPECT_NEAR(by_follower[1], multiplier * 0.2 / inertia * 0.5, 1e-9) << multiplier;
   }
 }
@@ -204,9 +205,10 @@ TEST(Mimic, RackReflectsItsMassByTheSquareOfTheRadius) {
   const double radius = 0.3;
   const Scene scene = rack_and_pinion(radius);
   const double inertia = rod_inertia + 0.2 * radius * radius;
-  const State turned = after(scene, at(scene, 0.0), 120, {{steady("rod", Vector3::Zero(), {0.0, 0.0, 0.1}, 120)}});
+  const State turned = after(scene, at(scene, 0.0), 120, {0.0, {steady("rod", Vector3::Zero(), {0.0, 0.0, 0.1}, 120)}});
   EXPECT_NEAR(turned[1], 0.1 / inertia * 0.5, 1e-9);
-  const State pulled = after(scene, at(scene, 0.0), 120, {{steady("rack", {0.7, 0.0, 0.0}, Vector3::Zero(), 120)}});
+  const State pulled =
+      after(scene, at(scene, 0.0), 120, {0.0, {steady("rack", {0.7, 0.0, 0.0}, Vector3::Zero(), 120)}});
   EXPECT_NEAR(pulled[1], 0.7 * radius / inertia * 0.5, 1e-9);
 }
 
@@ -214,7 +216,7 @@ TEST(Mimic, PairOnOneTreeHasTheMassOfBothInMotion) {
   for (const double multiplier : {1.0, -0.5, 3.0}) {
     const Scene scene = cart_on_cart({"hinge", multiplier});
     const double mass = 2.0 + 0.5 * (1.0 + multiplier) * (1.0 + multiplier);
-    const State end = after(scene, at(scene, 0.0), 120, {{steady("cart", {3.0, 0.0, 0.0}, Vector3::Zero(), 120)}});
+    const State end = after(scene, at(scene, 0.0), 120, {0.0, {steady("cart", {3.0, 0.0, 0.0}, Vector3::Zero(), 120)}});
     EXPECT_NEAR(end[1], 3.0 / mass * 0.5, 1e-9) << multiplier;
   }
 }
@@ -232,7 +234,7 @@ TEST(Mimic, DriveOfTheLeaderCarriesTheLoadOfTheFollower) {
   drive.damping = 0.4;
   const Scene scene = two_rods({"hinge", -2.0}, drive);
   const Drive load = steady("second", Vector3::Zero(), {0.0, 0.0, 0.1}, 1200);
-  EXPECT_NEAR(after(scene, at(scene, 0.0), 1200, {{load}})[0], -2.0 * 0.1 / 2.0, 1e-6);
+  EXPECT_NEAR(after(scene, at(scene, 0.0), 1200, {0.0, {load}})[0], -2.0 * 0.1 / 2.0, 1e-6);
 }
 
 TEST(Mimic, CompliantPairSwingsWithThePeriodOfItsReflectedInertia) {
@@ -390,7 +392,7 @@ TEST(Mimic, FollowerHasNoLimitsNoDriveAndNoStateOfItsOwn) {
   const Scene scene = two_rods({"hinge"});
   EXPECT_TRUE(rejects([&] { pack(scene, {}, {{"follower", {0.1, 0.0}}}); }, {"'follower'", "follows another"}));
   const Targets targets{"follower", Eigen::VectorXd::Zero(10)};
-  EXPECT_TRUE(rejects([&] { World(scene).simulate(at(scene, 0.0), {{}, {targets}}, 10, {10}); },
+  EXPECT_TRUE(rejects([&] { World(scene).simulate(at(scene, 0.0), {0.0, {}, {targets}}, 10, {10}); },
                       {"targets['follower']", "without position control"}));
 }
 

@@ -198,7 +198,7 @@ Problem pushed() {
 
 double force_at(const std::vector<Push>& pushes, int step) {
   for (const Push& push : pushes) {
-    if (step < push.steps) return push.wrenches[0].force.x();
+    if (step < push.steps) return push.wrenches[0];
     step -= push.steps;
   }
   return std::numeric_limits<double>::quiet_NaN();

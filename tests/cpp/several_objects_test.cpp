@@ -15,7 +15,6 @@
 #include "energymargin/search/bounded_problem.hpp"
 #include "mechanisms.hpp"
 #include "search/cost_space.hpp"
-#include "search/propagator.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin {

@@ -40,7 +40,7 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
   const Drive drive{"effector", Wrenches::Constant(30, 6, 1.0)};
   for (std::size_t i = 0; i < asked.size(); i += 10) {
     const Question& other = asked[(i + 5) % asked.size()];
-    world.simulate(other.state, {{drive}}, 30, {7, 30});
+    world.simulate(other.state, {0.0, {drive}}, 30, {7, 30});
     world.contacts(other.state);
     world.distance(other.state, "object", "effector");
     world.deepest_contact(other.state);
@@ -89,7 +89,7 @@ TEST_F(CompoundPurity, QuestionsTouchPlatesHullsAndEachOther) {
 TEST_F(CompoundPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
   for (std::size_t i = 0; i < asked.size(); i += 5) {
     const Question& other = asked[(i + 7) % asked.size()];
-    world.simulate(other.state, {{steady("bowl", {0.5, 0.3, 1.0}, {0.01, 0.0, 0.0}, 20)}}, 20, {7, 20});
+    world.simulate(other.state, {0.0, {steady("bowl", {0.5, 0.3, 1.0}, {0.01, 0.0, 0.0}, 20)}}, 20, {7, 20});
     world.contacts(other.state);
     world.distance(other.state, "bar", "angle");
     world.distance(other.state, "bowl", "ball");
@@ -140,8 +140,8 @@ TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
   const std::vector<Question> asked = questions(scene, 60, 20);
   World world(scene);
   const std::vector<Rollout> expected = answers(world, asked);
-  const Script script{{steady("thumb 2", {0.2, 0.1, 0.3}, Vector3::Zero(), 10)},
-                      {{"left 1", Eigen::VectorXd::Constant(10, 1.0)}}};
+  const Plan script{
+      0.0, {steady("thumb 2", {0.2, 0.1, 0.3}, Vector3::Zero(), 10)}, {{"left 1", Eigen::VectorXd::Constant(10, 1.0)}}};
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const State& other = asked[(i + 7) % asked.size()].state;
     world.simulate(other, script, 10, {3, 10});
@@ -233,9 +233,10 @@ TEST(MechanismPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits
   std::mt19937_64 random(3);
   expect_same_after([&](Mechanism& mechanism, std::size_t i) {
     const Scene& scene = mechanism.scene;
-    Script script{{steady("finger 2 2", {0.2, 0.1, 0.3}, Vector3::Zero(), 4),
-                   steady("object", {0.0, 0.3, 0.2}, {0.001, 0.0, 0.0}, 4)},
-                  {}};
+    Plan script{0.0,
+                {steady("finger 2 2", {0.2, 0.1, 0.3}, Vector3::Zero(), 4),
+                 steady("object", {0.0, 0.3, 0.2}, {0.001, 0.0, 0.0}, 4)},
+                {}};
     for (const Joint& joint : scene.joints()) {
       if (!joint.moves() || joint.held) continue;
       script.targets.push_back({joint.name, Eigen::VectorXd::Constant(4, 0.5)});

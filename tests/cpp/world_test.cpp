@@ -235,7 +235,7 @@ TEST(World, SimulateUnderASteadyWrenchOnTheObjectIsTheRollout) {
   Drive drive{"object", Wrenches::Zero(60, 6)};
   drive.wrenches.col(0).setConstant(0.7);
   const std::vector<int> record{0, 1, 20, 60};
-  const std::vector<Frame> frames = world.simulate(pack(scene), {{drive}}, 60, record);
+  const std::vector<Frame> frames = world.simulate(pack(scene), {0.0, {drive}}, 60, record);
   ASSERT_EQ(frames.size(), record.size());
   EXPECT_EQ(frames[0].contacts.size(), world.contacts(pack(scene)).size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -392,9 +392,11 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "object"); }, {"body_b", "another body"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 0, {}); }, {"steps", "0", "at least 1"}));
   const Drive drive{"table", Wrenches::Zero(5, 6)};
-  EXPECT_TRUE(rejects([&] { world.simulate(start, {{drive}}, 5, {5}); }, {"drives['table']", "fixed", "can move"}));
+  EXPECT_TRUE(
+      rejects([&] { world.simulate(start, {0.0, {drive}}, 5, {5}); }, {"drives['table']", "fixed", "can move"}));
   const Drive few{"effector", Wrenches::Zero(4, 6)};
-  EXPECT_TRUE(rejects([&] { world.simulate(start, {{few}}, 5, {5}); }, {"drives['effector']", "4 rows", "5 rows"}));
+  EXPECT_TRUE(
+      rejects([&] { world.simulate(start, {0.0, {few}}, 5, {5}); }, {"drives['effector']", "4 rows", "5 rows"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {6}); }, {"record", "6", "0 to 5"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {3, 2}); }, {"record", "2", "ascending"}));
   Scene empty;

@@ -71,6 +71,12 @@ void require_no_clock(const Problem& problem, const std::string& metric);
 //! a start state in which a moving body is deeper in another than half of the smaller one's smallest half extent.
 void validate(const Problem& problem);
 
+//! The world of a problem: with its plan, if it has one. Its steps are so many `parts` of the problem's.
+World world_of(const Problem& problem, int parts = 1);
+
+//! A push of no wrench on any object.
+Push no_push(const Problem& problem, int steps);
+
 //! Of several objects, how many have to leave for an escape.
 enum class Captured {
   all,  ///< while all are captured: one that leaves is an escape

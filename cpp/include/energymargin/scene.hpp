@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -143,6 +144,9 @@ struct Stepping {
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
 };
 
+class BodyConstants;
+struct CollisionShape;
+
 //! Bodies under gravity. Every function that takes bad input throws std::invalid_argument.
 class Scene {
  public:
@@ -191,11 +195,22 @@ class Scene {
   std::size_t index(const std::string& name) const;
   const Body& body(const std::string& name) const { return bodies_[index(name)]; }
 
+  //! Body::principal_inertial and energymargin::smallest_half_extent of a body, by its index. They are found once, as
+  //! it is added; copies of the scene share them.
+  const Inertial& inertial(std::size_t body) const;
+  double smallest_half_extent(std::size_t body) const;
+
+  //! What of a body collides in a simulation. It is made once; copies of the scene share it.
+  const CollisionShape& collision_shape(std::size_t body) const;
+
   //! Index of a joint by name; the error lists the names that there are.
   std::size_t joint_index(const std::string& name) const;
 
   //! The joint that carries a body; none for a body that is no link.
   std::optional<std::size_t> joint_to(std::size_t body) const;
+
+  //! Whether a joint never moves: it is fixed or held, or follows one that is.
+  bool rigid(const Joint& joint) const;
 
   //! Whether a body is a link or carries one.
   bool jointed(std::size_t body) const;
@@ -210,6 +225,7 @@ class Scene {
   Vector3 gravity_;
   Stepping stepping_;
   std::vector<Body> bodies_;
+  std::vector<std::shared_ptr<const BodyConstants>> constants_;  // of each body
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
   std::set<std::pair<std::string, std::string>> disabled_;  // the lesser name first

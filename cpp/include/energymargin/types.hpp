@@ -29,6 +29,15 @@ struct Wrench {
 //! A wrench for each object of a scene, in the scene's order.
 using Disturbance = std::vector<Wrench>;
 
+inline constexpr int wrench_axes = 6;  //!< of one object: three of its force and three of its torque
+
+//! What acts on the objects for a while: force [N] and torque [N m] on each, in the scene's order, shape (6 k,) for k
+//! objects.
+struct Push {
+  Eigen::VectorXd wrenches;
+  int steps = 1;
+};
+
 //! Where a body is and how it moves, in the world's axes.
 struct BodyState {
   Vector3 position = Vector3::Zero();               //!< of the body's frame [m]

@@ -74,11 +74,8 @@ struct Watch {
   const Plan* plan = nullptr;                              //!< if set: in place of the world's; it fits the scene
 };
 
-//! Wrenches that act for a while, one an object.
-struct Push {
-  Disturbance wrenches;
-  int steps = 0;
-};
+//! The push of these wrenches.
+Push push(const Disturbance& wrenches, int steps);
 
 //! One point where two bodies touch, and the forces there over the last step.
 struct Contact {
@@ -91,12 +88,6 @@ struct Contact {
   double friction = 0.0;                       //!< coefficient of the contact: Scene::contact_friction
 };
 
-//! What a robot does over a simulation, a row a step.
-struct Script {
-  std::vector<Drive> drives{};
-  std::vector<Targets> targets{};
-};
-
 //! One recorded moment of a simulation.
 struct Frame {
   double time = 0.0;  //!< [s]
@@ -107,6 +98,7 @@ struct Frame {
 };
 
 class Engine;
+class Placement;
 
 //! One simulation of a scene, with Bullet in double precision. Every question is answered as a pure function of its
 //! arguments: the same bits in any order, in any world of the same scene, on any thread (one thread a world at a time).
@@ -139,19 +131,19 @@ class World {
     return rollout(state, Disturbance{wrench}, duration, audit, limit);
   }
 
-  //! The same without the checks and without the energy, for callers that made the arguments themselves. It ends with
-  //! fewer steps if it reaches the limit, or as `watch` says.
-  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit = {},
-                            const Watch& watch = {});
-
-  //! The same under one push after another, without a break.
+  //! The same under one push after another, without a break, without the checks and without the energy, for callers
+  //! that made the arguments themselves. It ends with fewer steps if it reaches the limit, or as `watch` says.
   Rollout rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit = {},
                             const Watch& watch = {});
+  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit = {},
+                            const Watch& watch = {}) {
+    return rollout_unchecked(state, {push(wrenches, steps)}, limit, watch);
+  }
 
-  //! One unbroken simulation of `steps` steps under the world's plan and, on top of it, a script, recorded after the
-  //! steps in `record` (ascending, from 0, the start, to `steps`). The start's contacts are those of `contacts`. Throws
-  //! Cancelled or TimedOut if it reaches the limit.
-  std::vector<Frame> simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
+  //! One unbroken simulation of `steps` steps under the world's plan and, on top of it, `besides`, which has a row for
+  //! each of them or none at all, recorded after the steps in `record` (ascending, from 0, the start, to `steps`). The
+  //! start's contacts are those of `contacts`. Throws Cancelled or TimedOut if it reaches the limit.
+  std::vector<Frame> simulate(const State& state, const Plan& besides, int steps, const std::vector<int>& record,
                               const Limit& limit = {});
 
   //! Mechanical energy: the kinetic energy of all bodies that move, links included; the potential energy of gravity and
@@ -169,6 +161,8 @@ class World {
   Contact deepest_contact(const State& state);
 
  private:
+  Placement& placement_at(const State& state);
+
   std::unique_ptr<Engine> engine_;
 };
 

@@ -6,7 +6,7 @@
 #include "bounds/convex_piece.hpp"
 #include "bounds/infinity.hpp"
 #include "energymargin/kinematics.hpp"
-#include "energymargin/world.hpp"
+#include "physics/deepest_contact.hpp"
 #include "scene/energy.hpp"
 
 namespace energymargin::bounds {
@@ -130,7 +130,7 @@ class Stores {
   // A link stays within the lengths of the links from the first joint that moves, which hangs on what stays.
   double fall_of_link(std::size_t body, const Vector3& down) const {
     const BodyState link = at(body);
-    const Vector3 center = link.position + link.orientation * scene_.bodies()[body].principal_inertial().center;
+    const Vector3 center = link.position + link.orientation * scene_.inertial(body).center;
     Vector3 point = center;
     double length = 0.0;
     for (std::size_t below = body;;) {
@@ -150,7 +150,7 @@ class Stores {
 
   // Bodies that overlap at the start are pushed apart, each by no more than the overlaps below it, against their loads.
   void add_overlaps() {
-    const double deepest = std::max(-World(scene_).deepest_contact(problem_.state).distance, 0.0);
+    const double deepest = std::max(-deepest_contact(scene_, problem_.state).distance, 0.0);
     if (deepest == 0.0) return;
     double pull = 0.0, bodies = 0.0;
     for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {

@@ -28,7 +28,7 @@ Obstacles::Obstacles(const Problem& problem, std::size_t object, const std::vect
   const CollisionFilter can_collide(scene);
   const Kinematics kinematics(scene);
   const Pose start = space.pose(space.start());
-  const double in_plane = share_in_plane * smallest_half_extent(scene.bodies()[object].shape);
+  const double in_plane = share_in_plane * scene.smallest_half_extent(object);
   for (std::size_t body = 0; body < scene.bodies().size(); ++body) {
     if (body == object || !immovable[body] || !can_collide(object, body)) continue;
     const BodyState state = kinematics(problem.state.data(), body);

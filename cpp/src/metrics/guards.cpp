@@ -28,7 +28,7 @@ std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limi
   future.horizon = step * std::max(1.0, std::floor(plausible::foresight / step));
   future.check.reset();
   future.dwell = 0.0;
-  World world = search::world_of(future);
+  World world = world_of(future);
   try {
     const auto horizon = search::Horizon::of(future, &future.captured);
     const search::Stretch stretch = horizon->undisturbed(world, future.state, limit);

@@ -13,8 +13,7 @@
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/parallel.hpp"
 #include "metrics/looks.hpp"
-#include "search/exit.hpp"
-#include "search/horizon.hpp"
+#include "problem/exit.hpp"
 
 namespace energymargin {
 namespace {
@@ -65,8 +64,7 @@ class Estimator {
 
  private:
   void follow_undisturbed() {
-    const Disturbance zero(problem_.scene.with_role(Role::object).size());
-    undisturbed_ = run({{zero, timing_.horizon}}, nullptr);
+    undisturbed_ = run({no_push(problem_, timing_.horizon)}, nullptr);
     if (!undisturbed_->complete) options_.limit.require();
     if (undisturbed_->diverged) throw Diverged("the undisturbed future");
   }
@@ -113,14 +111,14 @@ class Estimator {
 
   std::unique_ptr<World> take() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (worlds_.empty()) return std::make_unique<World>(search::world_of(problem_));
+    if (worlds_.empty()) return std::make_unique<World>(world_of(problem_));
     std::unique_ptr<World> world = std::move(worlds_.back());
     worlds_.pop_back();
     return world;
   }
 
   Future follow(World& world, const std::vector<Push>& pushes, const Plan* plan) const {
-    std::vector<search::Exit> exits(sets_.size(), search::Exit(timing_.dwell));
+    std::vector<Exit> exits(sets_.size(), Exit(timing_.dwell));
     const auto look = [&](const State& state, int step) {
       bool all_left = true;
       for (std::size_t i = 0; i < sets_.size(); ++i) {
@@ -143,11 +141,11 @@ class Estimator {
       future.effort = rollout.effort;
       if (rollout.complete && rollout.steps == timing_.horizon) {
         look(rollout.state, timing_.horizon);
-        for (search::Exit& exit : exits) exit.end();
+        for (Exit& exit : exits) exit.end();
         future.success = success_ && (*success_)(rollout.state);
       }
     }
-    for (const search::Exit& exit : exits) future.exits.push_back(exit.left() ? exit.since() : -1);
+    for (const Exit& exit : exits) future.exits.push_back(exit.left() ? exit.since() : -1);
     return future;
   }
 

@@ -12,8 +12,7 @@
 #include "metrics/forecast.hpp"
 #include "metrics/looks.hpp"
 #include "metrics/splitting.hpp"
-#include "search/exit.hpp"
-#include "search/horizon.hpp"
+#include "problem/exit.hpp"
 
 namespace energymargin {
 namespace {
@@ -62,7 +61,7 @@ class ReplicaSimulator {
         timing_(*timing_of(problem)),
         last_look_(static_cast<int>(looks_of(timing_).size()) - 1),
         captured_(problem.captured, problem.scene),
-        world_(search::world_of(problem)),
+        world_(world_of(problem)),
         time_between_looks_(timing_.check * problem.scene.stepping().step) {
     if (!options.level) distance_.emplace(problem.captured, problem.scene, problem.state);
   }
@@ -103,8 +102,7 @@ class ReplicaSimulator {
 
   // Throws Diverged, Cancelled or TimedOut.
   Replica undisturbed() {
-    const Disturbance zero(problem_.scene.with_role(Role::object).size());
-    Replica replica{{{zero, timing_.horizon}}};
+    Replica replica{{no_push(problem_, timing_.horizon)}};
     simulate(replica);
     options_.limit.require();
     if (diverged_ > 0) throw Diverged("the undisturbed future");
@@ -126,7 +124,7 @@ class ReplicaSimulator {
   }
 
   void simulate_looks(Replica& replica) {
-    search::Exit exit(timing_.dwell);
+    Exit exit(timing_.dwell);
     gains_.clear();
     track_.coordinates.clear();
     look(problem_.state, 0, exit, replica);
@@ -153,7 +151,7 @@ class ReplicaSimulator {
   }
 
   // Whether it has left.
-  bool look(const State& state, int step, search::Exit& exit, Replica& replica) {
+  bool look(const State& state, int step, Exit& exit, Replica& replica) {
     exit.look(captured_(state), step);
     double level = level_of(state, last_look_ - static_cast<int>(replica.highest_until.size()));
     if (exit.since() >= 0 && timing_.dwell > 0) level += static_cast<double>(step - exit.since()) / timing_.dwell;
@@ -178,7 +176,7 @@ class ReplicaSimulator {
     return now + nearness_.ahead * gain / time_between_looks_;
   }
 
-  static void set_exit(const search::Exit& exit, Replica& replica) {
+  static void set_exit(const Exit& exit, Replica& replica) {
     replica.highest_until.back() = splitting::happened;
     replica.exit = exit.since();
   }

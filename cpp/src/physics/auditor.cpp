@@ -62,14 +62,11 @@ Audit Auditor::audit() const {
 void Auditor::add_actuations(double duration) {
   if (simulation_.actuations().empty() && held_.empty()) return;
   simulation_.read(next_velocities_);
-  for (const Load& load : simulation_.actuations()) audit_.plan += power_of(load) * duration;
-  for (const Load& load : held_) audit_.plan -= power_of(load) * duration;
-}
-
-double Auditor::power_of(const Load& load) const {
-  const Velocity& before = velocities_[load.body];
-  const Velocity& after = next_velocities_[load.body];
-  return 0.5 * (load.force.dot(before.linear + after.linear) + load.torque.dot(before.angular + after.angular));
+  const auto power = [this](const Load& load) {
+    return load.power(velocities_[load.body], next_velocities_[load.body]);
+  };
+  for (const Load& load : simulation_.actuations()) audit_.plan += power(load) * duration;
+  for (const Load& load : held_) audit_.plan -= power(load) * duration;
 }
 
 // The torque of the control is that at the end of the step. What its compliance gives and takes should be what its

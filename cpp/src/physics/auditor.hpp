@@ -26,7 +26,6 @@ class Auditor {
 
  private:
   void add_actuations(double duration);
-  double power_of(const Load& load) const;
   void add_control(std::size_t joint, const JointState& before, const JointState& after, double duration);
   void add_damper(const Spring& spring, double rate_before, double rate_after, double duration);
 

@@ -9,34 +9,6 @@ constexpr int steps_between_looks = 16;  // at the limit: a step takes from 3 us
 
 }  // namespace
 
-//! A wrench on one object, and its work.
-class Engine::ObjectWrench {
- public:
-  ObjectWrench(const btRigidBody& object, const Wrench& wrench)
-      : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)) {}
-
-  void load(Simulation& simulation) const { simulation.load(body_index(object_), force_, torque_); }
-
-  //! Before a part of a step.
-  void begin() {
-    linear_ = object_.getLinearVelocity();
-    angular_ = object_.getAngularVelocity();
-  }
-
-  //! Of that part [J]. The mean of the velocities before and after, where it coasts from, makes the work on a free body
-  //! its gain of kinetic energy, exactly.
-  double work(const Simulation& simulation, double duration) const {
-    const Velocity& after = simulation.pushed(object_);
-    const double power = 0.5 * (force_.dot(linear_ + after.linear) + torque_.dot(angular_ + after.angular));
-    return power * duration;
-  }
-
- private:
-  const btRigidBody& object_;
-  btVector3 force_, torque_;
-  btVector3 linear_, angular_;
-};
-
 Rollout Engine::rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch) {
   simulation_.restore(state);
   return run(pushes, limit, watch, nullptr);
@@ -56,7 +28,6 @@ Rollout Engine::audited_rollout(const State& state, const std::vector<Push>& pus
 
 Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor) {
   Rollout result;
-  std::vector<ObjectWrench> wrenches;
   std::optional<Robot> other;
   if (watch.plan) other.emplace(simulation_.scene(), *watch.plan);
   const std::optional<Robot>& followed = other ? other : robot_;
@@ -64,14 +35,13 @@ Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const W
   auto next = watch.record.begin();
   bool over = false;
   for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
-    wrenches.clear();
-    for (const Wrench& wrench : push->wrenches) wrenches.emplace_back(*simulation_.objects()[wrenches.size()], wrench);
+    const std::vector<Load> acting = loads(*push);
     for (int i = 0; i < push->steps && !over; ++i) {
       result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
       over = !result.complete;
       if (over) break;
-      if (i == 0 || robot) load(wrenches, robot, watch.first + result.steps);
-      step(wrenches, result, auditor);
+      if (i == 0 || robot) load(acting, robot, watch.first + result.steps);
+      step(acting, result, auditor);
       ++result.steps;
       if (next != watch.record.end() && *next == result.steps) {
         result.recorded.push_back({result.steps, result.effort, {}});
@@ -89,22 +59,33 @@ Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const W
   return result;
 }
 
+// What a push is on each object.
+std::vector<Load> Engine::loads(const Push& push) const {
+  std::vector<Load> loads;
+  for (Eigen::Index first = 0; first < push.wrenches.size(); first += wrench_axes) {
+    const double* const wrench = push.wrenches.data() + first;
+    loads.push_back({body_index(*simulation_.objects()[loads.size()]), vector(wrench), vector(wrench + 3)});
+  }
+  return loads;
+}
+
 // For the next step, and for those after it if there is no robot.
-void Engine::load(const std::vector<ObjectWrench>& wrenches, const Robot* robot, int step) {
+void Engine::load(const std::vector<Load>& loads, const Robot* robot, int step) {
   simulation_.unload();
-  for (const ObjectWrench& wrench : wrenches) wrench.load(simulation_);
+  for (const Load& load : loads) simulation_.load(load);
   if (robot) robot->act(simulation_, step);
 }
 
-void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor) {
+void Engine::step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
   double left = simulation_.scene().stepping().step;
   bool converged = true;
   for (int parts = 0; left > 0.0; ++parts) {
     if (auditor) auditor->begin();
-    for (ObjectWrench& wrench : wrenches) wrench.begin();
+    before_.clear();
+    for (std::size_t i = 0; i < loads.size(); ++i) before_.push_back(simulation_.velocity(i));
     const PartResult part = simulation_.advance(left, parts);
-    for (const ObjectWrench& wrench : wrenches) {
-      const double work = wrench.work(simulation_, part.duration);
+    for (std::size_t i = 0; i < loads.size(); ++i) {
+      const double work = loads[i].power(before_[i], simulation_.pushed(i)) * part.duration;
       result.effort += std::abs(work);
       result.work += work;
     }
@@ -116,8 +97,8 @@ void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor*
   if (!converged) ++result.unconverged;
 }
 
-std::vector<Frame> Engine::simulate(const State& state, const Robot* scripted, int steps,
-                                    const std::vector<int>& record, const Limit& limit) {
+std::vector<Frame> Engine::simulate(const State& state, const Robot* second, int steps, const std::vector<int>& record,
+                                    const Limit& limit) {
   std::vector<Frame> frames;
   auto next = record.begin();
   if (next != record.end() && *next == 0) {
@@ -132,7 +113,7 @@ std::vector<Frame> Engine::simulate(const State& state, const Robot* scripted, i
     if (i % steps_between_looks == 0) limit.require();
     simulation_.unload();
     if (robot_) robot_->act(simulation_, i - 1);
-    if (scripted) scripted->act(simulation_, i - 1);
+    if (second) second->act(simulation_, i - 1);
     const PartResult whole = simulation_.step();
     unconverged += whole.converged ? 0 : 1;
     lost_time += whole.lost;

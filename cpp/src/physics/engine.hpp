@@ -29,24 +29,24 @@ class Engine {
   //! The same with the balance of its energy.
   Rollout audited_rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch);
 
-  //! Recorded after the steps in `record`. What is `scripted`, unless it is null, comes on top of the plan. Throws
-  //! Cancelled or TimedOut if it reaches the limit.
-  std::vector<Frame> simulate(const State& state, const Robot* scripted, int steps, const std::vector<int>& record,
+  //! Recorded after the steps in `record`. A second robot, unless it is null, acts too. Throws Cancelled or TimedOut if
+  //! it reaches the limit.
+  std::vector<Frame> simulate(const State& state, const Robot* second, int steps, const std::vector<int>& record,
                               const Limit& limit);
 
   //! With the forces of one step without a wrench.
   std::vector<Contact> contacts(const State& state);
 
  private:
-  class ObjectWrench;
-
   Rollout run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor);
-  void load(const std::vector<ObjectWrench>& wrenches, const Robot* robot, int step);
-  void step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor);
+  std::vector<Load> loads(const Push& push) const;
+  void load(const std::vector<Load>& loads, const Robot* robot, int step);
+  void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor);
 
   Simulation simulation_;
   Energy energy_;
   std::optional<Robot> robot_;
+  std::vector<Velocity> before_;  // of the objects, as a part of a step begins
 };
 
 }  // namespace energymargin

@@ -8,8 +8,7 @@
 
 #include "energymargin/kinematics.hpp"
 #include "physics/contacts/gjk.hpp"
-#include "physics/shapes.hpp"
-#include "physics/simulation.hpp"
+#include "physics/placement.hpp"
 
 namespace energymargin {
 namespace {
@@ -49,19 +48,19 @@ double distance_to_solid(const btConvexShape& shape, const btTransform& pose, co
 
 class FreeSpace::Bullet {
  public:
-  Bullet(const Scene& scene, const State& state, std::size_t object) : simulation_(scene) {
-    simulation_.restore(state);
+  Bullet(const Scene& scene, const State& state, std::size_t object) : scene_(scene), placement_(scene_) {
+    placement_.restore(state);
     const BodyState start = Kinematics(scene)(state.data(), object);
     const Pose pose{start.position, start.orientation};
-    const btCollisionObject& body = simulation_.collider(object);
+    const btCollisionObject& body = placement_.collider(object);
     // What the simulation makes of a body's frame is the same in every pose.
     const btTransform in_frame = to_bullet(pose).inverse() * body.getWorldTransform();
     for_each_piece(*body.getCollisionShape(), in_frame, [this](const btCollisionShape& shape, const btTransform& at) {
       add_piece(static_cast<const btConvexShape&>(shape), at);
     });
-    tolerance_ = touching * smallest_half_extent(scene.bodies()[object].shape);
+    tolerance_ = touching * scene.smallest_half_extent(object);
     for (std::size_t other = 0; other < scene.bodies().size(); ++other) {
-      if (other != object && simulation_.can_collide(object, other)) add_obstacles(other);
+      if (other != object && placement_.can_collide(object, other)) add_obstacles(other);
     }
     for (Obstacle& obstacle : obstacles_) {
       obstacle.depth = tolerance_ + std::max(0.0, -distance(to_bullet(pose), obstacle, 0.0));
@@ -104,7 +103,7 @@ class FreeSpace::Bullet {
   }
 
   void add_obstacles(std::size_t body) {
-    const btCollisionObject& other = simulation_.collider(body);
+    const btCollisionObject& other = placement_.collider(body);
     for_each_piece(*other.getCollisionShape(), other.getWorldTransform(),
                    [this](const btCollisionShape& shape, const btTransform& pose) {
                      Obstacle obstacle{&shape, pose, {}, {}, 0.0};
@@ -137,7 +136,8 @@ class FreeSpace::Bullet {
     return (centre - nearest).length2() > reach * reach;
   }
 
-  Simulation simulation_;
+  Scene scene_;
+  Placement placement_;
   std::vector<Piece> pieces_;
   std::vector<Obstacle> obstacles_;
   double tolerance_ = 0.0;

@@ -27,7 +27,7 @@ void Robot::act(Simulation& simulation, int step) const {
   if (step > last) return;
   for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
     const auto wrench = plan_.wrenches[i].wrenches.row(step);
-    simulation.actuate(wrench_bodies_[i], to_bullet(Vector3(wrench.head<3>())), to_bullet(Vector3(wrench.tail<3>())));
+    simulation.actuate({wrench_bodies_[i], vector(wrench.data()), vector(wrench.data() + 3)});
   }
   for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
     const Servo& servo = plan_.velocities[i];

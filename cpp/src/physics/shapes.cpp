@@ -1,11 +1,13 @@
 #include "physics/shapes.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <type_traits>
 #include <utility>
 
 #include "energymargin/kinematics.hpp"
 #include "physics/contacts/hull_shape.hpp"
+#include "scene/body_constants.hpp"
 #include "scene/margins.hpp"
 
 namespace energymargin {
@@ -64,20 +66,57 @@ struct Builder {
   }
 };
 
-double thinnest(const Solid& solid) {
-  return std::visit([](const auto& of) { return smallest_half_extent(of); }, solid);
-}
-
-std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, std::optional<double> margin,
-                                              double room = 0.0) {
-  return std::visit(Builder{pose, collision_margin(thinnest(solid), margin), room}, solid);
+std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, double half_extent,
+                                              std::optional<double> margin, double room = 0.0) {
+  return std::visit(Builder{pose, collision_margin(half_extent, margin), room}, solid);
 }
 
 // A solid at its body's centre of mass and along its axes, but for rounding, needs no compound around it.
-bool is_nowhere_else(const Part& part) {
-  const double size = thinnest(part.shape);
-  return part.pose.position.norm() <= rounding * size &&
+bool is_nowhere_else(const Part& part, double half_extent) {
+  return part.pose.position.norm() <= rounding * half_extent &&
          part.pose.orientation.angularDistance(Quaternion::Identity()) <= rounding;
+}
+
+// The distance of the core's farthest point from the body's origin, or a little more.
+double core_reach(const btConvexShape& shape, const btTransform& in_body) {
+  btVector3 farthest(0, 0, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    btVector3 along(0, 0, 0);
+    for (const double sign : {-1.0, 1.0}) {
+      along[axis] = sign;
+      const btVector3 local = along * in_body.getBasis();
+      farthest[axis] =
+          std::max(farthest[axis], along.dot(in_body(shape.localGetSupportVertexWithoutMarginNonVirtual(local))));
+    }
+  }
+  return farthest.length();
+}
+
+// The solids of a body, in Bullet's frame.
+std::vector<Part> parts_in_bullet(const Shape& shape, const Inertial& inertial) {
+  const Quaternion turn = inertial.axes.conjugate();
+  std::vector<Part> parts;
+  const auto add = [&](const Solid& solid, const Pose& in_body) {
+    parts.push_back({solid, {turn * (in_body.position - inertial.center), turn * in_body.orientation}});
+  };
+  std::visit(
+      [&](const auto& of) {
+        using Kind = std::decay_t<decltype(of)>;
+        if constexpr (std::is_same_v<Kind, Compound>) {
+          for (const auto& [solid, pose] : of.parts) add(solid, pose);
+        } else if constexpr (!std::is_same_v<Kind, Plane>) {
+          add(of, Pose{});
+        }
+      },
+      shape);
+  return parts;
+}
+
+void add_piece(CollisionShape& to, const btCollisionShape& piece, const btTransform& in_body, bool at_origin,
+               double half_extent) {
+  const auto& shape = static_cast<const btConvexShape&>(piece);
+  to.pieces.push_back({&shape, in_body, at_origin, core_reach(shape, in_body), half_extent});
+  to.reach = std::max(to.reach, to.pieces.back().reach);
 }
 
 }  // namespace
@@ -87,47 +126,34 @@ btTransform bullet_pose(const Inertial& inertial, const BodyState& frame) {
   return btTransform(to_bullet(Quaternion(center.orientation * inertial.axes)), to_bullet(center.position));
 }
 
-CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
+std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, const BodyConstants& constants,
+                                                           std::optional<double> margin) {
+  auto result = std::make_shared<CollisionShape>();
   if (const auto* plane = std::get_if<Plane>(&body.shape)) {
-    return {std::make_unique<btStaticPlaneShape>(to_bullet(plane->normal), plane->offset), {}, {}};
+    result->shape = std::make_unique<btStaticPlaneShape>(to_bullet(plane->normal), plane->offset);
+    return result;
   }
-  const Inertial inertial = body.principal_inertial();
-  const Quaternion turn = inertial.axes.conjugate();
-  std::vector<Part> parts;  // in Bullet's frame
-  const auto add = [&](const Solid& solid, const Pose& in_body) {
-    parts.push_back({solid, {turn * (in_body.position - inertial.center), turn * in_body.orientation}});
-  };
-  std::visit(
-      [&](const auto& shape) {
-        using Kind = std::decay_t<decltype(shape)>;
-        if constexpr (std::is_same_v<Kind, Compound>) {
-          for (const auto& [solid, pose] : shape.parts) add(solid, pose);
-        } else if constexpr (!std::is_same_v<Kind, Plane>) {
-          add(shape, Pose{});
-        }
-      },
-      body.shape);
-  if (parts.size() == 1 && (is_nowhere_else(parts[0]) || std::holds_alternative<ConvexHull>(parts[0].shape))) {
-    return {solid_shape(parts[0].shape, parts[0].pose, margin), {}, {thinnest(parts[0].shape)}};
+  const Inertial& inertial = constants.inertial();
+  const std::vector<Part> parts = parts_in_bullet(body.shape, inertial);
+  const std::vector<double>& half_extents = constants.half_extents();
+  if (parts.size() == 1 &&
+      (is_nowhere_else(parts[0], half_extents[0]) || std::holds_alternative<ConvexHull>(parts[0].shape))) {
+    result->shape = solid_shape(parts[0].shape, parts[0].pose, half_extents[0], margin);
+    add_piece(*result, *result->shape, btTransform::getIdentity(), true, half_extents[0]);
+    return result;
   }
-  CollisionShape result;
   auto compound = std::make_unique<btCompoundShape>();
   const double room =
       gContactBreakingThreshold * reach_from(body.shape, inertial.center);  // Bullet's reach of a contact
-  for (const auto& [solid, pose] : parts) {
-    result.parts.push_back(solid_shape(solid, pose, margin, room));
-    result.half_extents.push_back(thinnest(solid));
-    const bool in_place = std::holds_alternative<ConvexHull>(solid);
-    compound->addChildShape(to_bullet(in_place ? Pose{} : pose), result.parts.back().get());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto& [solid, pose] = parts[i];
+    result->parts.push_back(solid_shape(solid, pose, half_extents[i], margin, room));
+    const btTransform in_body = to_bullet(std::holds_alternative<ConvexHull>(solid) ? Pose{} : pose);
+    compound->addChildShape(in_body, result->parts.back().get());
+    add_piece(*result, *result->parts.back(), in_body, false, half_extents[i]);
   }
-  result.shape = std::move(compound);
+  result->shape = std::move(compound);
   return result;
-}
-
-std::vector<CollisionShape> collision_shapes(const Scene& scene) {
-  std::vector<CollisionShape> shapes;
-  for (const Body& body : scene.bodies()) shapes.push_back(collision_shape(body, scene.stepping().margin));
-  return shapes;
 }
 
 }  // namespace energymargin

@@ -28,19 +28,23 @@ inline std::size_t body_index(const btCollisionObject& object) {
   return static_cast<std::size_t>(object.getUserIndex());
 }
 
-//! A collision shape and the parts that it is made of.
-struct CollisionShape {
-  std::unique_ptr<btCollisionShape> shape;
-  std::vector<std::unique_ptr<btCollisionShape>> parts{};
-  std::vector<double> half_extents{};  //!< the smallest of each convex piece [m]
+//! A convex piece of a body.
+struct ConvexPiece {
+  const btConvexShape* shape;
+  btTransform in_body;
+  bool at_origin;      // whether it stands in its body's own frame
+  double reach;        // of its core's points from the body's origin; its core is what is left without its margin [m]
+  double half_extent;  // the smallest [m]
+
+  btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }
 };
 
-//! The collision shape in a frame at the body's centre of mass, along its principal axes, as Bullet wants it. Its outer
-//! surface is the true one: the margin lies inside and only rounds the edges. `margin` unset: a twentieth of the
-//! smallest half extent of each part.
-CollisionShape collision_shape(const Body& body, std::optional<double> margin);
-
-//! Those of all bodies, with the scene's margin.
-std::vector<CollisionShape> collision_shapes(const Scene& scene);
+//! A collision shape, which nothing changes once it is made: worlds on several threads share it.
+struct CollisionShape {
+  std::unique_ptr<btCollisionShape> shape;
+  std::vector<std::unique_ptr<btCollisionShape>> parts{};  //!< that a compound is made of
+  std::vector<ConvexPiece> pieces{};                       //!< none of a plane: behind it all is solid
+  double reach = 0.0;                                      //!< of the pieces' points from the body's origin [m]
+};
 
 }  // namespace energymargin

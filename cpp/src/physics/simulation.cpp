@@ -26,31 +26,24 @@ Simulation::Simulation(const Scene& scene, Detection detection)
     : scene_(scene),
       layout_(scene),
       step_(scene.stepping().step),
-      shapes_(collision_shapes(scene)),
-      filter_(scene_),
-      pair_query_(dispatcher_),
-      bodies_(scene_, shapes_),
-      equations_(scene_, bodies_, impulses_),
-      pairs_(dispatcher_.bullet(), filter_, bodies_.colliders()),
-      springs_(scene_, bodies_),
-      carriers_(scene_, bodies_),
+      placement_(scene_),
+      equations_(scene_, bodies(), impulses_),
+      springs_(scene_, bodies()),
+      carriers_(scene_, bodies()),
       ways_(scene.bodies().size()) {
-  for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
-  if (detection == Detection::continuous) continuous_.emplace(shapes_, bodies_.colliders());
+  if (detection == Detection::continuous) continuous_.emplace(scene_, bodies().colliders());
 }
 
 int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
 
 const std::vector<btRigidBody*>& Simulation::objects() const {
-  if (bodies_.objects().empty()) {
-    reject("scene", "without a free object", "a body of role \"object\" that is on no joint");
-  }
-  return bodies_.objects();
+  const std::vector<btRigidBody*>& objects = placement_.bodies().objects();
+  if (objects.empty()) reject("scene", "without a free object", "a body of role \"object\" that is on no joint");
+  return objects;
 }
 
 void Simulation::restore(const State& state) {
-  bodies_.restore(state);
-  pairs_.forget();
+  placement_.restore(state);
   last_duration_ = 0.0;
   unload();
   springs_.update();
@@ -58,20 +51,20 @@ void Simulation::restore(const State& state) {
 
 void Simulation::read(State& state) const {
   state.resize(layout_.dimension());
-  bodies_.read(state);
+  placement_.bodies().read(state);
   if (!state.allFinite()) throw Diverged("a state");
 }
 
 void Simulation::read(Motion& motion) const {
   const btVector3 none(0, 0, 0);
   motion.bodies.assign(scene_.bodies().size(), {none, none, none, none});
-  bodies_.read(motion);
+  placement_.bodies().read(motion);
   springs_.add_stiffness(motion);
 }
 
 void Simulation::read(std::vector<Velocity>& velocities) const {
   velocities.resize(scene_.bodies().size());
-  bodies_.read(velocities);
+  placement_.bodies().read(velocities);
 }
 
 PartResult Simulation::step() {
@@ -96,10 +89,11 @@ PartResult Simulation::advance(double duration, int parts) {
 // they are safe.
 PartResult Simulation::advance_safely(double duration, int parts) {
   load_bodies();
-  pairs_.update();
+  CollisionPairs& pairs = placement_.pairs();
+  pairs.update();
   const Stepping& stepping = scene_.stepping();
   for (int tries = 1;; ++tries) {
-    const StepPart part{duration, step_, pairs_.points(), motors_, stepping.iterations, stepping.tolerance};
+    const StepPart part{duration, step_, pairs.points(), motors_, stepping.iterations, stepping.tolerance};
     const bool converged = equations_.solve(part);
     const double share = continuous_ ? safe_share(duration) : 1.0;
     const double shorter = duration * (share * duration > shortest_part * step_ ? share : blocked_share);
@@ -108,31 +102,23 @@ PartResult Simulation::advance_safely(double duration, int parts) {
       continue;
     }
     equations_.commit(part, share);
-    bodies_.move(duration, share);
-    if (share < 1.0) carriers_.carry(pairs_.points(), ways_, (1.0 - share) * duration);
+    bodies().move(duration, share);
+    if (share < 1.0) carriers_.carry(pairs.points(), ways_, (1.0 - share) * duration);
     last_duration_ = duration;
     return {duration, (1.0 - share) * duration, converged};
   }
 }
 
 void Simulation::load_bodies() {
-  bodies_.clear_loads();
-  for (const Load& load : loads_) bodies_.apply(load);
-  for (const Load& load : actuations_) bodies_.apply(load);
-  for (const Load& load : springs_.loads()) bodies_.apply(load);
+  bodies().clear_loads();
+  for (const Load& load : loads_) bodies().apply(load);
+  for (const Load& load : actuations_) bodies().apply(load);
+  for (const Load& load : springs_.loads()) bodies().apply(load);
 }
 
 double Simulation::safe_share(double duration) {
-  bodies_.read_ways(ways_);
-  return continuous_->safe_share(pairs_, ways_, duration);
-}
-
-void Simulation::load(std::size_t body, const btVector3& force, const btVector3& torque) {
-  loads_.push_back({body, force, torque});
-}
-
-void Simulation::actuate(std::size_t body, const btVector3& force, const btVector3& torque) {
-  actuations_.push_back({body, force, torque});
+  bodies().read_ways(ways_);
+  return continuous_->safe_share(placement_.pairs(), ways_, duration);
 }
 
 void Simulation::unload() {
@@ -143,19 +129,15 @@ void Simulation::unload() {
 
 void Simulation::add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force,
                            double torque) {
-  const Inertial& inertial = inertials_[body];
+  const Inertial& inertial = scene_.inertial(body);
   const Quaternion orientation =
-      from_bullet(collider(body).getWorldTransform().getRotation()) * inertial.axes.conjugate();
+      from_bullet(placement_.collider(body).getWorldTransform().getRotation()) * inertial.axes.conjugate();
   const Vector3 center = orientation * inertial.center;
   motors_.push_back({body, to_bullet(Vector3(linear + angular.cross(center))), to_bullet(angular), force, torque});
 }
 
 std::vector<Contact> Simulation::contacts() const {
-  return contact_points(pairs_.points(), scene_, last_duration_ > 0.0 ? last_duration_ : step_);
-}
-
-ClosestPoints Simulation::closest_points(std::size_t a, std::size_t b, double reach) {
-  return pair_query_(*bodies_.colliders()[a], *bodies_.colliders()[b], reach);
+  return contact_points(placement_.pairs().points(), scene_, last_duration_ > 0.0 ? last_duration_ : step_);
 }
 
 }  // namespace energymargin

@@ -10,12 +10,8 @@
 
 #include "energymargin/world.hpp"
 #include "physics/carriers.hpp"
-#include "physics/contacts/collision_filter.hpp"
-#include "physics/contacts/collision_pairs.hpp"
 #include "physics/contacts/continuous_collision.hpp"
-#include "physics/contacts/dispatcher.hpp"
-#include "physics/pair_query.hpp"
-#include "physics/shapes.hpp"
+#include "physics/placement.hpp"
 #include "physics/solver/step_equations.hpp"
 #include "physics/springs.hpp"
 
@@ -56,9 +52,9 @@ class Simulation {
   void read(Motion& motion) const;
   void read(std::vector<Velocity>& velocities) const;
 
-  //! A wrench on a body at its centre of mass, until `unload`; those of the robot's plan are listed on their own.
-  void load(std::size_t body, const btVector3& force, const btVector3& torque);
-  void actuate(std::size_t body, const btVector3& force, const btVector3& torque);
+  //! What acts until `unload`; the loads of the robot's plan are listed on their own.
+  void load(const Load& load) { loads_.push_back(load); }
+  void actuate(const Load& load) { actuations_.push_back(load); }
   void unload();
   const std::vector<Load>& actuations() const { return actuations_; }
 
@@ -66,8 +62,8 @@ class Simulation {
   void add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
 
   //! Of a joint, until `restore`.
-  void set_target(std::size_t joint, double target) { bodies_.set_target(joint, target); }
-  double target(std::size_t joint) const { return bodies_.target(joint); }
+  void set_target(std::size_t joint, double target) { bodies().set_target(joint, target); }
+  double target(std::size_t joint) const { return placement_.bodies().target(joint); }
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `parts` of the step are over; if
   //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
@@ -82,8 +78,12 @@ class Simulation {
   //! to date. Null ends it.
   void audit_impulses(const Motion* before) { impulses_ = {before, {}}; }
 
-  //! Velocities of a body that moves on its own after the loads and impulses of the last part, before it coasted.
-  const Velocity& pushed(const btRigidBody& body) const { return equations_.pushed(body_index(body)); }
+  //! Velocities of the i-th of the objects: as they are, and after the loads and impulses of the last part, before it
+  //! coasted.
+  Velocity velocity(std::size_t i) const {
+    return {objects()[i]->getLinearVelocity(), objects()[i]->getAngularVelocity()};
+  }
+  const Velocity& pushed(std::size_t i) const { return equations_.pushed(body_index(*objects()[i])); }
 
   //! Since the audit began.
   const ImpulseWork& impulse_work() const { return impulses_.work; }
@@ -91,17 +91,11 @@ class Simulation {
   //! With the forces of the last part of a step.
   std::vector<Contact> contacts() const;
 
-  //! Of two bodies by their indices in the scene.
-  ClosestPoints closest_points(std::size_t a, std::size_t b, double reach);
-  bool can_collide(std::size_t a, std::size_t b) const { return filter_(a, b); }
-
-  //! Of bodies that can collide, the pairs whose bounds are within reach of a contact, by their indices in the scene.
-  std::vector<std::pair<std::size_t, std::size_t>> near_pairs() { return pairs_.near(); }
-
-  //! A body as Bullet sees it, where the last `restore` or `step` left it.
-  const btCollisionObject& collider(std::size_t body) const { return *bodies_.colliders()[body]; }
+  //! The bodies where the last `restore` or `step` left them.
+  Placement& placement() { return placement_; }
 
  private:
+  MovingBodies& bodies() { return placement_.bodies(); }
   PartResult advance_safely(double duration, int parts);
   void load_bodies();
   double safe_share(double duration);
@@ -109,15 +103,9 @@ class Simulation {
   Scene scene_;
   StateLayout layout_;
   double step_;
-  std::vector<Inertial> inertials_;     // of all bodies
-  std::vector<CollisionShape> shapes_;  // of all bodies
-  CollisionFilter filter_;
-  ContactDispatcher dispatcher_;
-  PairQuery pair_query_;
-  MovingBodies bodies_;
+  Placement placement_;
   ImpulseAudit impulses_;
   StepEquations equations_;
-  CollisionPairs pairs_;
   std::optional<ContinuousCollision> continuous_;
   Springs springs_;
   Carriers carriers_;

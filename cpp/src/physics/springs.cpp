@@ -9,7 +9,7 @@ namespace energymargin {
 Springs::Springs(const Scene& scene, const MovingBodies& moving)
     : bodies_(scene.bodies()), springs_(scene.springs()), moving_(moving) {
   const auto in_bullet = [&](std::size_t body, const Vector3& point) {
-    const Inertial inertial = bodies_[body].principal_inertial();
+    const Inertial& inertial = scene.inertial(body);
     return to_bullet(Vector3(inertial.axes.conjugate() * (point - inertial.center)));
   };
   for (const Spring& spring : springs_) {

@@ -32,6 +32,16 @@ void require_steps(int steps) {
 
 }  // namespace
 
+Push push(const Disturbance& wrenches, int steps) {
+  Push push{Eigen::VectorXd(wrench_axes * static_cast<Eigen::Index>(wrenches.size())), steps};
+  Eigen::Index first = 0;
+  for (const Wrench& wrench : wrenches) {
+    push.wrenches.segment<wrench_axes>(first) << wrench.force, wrench.torque;
+    first += wrench_axes;
+  }
+  return push;
+}
+
 World::World(const Scene& scene) : engine_(std::make_unique<Engine>(scene, nullptr)) {}
 World::World(const Scene& scene, const Plan& plan) {
   validate(plan, scene);
@@ -64,16 +74,11 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   const int steps = engine_->simulation().whole_steps(duration);
   Watch watch;
   watch.first = engine_->simulation().whole_steps(time);
-  Rollout result = audit ? engine_->audited_rollout(state, {{wrenches, steps}}, limit, watch)
+  Rollout result = audit ? engine_->audited_rollout(state, {push(wrenches, steps)}, limit, watch)
                          : rollout_unchecked(state, wrenches, steps, limit, watch);
   if (!result.complete) limit.require();
   result.energy = engine_->energy()(result.state);
   return result;
-}
-
-Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit,
-                                 const Watch& watch) {
-  return engine_->rollout(state, {{wrenches, steps}}, limit, watch);
 }
 
 Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit,
@@ -81,22 +86,23 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
   return engine_->rollout(state, pushes, limit, watch);
 }
 
-std::vector<Frame> World::simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
+std::vector<Frame> World::simulate(const State& state, const Plan& besides, int steps, const std::vector<int>& record,
                                    const Limit& limit) {
   validate(scene(), state);
   require_steps(steps);
   validate_record(record, steps);
-  if (script.drives.empty() && script.targets.empty()) return engine_->simulate(state, nullptr, steps, record, limit);
-  for (const Drive& drive : script.drives) {
+  for (const Drive& drive : besides.wrenches) {
     require_a_row_a_step("drives['" + drive.body + "']", drive.wrenches.rows(), steps);
   }
-  for (const Targets& targets : script.targets) {
+  for (const Targets& targets : besides.targets) {
     require_a_row_a_step("targets['" + targets.joint + "']", targets.positions.size(), steps);
   }
-  const Plan plan{scene().stepping().step, script.drives, script.targets};
-  validate(plan, scene(), "drives");
-  const Robot scripted(scene(), plan);
-  return engine_->simulate(state, &scripted, steps, record, limit);
+  if (besides.rows() == 0) return engine_->simulate(state, nullptr, steps, record, limit);
+  Plan rows = besides;
+  rows.step = scene().stepping().step;
+  validate(rows, scene(), "drives");
+  const Robot robot(scene(), rows);
+  return engine_->simulate(state, &robot, steps, record, limit);
 }
 
 double World::energy(const State& state) const {
@@ -113,28 +119,15 @@ double World::distance(const State& state, const std::string& body_a, const std:
   const std::size_t a = scene().index(body_a);
   const std::size_t b = scene().index(body_b);
   if (a == b) reject("body_b", "'" + body_b + "'", "another body than body_a");
-  validate(scene(), state);
-  engine_->simulation().restore(state);
-  return engine_->simulation().closest_points(a, b, 1e9).distance;
+  return placement_at(state).closest_points(a, b, 1e9).distance;
 }
 
-Contact World::deepest_contact(const State& state) {
+Contact World::deepest_contact(const State& state) { return placement_at(state).deepest_contact(); }
+
+Placement& World::placement_at(const State& state) {
   validate(scene(), state);
-  Simulation& simulation = engine_->simulation();
-  simulation.restore(state);
-  const std::vector<Body>& bodies = scene().bodies();
-  Contact deepest;
-  for (const auto& [a, b] : simulation.near_pairs()) {
-    const ClosestPoints points = simulation.closest_points(a, b, 0.0);
-    if (points.distance >= deepest.distance) continue;
-    deepest.body_a = bodies[a].name;
-    deepest.body_b = bodies[b].name;
-    deepest.distance = points.distance;
-    deepest.position = points.position;
-    deepest.normal = points.normal;
-    deepest.friction = scene().contact_friction(a, b);
-  }
-  return deepest;
+  engine_->simulation().restore(state);
+  return engine_->simulation().placement();
 }
 
 }  // namespace energymargin

@@ -49,13 +49,14 @@ void extend(const Uniform& model, const Problem& problem, int steps, Random& ran
   const int longest = longest_hold(model, problem);
   for (int left = steps - steps_of(sequence); left > 0; left -= sequence.back().steps) {
     const auto hold = static_cast<int>(random.below(static_cast<std::size_t>(longest))) + 1;
-    Push push{Disturbance(objects), std::min(left, hold)};
+    Push push = no_push(problem, std::min(left, hold));
     const std::size_t count = model.objects ? static_cast<std::size_t>(*model.objects) : objects;
     const std::vector<bool> acts_on = subset(count, objects, random);
     for (std::size_t i = 0; i < objects; ++i) {
       if (!acts_on[i]) continue;
-      push.wrenches[i] = {random.within(model.strength * problem.force),
-                          random.within(model.strength * problem.torque)};
+      const Vector3 force = random.within(model.strength * problem.force);
+      push.wrenches.segment<wrench_axes>(wrench_axes * static_cast<Eigen::Index>(i)) << force,
+          random.within(model.strength * problem.torque);
     }
     sequence.push_back(std::move(push));
   }
@@ -75,13 +76,15 @@ void extend(const Gaussian& model, const Problem& problem, int steps, Random& ra
     }
     return sample;
   };
-  Disturbance now = sequence.empty() ? Disturbance(objects_of(problem)) : sequence.back().wrenches;
+  Push now = no_push(problem, 1);
+  if (!sequence.empty()) now.wrenches = sequence.back().wrenches;
   for (int i = steps_of(sequence); i < steps; ++i) {
-    for (Wrench& wrench : now) {
-      wrench = {next(wrench.force, problem.force, model.force, i == 0),
-                next(wrench.torque, problem.torque, model.torque, i == 0)};
+    for (Eigen::Index first = 0; first < now.wrenches.size(); first += wrench_axes) {
+      auto force = now.wrenches.segment<3>(first), torque = now.wrenches.segment<3>(first + 3);
+      force = next(force, problem.force, model.force, i == 0);
+      torque = next(torque, problem.torque, model.torque, i == 0);
     }
-    sequence.push_back({now, 1});
+    sequence.push_back(now);
   }
 }
 
@@ -104,16 +107,9 @@ void draw_hold(const Uniform& model, const Problem& problem, int step, int steps
   last.steps = std::min(hold, steps - start);
 }
 
-std::vector<Push> pushes(const Wrenches& rows, const Problem& problem, int steps) {
+std::vector<Push> pushes(const Wrenches& rows, int steps) {
   std::vector<Push> sequence;
-  for (int i = 0; i < steps; ++i) {
-    Push push{Disturbance(objects_of(problem)), 1};
-    for (std::size_t k = 0; k < push.wrenches.size(); ++k) {
-      const auto first = static_cast<Eigen::Index>(6 * k);
-      push.wrenches[k] = {rows.row(i).segment<3>(first), rows.row(i).segment<3>(first + 3)};
-    }
-    sequence.push_back(std::move(push));
-  }
+  for (int i = 0; i < steps; ++i) sequence.push_back({rows.row(i), 1});
   return sequence;
 }
 
@@ -203,9 +199,9 @@ std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& prob
   Random random(seed, index);
   std::vector<Push> sequence;
   if (const auto* draws = std::get_if<Draws>(&model)) {
-    return pushes(draws->rollouts[index - draws->first], problem, steps);
+    return pushes(draws->rollouts[index - draws->first], steps);
   }
-  if (std::holds_alternative<OfPlan>(model)) return {Push{Disturbance(objects_of(problem)), steps}};
+  if (std::holds_alternative<OfPlan>(model)) return {no_push(problem, steps)};
   if (const auto* uniform = std::get_if<Uniform>(&model)) extend(*uniform, problem, steps, random, sequence);
   if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) {
     extend(boltzmann->proposal, problem, steps, random, sequence);

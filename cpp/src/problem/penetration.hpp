@@ -10,8 +10,8 @@ namespace energymargin {
 
 //! The smaller one of the smallest half extents of the two bodies of a contact [m].
 inline double smaller_half_extent(const Scene& scene, const Contact& contact) {
-  return std::min(smallest_half_extent(scene.body(contact.body_a).shape),
-                  smallest_half_extent(scene.body(contact.body_b).shape));
+  return std::min(scene.smallest_half_extent(scene.index(contact.body_a)),
+                  scene.smallest_half_extent(scene.index(contact.body_b)));
 }
 
 }  // namespace energymargin

@@ -23,19 +23,20 @@ void warn(Warnings& warnings, const std::string& about, const std::string& value
   warnings.push_back({about, about + " is " + value + ", " + why});
 }
 
-double least_extent(const Body& body) { return 2.0 * smallest_half_extent(body.shape); }
+double least_extent(const Scene& scene, std::size_t body) { return 2.0 * scene.smallest_half_extent(body); }
 
 // inf for a scene in which nothing with an extent moves.
 double least_moving_extent(const Scene& scene) {
   double least = std::numeric_limits<double>::infinity();
-  for (const Body& body : scene.bodies()) {
-    if (!body.fixed()) least = std::min(least, least_extent(body));
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    if (!scene.bodies()[i].fixed()) least = std::min(least, least_extent(scene, i));
   }
   return least;
 }
 
-void check_extent(Warnings& warnings, const Body& body, double least_moving) {
-  const double extent = least_extent(body);
+void check_extent(Warnings& warnings, const Scene& scene, std::size_t index, double least_moving) {
+  const Body& body = scene.bodies()[index];
+  const double extent = least_extent(scene, index);
   if (!std::isfinite(extent) || extent < plausible::extent) return;
   if (body.fixed() && !(extent >= plausible::extent_ratio * least_moving)) return;
   const std::string beside = body.fixed() ? " beside a body of " + text(least_moving) + " m that moves" : "";
@@ -198,7 +199,7 @@ std::vector<Warning> implausible(const Scene& scene) {
   const double least_moving = least_moving_extent(scene);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Body& body = scene.bodies()[i];
-    check_extent(warnings, body, least_moving);
+    check_extent(warnings, scene, i, least_moving);
     check_density(warnings, scene, i);
     check_inertial(warnings, scene, i);
     if (!scene.joint_to(i)) check_orientation(warnings, of_body(body, "orientation"), body.state.orientation);
@@ -278,8 +279,9 @@ std::optional<Warning> implausible_density(const std::string& name, double densi
 std::string fingerprint(const Scene& scene) {
   const Stepping& stepping = scene.stepping();
   std::string words = text(stepping.step) + " " + std::to_string(stepping.iterations) + text(scene.gravity());
-  for (const Body& body : scene.bodies()) {
-    words += "\n" + body.name + " " + text(body.mass) + " " + text(smallest_half_extent(body.shape));
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    const Body& body = scene.bodies()[i];
+    words += "\n" + body.name + " " + text(body.mass) + " " + text(scene.smallest_half_extent(i));
   }
   for (const Joint& joint : scene.joints()) words += "\n" + joint.name + " " + text(joint.lower) + text(joint.upper);
   return words;

@@ -36,6 +36,18 @@ const Region& capture_set(const Problem& problem, Captured captured) {
   return *problem.captured_any;
 }
 
+World world_of(const Problem& problem, int parts) {
+  Stepping stepping = problem.scene.stepping();
+  if (parts > 1) stepping.step /= parts;
+  const Scene& scene = parts > 1 ? problem.scene.with_stepping(stepping) : problem.scene;
+  return problem.plan ? World(scene, *problem.plan) : World(scene);
+}
+
+Push no_push(const Problem& problem, int steps) {
+  const auto objects = static_cast<Eigen::Index>(problem.scene.with_role(Role::object).size());
+  return {Eigen::VectorXd::Zero(wrench_axes * objects), steps};
+}
+
 // The parts of the set of all, which is made of one set an object where there is one of any.
 std::vector<Region> captured_by_object(const Problem& problem) {
   const auto* parts = std::get_if<regions::Intersection>(&problem.captured.expression());

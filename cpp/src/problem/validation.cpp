@@ -6,6 +6,7 @@
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
+#include "physics/deepest_contact.hpp"
 #include "problem/penetration.hpp"
 
 namespace energymargin {
@@ -44,7 +45,7 @@ void require_roles(const Scene& scene, Effector effector) {
 }
 
 void require_no_deep_penetration(const Scene& scene, const State& state) {
-  const Contact contact = World(scene).deepest_contact(state);
+  const Contact contact = deepest_contact(scene, state);
   if (contact.distance == 0.0) return;
   const double most = deep * smaller_half_extent(scene, contact);
   if (-contact.distance > most) {

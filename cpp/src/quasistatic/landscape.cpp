@@ -39,13 +39,13 @@ Turning turning_of(const Body& body, const Potential& potential) {
 
 Landscape::Landscape(const Problem& problem, std::size_t object)
     : body_(problem.scene.bodies()[object]),
-      center_(body_.principal_inertial().center),
+      center_(problem.scene.inertial(object).center),
       free_space_(problem.scene, problem.state, object),
       potential_(problem.scene, problem.state, object),
       captured_(problem.captured, problem.scene),
       turning_(turning_of(body_, potential_)),
       axis_(body_.angular_factor),
-      size_(smallest_half_extent(body_.shape)),
+      size_(problem.scene.smallest_half_extent(object)),
       radius_(reach_from(body_.shape, center_)),
       spacing_(spacing_share * radius_),
       least_step_(least_step_share * size_),

@@ -8,7 +8,7 @@ namespace energymargin::quasistatic {
 
 Potential::Potential(const Scene& scene, const State& state, std::size_t body)
     : load_(scene.bodies()[body].mass * scene.gravity() + scene.bodies()[body].force),
-      center_(scene.bodies()[body].principal_inertial().center) {
+      center_(scene.inertial(body).center) {
   const Kinematics kinematics(scene);
   for (const Spring& spring : scene.springs()) {
     const std::size_t a = scene.index(spring.body_a);

@@ -48,15 +48,17 @@ Inertial Body::principal_inertial() const {
   return {even.center, even.moments, even.axes};
 }
 
-void validate_body(const Body& body) {
+std::shared_ptr<const BodyConstants> validate_body(const Body& body) {
   const std::string name = "body '" + body.name + "': ";
+  std::shared_ptr<const BodyConstants> constants;
   try {
     validate(body.shape);
     if (std::holds_alternative<Plane>(body.shape) && !body.fixed()) {
       reject("mass", text(body.mass), "0: a plane is fixed");
     }
     require_not_negative("mass", body.mass);
-    const double extent = 2.0 * smallest_half_extent(body.shape);
+    constants = std::make_shared<BodyConstants>(body);
+    const double extent = 2.0 * constants->smallest_half_extent();
     if (std::isfinite(extent) && extent > plausible::refused_extent) {
       reject("its least extent", text(extent) + " m", "at most " + text(plausible::refused_extent) + " m");
     }
@@ -64,7 +66,7 @@ void validate_body(const Body& body) {
       require_finite("inertial: center", body.inertial->center);
       require_unit("inertial: axes", body.inertial->axes);
       validate_moments("inertial: moments", body.inertial->moments);
-    } else if (body.dynamic() && !(body.principal_inertial().moments.array() > 0.0).all()) {
+    } else if (body.dynamic() && !(constants->inertial().moments.array() > 0.0).all()) {
       reject("inertial", "not given", "one for a body with a mass and without a volume");
     }
     require_not_negative("friction", body.friction);
@@ -79,6 +81,7 @@ void validate_body(const Body& body) {
   if (body.role == Role::object && body.fixed()) {
     throw std::invalid_argument(name + "mass is 0, expected a mass above 0: the object must be able to move");
   }
+  return constants;
 }
 
 }  // namespace energymargin

@@ -15,7 +15,6 @@ double compliance_energy(const Joint& joint, double position) {
 }
 
 Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(scene) {
-  for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
   for (std::size_t body = 0; body < scene.bodies().size(); ++body) {
     if (layout_.offset(body) < 0) continue;
     for (int i = 0; i < 6; ++i) velocities_.push_back(layout_.offset(body) + StateLayout::velocities_of_body + i);
@@ -27,7 +26,7 @@ Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(
 
 double Energy::operator()(const State& state) const {
   double energy = 0.0;
-  for (std::size_t i = 0; i < inertials_.size(); ++i) {
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
     if (scene_.bodies()[i].dynamic()) energy += of_body(i, kinematics_(state.data(), i));
   }
   for (const Spring& spring : scene_.springs()) energy += of_spring(spring, state);
@@ -48,10 +47,10 @@ double Energy::kinetic(State state, const State& frame) const {
 
 double Energy::power(const State& state) const {
   double power = 0.0;
-  for (std::size_t i = 0; i < inertials_.size(); ++i) {
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
     const Body& body = scene_.bodies()[i];
     if (!body.dynamic()) continue;
-    const BodyState at = state_at_point(inertials_[i].center, kinematics_(state.data(), i));
+    const BodyState at = state_at_point(scene_.inertial(i).center, kinematics_(state.data(), i));
     power += (body.mass * scene_.gravity() + body.force).dot(at.velocity);
   }
   for (const Spring& spring : scene_.springs()) power += power_of(spring, state);
@@ -60,7 +59,7 @@ double Energy::power(const State& state) const {
 
 double Energy::of_body(std::size_t body, const BodyState& frame) const {
   const double mass = scene_.bodies()[body].mass;
-  const Inertial& inertial = inertials_[body];
+  const Inertial& inertial = scene_.inertial(body);
   const BodyState at = state_at_point(inertial.center, frame);
   const Vector3 spin = (at.orientation * inertial.axes).conjugate() * at.angular_velocity;
   return 0.5 * mass * at.velocity.squaredNorm() + 0.5 * spin.dot(inertial.moments.cwiseProduct(spin)) -

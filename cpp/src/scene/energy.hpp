@@ -37,7 +37,6 @@ class Energy {
   Scene scene_;
   StateLayout layout_;
   Kinematics kinematics_;
-  std::vector<Inertial> inertials_;       // of each body
   std::vector<Eigen::Index> velocities_;  // where they are in a state
 };
 

@@ -54,6 +54,9 @@ Scene Scene::with_stepping(const Stepping& stepping) const {
   validate(stepping);
   Scene scene = *this;
   scene.stepping_ = stepping;
+  if (stepping.margin != stepping_.margin) {
+    for (auto& constants : scene.constants_) constants = std::make_shared<BodyConstants>(*constants);
+  }
   return scene;
 }
 
@@ -66,8 +69,9 @@ Scene Scene::with_body(const std::string& name, std::optional<double> friction, 
     if (body.inertial) body.inertial->moments *= *mass / body.mass;
     body.mass = *mass;
   }
-  validate_body(body);
+  auto constants = validate_body(body);
   Scene scene = *this;
+  if (mass) scene.constants_[index(name)] = std::move(constants);
   scene.bodies_[index(name)] = std::move(body);
   scene.springs_.clear();
   for (const Spring& spring : springs_) scene.add_spring(spring);  // which may be too stiff for a lighter body
@@ -80,7 +84,7 @@ std::size_t Scene::add_body(Body body) {
   if (body_indices_.count(body.name)) {
     reject("name", "'" + body.name + "'", "a name that no other body of the scene has");
   }
-  validate_body(body);
+  constants_.push_back(validate_body(body));
   body_indices_[body.name] = bodies_.size();
   joints_to_.emplace_back();
   joints_below_.emplace_back();
@@ -183,11 +187,24 @@ double Scene::contact_friction(std::size_t a, std::size_t b) const {
   return friction_rule_ == FrictionRule::max ? std::max(of_a, of_b) : of_a * of_b;
 }
 
+const Inertial& Scene::inertial(std::size_t body) const { return constants_[body]->inertial(); }
+
+double Scene::smallest_half_extent(std::size_t body) const { return constants_[body]->smallest_half_extent(); }
+
+const CollisionShape& Scene::collision_shape(std::size_t body) const {
+  return constants_[body]->collision_shape(bodies_[body], stepping_.margin);
+}
+
 std::size_t Scene::index(const std::string& name) const { return find(body_indices_, bodies_, name, "body"); }
 
 std::size_t Scene::joint_index(const std::string& name) const { return find(joint_indices_, joints_, name, "joint"); }
 
 std::optional<std::size_t> Scene::joint_to(std::size_t body) const { return joints_to_[body]; }
+
+bool Scene::rigid(const Joint& joint) const {
+  if (joint.mimic) return rigid(joints_[joint_index(joint.mimic->joint)]);
+  return joint.type == JointType::fixed || joint.held;
+}
 
 bool Scene::jointed(std::size_t body) const { return joints_to_[body] || !joints_below_[body].empty(); }
 

@@ -1,13 +1,16 @@
 #pragma once
 // What bodies, joints and springs may be, each alone. Each throws std::invalid_argument.
 
+#include <memory>
 #include <vector>
 
 #include "energymargin/scene.hpp"
+#include "scene/body_constants.hpp"
 
 namespace energymargin {
 
-void validate_body(const Body& body);
+//! Its constants, which some of the checks need.
+std::shared_ptr<const BodyConstants> validate_body(const Body& body);
 
 void validate_joint(const Joint& joint);
 

@@ -71,8 +71,8 @@ Stretch Confirmation::play(const State& from, int time, Edge edge, double streng
   Watch watch;
   watch.ends = [this](const State& state) { return !captured_(state); };
   watch.look_every = parts_;
-  Stretch stretch{
-      world_.rollout_unchecked(edge_start_(from), disturbance(edge.wrenches), parts_ * edge.steps, limit, watch)};
+  edge.steps *= parts_;
+  Stretch stretch{world_.rollout_unchecked(edge_start_(from), {edge}, limit, watch)};
   stretch.escaped = stretch.rollout.complete && !captured_(stretch.rollout.state);
   return stretch;
 }

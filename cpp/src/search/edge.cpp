@@ -15,12 +15,4 @@ Edge largest_edge(const Problem& problem) {
   return largest;
 }
 
-Disturbance disturbance(const Eigen::VectorXd& wrenches) {
-  Disturbance disturbance;
-  for (Eigen::Index i = 0; i < wrenches.size(); i += wrench_axes) {
-    disturbance.push_back({wrenches.segment<3>(i), wrenches.segment<3>(i + 3)});
-  }
-  return disturbance;
-}
-
 }  // namespace energymargin::search

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "search/exit.hpp"
+#include "problem/exit.hpp"
 
 namespace energymargin::search {
 
@@ -15,7 +15,7 @@ std::optional<Horizon> Horizon::of(const Problem& problem, const Region* capture
 }
 
 Horizon::Horizon(const Problem& problem, const Timing& timing, const Region* captured)
-    : timing_(timing), edge_start_(problem), objects_(problem.scene.with_role(Role::object).size()) {
+    : timing_(timing), edge_start_(problem), rest_(no_push(problem, timing.horizon)) {
   if (captured) captured_.emplace(*captured, problem.scene);
 }
 
@@ -25,8 +25,8 @@ Stretch Horizon::extend(World& world, const State& from, int time, const Edge& e
   watch.first = time;
   watch.look_every = timing_.check;
   if (captured_) watch.ends = [&](const State& state) { return outside = !(*captured_)(state); };
-  Stretch stretch{world.rollout_unchecked(edge_start_(from), disturbance(edge.wrenches),
-                                          std::min(edge.steps, end() - time), limit, watch)};
+  Stretch stretch{
+      world.rollout_unchecked(edge_start_(from), {{edge.wrenches, std::min(edge.steps, end() - time)}}, limit, watch)};
   Rollout& rollout = stretch.rollout;
   time += rollout.steps;
   if (!rollout.complete || !(watch.cost + rollout.effort < watch.bound)) return stretch;
@@ -49,7 +49,7 @@ std::optional<bool> Horizon::stays_outside(World& world, const State& state, int
   watch.look_every = timing_.check;
   watch.ends = *captured_;
   try {
-    const Rollout rollout = world.rollout_unchecked(edge_start_(state), no_wrench(), steps, limit, watch);
+    const Rollout rollout = world.rollout_unchecked(edge_start_(state), {{rest_.wrenches, steps}}, limit, watch);
     counts += rollout;
     return rollout.complete ? std::optional(!(*captured_)(rollout.state)) : std::nullopt;
   } catch (const Diverged&) {  // nobody knows where it is
@@ -74,7 +74,7 @@ Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limi
       return look(state);
     };
   }
-  Stretch stretch{world.rollout_unchecked(edge_start_(start), no_wrench(), end(), limit, watch)};
+  Stretch stretch{world.rollout_unchecked(edge_start_(start), {rest_}, limit, watch)};
   Rollout& rollout = stretch.rollout;
   if (!captured_ || !rollout.complete) return stretch;
   if (rollout.steps == end()) {
@@ -88,13 +88,6 @@ Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limi
   rollout.steps = exit.since();
   stretch.escaped = true;
   return stretch;
-}
-
-World world_of(const Problem& problem, int parts) {
-  Stepping stepping = problem.scene.stepping();
-  if (parts > 1) stepping.step /= parts;
-  const Scene& scene = parts > 1 ? problem.scene.with_stepping(stepping) : problem.scene;
-  return problem.plan ? World(scene, *problem.plan) : World(scene);
 }
 
 }  // namespace energymargin::search

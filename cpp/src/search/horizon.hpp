@@ -30,6 +30,9 @@ class Horizon {
 
   int end() const { return timing_.horizon; }
 
+  //! No wrench, up to the horizon.
+  const Push& rest() const { return rest_; }
+
   //! From a state at `time` < end: cut at the horizon, and at the first look outside.
   Stretch extend(World& world, const State& from, int time, const Edge& edge, const Limit& limit,
                  Watch watch = {}) const;
@@ -43,15 +46,11 @@ class Horizon {
 
   std::optional<bool> stays_outside(World& world, const State& state, int time, const Limit& limit,
                                     StepCounts& counts) const;
-  Disturbance no_wrench() const { return Disturbance(objects_); }
 
   Timing timing_;
   std::optional<Membership> captured_;
   EdgeStart edge_start_;
-  std::size_t objects_;
+  Push rest_;
 };
-
-//! The world of a problem: with its plan, if it has one. Its steps are so many `parts` of the problem's.
-World world_of(const Problem& problem, int parts = 1);
 
 }  // namespace energymargin::search

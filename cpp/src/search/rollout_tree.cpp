@@ -86,7 +86,7 @@ std::vector<int> RolloutTree::extend(const std::vector<EdgeFrom>& round, double 
 }
 
 int RolloutTree::extend_undisturbed() {
-  const Edge rest{Eigen::VectorXd::Zero(tree_.controls.cols()), horizon_->end()};
+  const Edge rest = horizon_->rest();
   std::optional<Stretch> stretch;
   try {
     stretch = horizon_->undisturbed(*worlds_[0], tree_.states.row(0), limit_);
@@ -119,7 +119,7 @@ std::optional<Stretch> RolloutTree::roll_out(World& world, const EdgeFrom& from,
   const Watch watch{tree_.costs[from.node], bound, division(edge.steps, nodes), outside_, look_every};
   try {
     if (horizon_) return horizon_->extend(world, start, time(from.node), edge, limit_, watch);
-    return Stretch{world.rollout_unchecked(edge_start_(start), disturbance(edge.wrenches), edge.steps, limit_, watch)};
+    return Stretch{world.rollout_unchecked(edge_start_(start), {edge}, limit_, watch)};
   } catch (const Diverged&) {
     return std::nullopt;
   }

@@ -30,10 +30,10 @@ Scales::Scales(const Problem& problem, std::size_t index) {
   const double speed = effector_speed(problem, kinematics) + start.velocity.norm();
   const double time = problem.duration;
   const double acceleration = problem.force.norm() / object.mass;
-  const double inertia = object.principal_inertial().moments.maxCoeff();
+  const double inertia = scene.inertial(index).moments.maxCoeff();
   const double angular_acceleration = problem.torque.norm() / inertia;
   const double radius_of_gyration = std::sqrt(inertia / object.mass);
-  const double extent = smallest_half_extent(object.shape);
+  const double extent = scene.smallest_half_extent(index);
   const double radius = std::isfinite(extent) ? extent : radius_of_gyration;  // without parts it has none
   const double turning_radius = std::max(radius_of_gyration, radius);
   position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);

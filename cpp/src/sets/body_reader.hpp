@@ -29,9 +29,9 @@ class BodyReader {
 //! mass of a body that is fixed, and has none.
 inline Vector3 position_in_body(const Scene& scene, const std::string& name, regions::Point point) {
   if (point == regions::Point::origin) return Vector3::Zero();
-  const Body& body = scene.bodies()[scene.index(name)];
-  if (body.fixed()) reject("point", "'center_of_mass' of '" + name + "', which is fixed", "'origin'");
-  return body.principal_inertial().center;
+  const std::size_t body = scene.index(name);
+  if (scene.bodies()[body].fixed()) reject("point", "'center_of_mass' of '" + name + "', which is fixed", "'origin'");
+  return scene.inertial(body).center;
 }
 
 //! The same for any region about one body; those about no position have the origin.

@@ -6,13 +6,8 @@
 
 namespace energymargin::search {
 
-inline constexpr int wrench_axes = 6;  //!< of one object: three of its force and three of its torque
-
 //! What leads from a node to the next.
-struct Edge {
-  Eigen::VectorXd wrenches;  //!< on each object: force [N], torque [N m]; shape (6 k,) for k objects
-  int steps = 1;
-};
+using Edge = Push;
 
 //! An edge, and the node that it leads from.
 struct EdgeFrom {
@@ -22,8 +17,5 @@ struct EdgeFrom {
 
 //! The largest edge: the bounds of its wrenches, and the most steps.
 Edge largest_edge(const Problem& problem);
-
-//! The wrenches of an edge, one an object.
-Disturbance disturbance(const Eigen::VectorXd& wrenches);
 
 }  // namespace energymargin::search

@@ -5,24 +5,22 @@
 
 namespace energymargin {
 
-Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
-                           std::optional<std::size_t> first)
+Articulation::Articulation(const Scene& scene, std::size_t base, std::optional<std::size_t> first)
     : scene_(scene), layout_(scene), free_(!scene.bodies()[base].fixed()) {
   const Body& root = scene.bodies()[base];
-  for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
   Link made{base};
   made.mass = root.dynamic() ? root.mass : 0.0;  // a fixed base, or one that no force moves, takes part in nothing
-  made.moments = to_bullet(inertials_[base].moments);
-  made.pose = bullet_pose(inertials_[base], root.state);
+  made.moments = to_bullet(scene_.inertial(base).moments);
+  made.pose = bullet_pose(scene_.inertial(base), root.state);
   for (int i = 0; free_ && i < velocities_of_free_body; ++i) add_velocity(made);
   links_.push_back(made);
   add_links(base, 0, first);
   motions_.resize(velocities_.size());
   ways_.resize(velocities_.size());
-  if (free_) add_collider(*shapes[base].shape, 0);
+  if (free_) add_collider(0);
   for (int i = 1; i < static_cast<int>(links_.size()); ++i) {
     const Link& on = links_[static_cast<std::size_t>(i)];
-    add_collider(*shapes[on.body].shape, i);
+    add_collider(i);
     const Joint& joint = scene.joints()[*on.joint];
     if (on.velocity >= 0 && !joint.mimic) controls_.push_back({&joint, i, on.velocity, joint.target});
   }
@@ -33,7 +31,7 @@ void Articulation::add_links(std::size_t parent, int parent_link, std::optional<
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (joints[i].parent != scene_.bodies()[parent].name || (only && *only != i)) continue;
     links_.push_back(link(i, parent_link));
-    if (!rigid(joints[i])) add_velocity(links_.back());
+    if (!scene_.rigid(joints[i])) add_velocity(links_.back());
     add_links(links_.back().body, static_cast<int>(links_.size()) - 1, std::nullopt);
   }
 }
@@ -45,8 +43,8 @@ Articulation::Link Articulation::link(std::size_t joint, int parent_link) const 
   made.last_velocity = parent.last_velocity;
   made.mass = scene_.bodies()[made.body].mass;
   made.armature = on.armature;
-  const Inertial& of_parent = inertials_[parent.body];
-  const Inertial& of_child = inertials_[made.body];
+  const Inertial& of_parent = scene_.inertial(parent.body);
+  const Inertial& of_child = scene_.inertial(made.body);
   const Quaternion from_child = of_child.axes.conjugate();
   made.moments = to_bullet(of_child.moments);
   made.turn = btMatrix3x3(to_bullet(Quaternion(of_parent.axes.conjugate() * on.in_parent.orientation *
@@ -63,17 +61,12 @@ void Articulation::add_velocity(Link& link) {
   velocities_.push_back(0.0);
 }
 
-bool Articulation::rigid(const Joint& joint) const {
-  if (joint.mimic) return rigid(scene_.joints()[scene_.joint_index(joint.mimic->joint)]);
-  return joint.type == JointType::fixed || joint.held;
-}
-
 // Bullet numbers links without the base; the multi-body that it asks for is its own, and there is none.
-void Articulation::add_collider(btCollisionShape& shape, int link) {
+void Articulation::add_collider(int link) {
   const std::size_t body = links_[static_cast<std::size_t>(link)].body;
   colliders_.push_back(std::make_unique<btMultiBodyLinkCollider>(nullptr, link - 1));
   btMultiBodyLinkCollider& collider = *colliders_.back();
-  collider.setCollisionShape(&shape);
+  collider.setCollisionShape(scene_.collision_shape(body).shape.get());
   collider.setFriction(scene_.bodies()[body].friction);
   collider.setUserIndex(static_cast<int>(body));
   collider.setActivationState(DISABLE_DEACTIVATION);
@@ -90,8 +83,8 @@ void Articulation::restore(const State& state) {
   Link& base = links_.front();
   if (free_) {
     const BodyState frame = StateLayout::read(state.data() + layout_.offset(base.body));
-    const BodyState center = state_at_point(inertials_[base.body].center, frame);
-    base.pose = bullet_pose(inertials_[base.body], frame);
+    const BodyState center = state_at_point(scene_.inertial(base.body).center, frame);
+    base.pose = bullet_pose(scene_.inertial(base.body), frame);
     Eigen::Map<Vector3>(velocities_.data()) = center.velocity;
     Eigen::Map<Vector3>(velocities_.data() + 3) = center.angular_velocity;
   }
@@ -109,7 +102,7 @@ void Articulation::restore(const State& state) {
 void Articulation::read(State& state) const {
   const Link& base = links_.front();
   if (free_) {
-    const Inertial& inertial = inertials_[base.body];
+    const Inertial& inertial = scene_.inertial(base.body);
     const Quaternion orientation = from_bullet(base.pose.getRotation()) * inertial.axes.conjugate();
     const BodyState center{from_bullet(base.pose.getOrigin()), orientation.normalized(),
                            Eigen::Map<const Vector3>(velocities_.data()),

@@ -43,10 +43,9 @@ class Articulation {
     btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next part
   };
 
-  //! The links on a free body `base`, or those on one fixed body that hang on joint `first`. `shapes` are the bodies'.
+  //! The links on a free body `base`, or those on one fixed body that hang on joint `first`.
   //! The scene outlives this.
-  Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
-               std::optional<std::size_t> first);
+  Articulation(const Scene& scene, std::size_t base, std::optional<std::size_t> first);
   Articulation(const Articulation&) = delete;
   Articulation& operator=(const Articulation&) = delete;
 
@@ -124,9 +123,8 @@ class Articulation {
  private:
   void add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
   Link link(std::size_t joint, int parent_link) const;
-  bool rigid(const Joint& joint) const;
   void add_velocity(Link& link);
-  void add_collider(btCollisionShape& shape, int link);
+  void add_collider(int link);
   void place_colliders();
   void place_links();
   void set_motions();
@@ -134,7 +132,6 @@ class Articulation {
   const Scene& scene_;
   StateLayout layout_;
   bool free_;
-  std::vector<Inertial> inertials_;  // of each body of the scene
   std::vector<Link> links_;
   std::vector<JointControl> controls_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;

@@ -6,10 +6,10 @@
 
 namespace energymargin {
 
-MovingBodies::MovingBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
-    : scene_(scene), rigids_(scene, shapes), colliders_(scene.bodies().size()), tree_of_(scene.bodies().size()) {
+MovingBodies::MovingBodies(const Scene& scene)
+    : scene_(scene), rigids_(scene), colliders_(scene.bodies().size()), tree_of_(scene.bodies().size()) {
   for (const auto& body : rigids_.all()) colliders_[body_index(*body)] = body.get();
-  add_trees(shapes);
+  add_trees();
   add_mimics();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Vector3& force = scene.bodies()[i].force;
@@ -19,9 +19,9 @@ MovingBodies::MovingBodies(const Scene& scene, const std::vector<CollisionShape>
 
 // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
 // table know nothing of each other.
-void MovingBodies::add_trees(const std::vector<CollisionShape>& shapes) {
+void MovingBodies::add_trees() {
   const auto add = [&](std::size_t base, std::optional<std::size_t> first) {
-    trees_.push_back(std::make_unique<Articulation>(scene_, shapes, base, first));
+    trees_.push_back(std::make_unique<Articulation>(scene_, base, first));
     for (const auto& collider : trees_.back()->colliders()) {
       const auto body = body_index(*collider);
       colliders_[body] = collider.get();

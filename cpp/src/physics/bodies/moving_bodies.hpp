@@ -25,8 +25,8 @@ struct MimicConstraint {
 //! Where the bodies are, how they move and what acts on them.
 class MovingBodies {
  public:
-  //! Both outlive this.
-  MovingBodies(const Scene& scene, const std::vector<CollisionShape>& shapes);
+  //! The scene outlives this.
+  explicit MovingBodies(const Scene& scene);
 
   //! All bodies, in the scene's order.
   const std::vector<btCollisionObject*>& colliders() const { return colliders_; }
@@ -76,7 +76,7 @@ class MovingBodies {
   void carry(std::size_t base, const Velocity& carrier, const btVector3& origin, double duration);
 
  private:
-  void add_trees(const std::vector<CollisionShape>& shapes);
+  void add_trees();
   void add_mimics();
   JointControl* control_of(std::size_t joint) const;  // null for one without
 

@@ -4,17 +4,17 @@
 #include "physics/sweep.hpp"
 
 namespace energymargin {
-RigidBodies::RigidBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
-    : layout_(scene), slots_(scene.bodies().size(), -1) {
+RigidBodies::RigidBodies(const Scene& scene) : layout_(scene), slots_(scene.bodies().size(), -1) {
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    if (scene.bodies()[i].fixed() || !scene.jointed(i)) add(scene, i, *shapes[i].shape);
+    if (scene.bodies()[i].fixed() || !scene.jointed(i)) add(scene, i);
   }
 }
 
-void RigidBodies::add(const Scene& scene, std::size_t index, btCollisionShape& shape) {
+void RigidBodies::add(const Scene& scene, std::size_t index) {
   const Body& body = scene.bodies()[index];
-  const Inertial inertial = body.principal_inertial();
-  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, &shape, to_bullet(inertial.moments));
+  const Inertial& inertial = scene.inertial(index);
+  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, scene.collision_shape(index).shape.get(),
+                                                to_bullet(inertial.moments));
   info.m_startWorldTransform = bullet_pose(inertial, body.state);
   info.m_friction = body.friction;
   all_.push_back(std::make_unique<btRigidBody>(info));

@@ -18,8 +18,8 @@ namespace energymargin {
 //! As MovingBodies has them, for these bodies alone. The user index of each is that of its body in the scene.
 class RigidBodies {
  public:
-  //! `shapes` are those of the scene's bodies, and outlive this.
-  RigidBodies(const Scene& scene, const std::vector<CollisionShape>& shapes);
+  //! The scene outlives this.
+  explicit RigidBodies(const Scene& scene);
 
   //! Fixed ones too; in a scene without joints each at the index of its body.
   const std::vector<std::unique_ptr<btRigidBody>>& all() const { return all_; }
@@ -57,7 +57,7 @@ class RigidBodies {
     btVector3 moments;       // principal [kg m^2]
     btVector3 acceleration;  // of gravity and the body's constant force [m/s^2]
   };
-  void add(const Scene& scene, std::size_t index, btCollisionShape& shape);
+  void add(const Scene& scene, std::size_t index);
   static void make_kinematic(btRigidBody& rigid);
 
   StateLayout layout_;

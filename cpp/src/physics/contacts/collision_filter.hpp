@@ -35,15 +35,10 @@ class CollisionFilter {
  private:
   static constexpr double most_friction = 10.0;  // Bullet's own bound: a slope of 84 deg
 
-  bool rigid(const Joint& joint) const {
-    if (joint.mimic) return rigid(scene_.joints()[scene_.joint_index(joint.mimic->joint)]);
-    return joint.type == JointType::fixed || joint.held;
-  }
-
   // What a body is rigid on, in the end: itself, unless a joint holds it that does not move.
   std::size_t carrier(std::size_t body) const {
     const auto joint = scene_.joint_to(body);
-    if (!joint || !rigid(scene_.joints()[*joint])) return body;
+    if (!joint || !scene_.rigid(scene_.joints()[*joint])) return body;
     return carrier(scene_.index(scene_.joints()[*joint].parent));
   }
 

@@ -18,48 +18,15 @@ Sweep sweep(const btCollisionObject& body, const Velocity& velocity, double dura
   return {body.getWorldTransform(), velocity.linear * duration, velocity.angular * duration, is_link(body)};
 }
 
-// Of the core's points from the body's origin, or a little more.
-double core_reach(const btConvexShape& shape, const btTransform& in_body) {
-  btVector3 farthest(0, 0, 0);
-  for (int axis = 0; axis < 3; ++axis) {
-    btVector3 along(0, 0, 0);
-    for (const double sign : {-1.0, 1.0}) {
-      along[axis] = sign;
-      const btVector3 local = along * in_body.getBasis();
-      farthest[axis] =
-          std::max(farthest[axis], along.dot(in_body(shape.localGetSupportVertexWithoutMarginNonVirtual(local))));
-    }
-  }
-  return farthest.length();
-}
-
-std::vector<ConvexPiece> convex_pieces(const CollisionShape& of) {
-  std::vector<ConvexPiece> pieces;
-  for (std::size_t i = 0; i < of.half_extents.size(); ++i) {
-    const bool part = of.shape->isCompound();
-    const btCollisionShape& piece = part ? *of.parts[i] : *of.shape;
-    const auto& shape = static_cast<const btConvexShape&>(piece);
-    const btTransform in_body =
-        part ? static_cast<const btCompoundShape&>(*of.shape).getChildTransform(int(i)) : btTransform::getIdentity();
-    pieces.push_back({&shape, in_body, !part, core_reach(shape, in_body), of.half_extents[i]});
-  }
-  return pieces;
-}
-
 }  // namespace
 
-ContinuousCollision::ContinuousCollision(const std::vector<CollisionShape>& shapes,
-                                         const std::vector<btCollisionObject*>& colliders) {
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    SweptBody body{colliders[i], convex_pieces(shapes[i]), 0.0};
-    for (const ConvexPiece& piece : body.pieces) body.reach = std::max(body.reach, piece.reach);
-    bodies_.push_back(std::move(body));
-  }
+ContinuousCollision::ContinuousCollision(const Scene& scene, const std::vector<btCollisionObject*>& colliders) {
+  for (std::size_t i = 0; i < colliders.size(); ++i) bodies_.push_back({colliders[i], &scene.collision_shape(i)});
 }
 
 void ContinuousCollision::make_pieces(CollisionPair& pair) const {
-  for (const ConvexPiece& of_a : bodies_[pair.a].pieces) {
-    for (const ConvexPiece& of_b : bodies_[pair.b].pieces) pair.pieces.emplace_back(of_a, of_b);
+  for (const ConvexPiece& of_a : bodies_[pair.a].shape->pieces) {
+    for (const ConvexPiece& of_b : bodies_[pair.b].shape->pieces) pair.pieces.emplace_back(of_a, of_b);
   }
 }
 
@@ -68,7 +35,7 @@ double ContinuousCollision::safe_share(CollisionPairs& pairs, const std::vector<
   travels_.resize(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Velocity& velocity = velocities[i];
-    travels_[i] = duration * (velocity.linear.length() + velocity.angular.length() * bodies_[i].reach);
+    travels_[i] = duration * (velocity.linear.length() + velocity.angular.length() * bodies_[i].shape->reach);
   }
   double share = 1.0;
   for (CollisionPair& pair : pairs.within(travels_)) {

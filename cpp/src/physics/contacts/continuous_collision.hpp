@@ -15,8 +15,8 @@ namespace energymargin {
 //! Says how long bodies can go on as they move before one is too deep in another.
 class ContinuousCollision {
  public:
-  //! `shapes` are those of the scene's bodies, which are `colliders`.
-  ContinuousCollision(const std::vector<CollisionShape>& shapes, const std::vector<btCollisionObject*>& colliders);
+  //! `colliders` are the scene's bodies. The scene outlives this.
+  ContinuousCollision(const Scene& scene, const std::vector<btCollisionObject*>& colliders);
 
   //! The share, from 0 to 1, of the next `duration` [s] for which all bodies can go on with `velocities`, each at the
   //! index of its body in the scene. `pairs` has the bounds of the bodies as they stand.
@@ -25,8 +25,7 @@ class ContinuousCollision {
  private:
   struct SweptBody {
     const btCollisionObject* object;
-    std::vector<ConvexPiece> pieces;  // none of a plane: behind it all is solid
-    double reach;                     // of its pieces' points from its origin [m]
+    const CollisionShape* shape;
   };
 
   void make_pieces(CollisionPair& pair) const;

@@ -6,20 +6,10 @@
 #include <optional>
 
 #include "physics/contacts/core_distance.hpp"
+#include "physics/shapes.hpp"
 #include "physics/sweep.hpp"
 
 namespace energymargin {
-
-//! A convex piece of a body.
-struct ConvexPiece {
-  const btConvexShape* shape;
-  btTransform in_body;
-  bool at_origin;      // whether it stands in its body's own frame
-  double reach;        // of its core's points from the body's origin; its core is what is left without its margin [m]
-  double half_extent;  // the smallest [m]
-
-  btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }
-};
 
 //! Two pieces may overlap a little: by less than their margins, so that the separating direction is known,
 //! and by less than a third of the thinner one's half extent, so that they are pushed out to the side where they came

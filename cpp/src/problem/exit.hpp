@@ -1,7 +1,7 @@
 #pragma once
 // When a set is left for good.
 
-namespace energymargin::search {
+namespace energymargin {
 
 //! Outside at a look, and at all that follow until `dwell` steps are over or the horizon has come.
 class Exit {
@@ -33,4 +33,4 @@ class Exit {
   bool left_ = false;
 };
 
-}  // namespace energymargin::search
+}  // namespace energymargin
