@@ -37,7 +37,7 @@ TEST(Ao, OurPlannersImproveOnTheirFirstEscape) {
   expect_good_escape(by_est, problem);
   EXPECT_GT(by_est.history.size(), 1u);
   BoundedProblem with_rrt(problem, &problem.captured, 500, 1);
-  Rrt rrt(with_rrt, 1);
+  Rrt rrt(with_rrt);
   const Escape by_rrt = ao(with_rrt, rrt);
   expect_good_escape(by_rrt, problem);
   EXPECT_GT(by_rrt.history.size(), 1u);
@@ -84,7 +84,7 @@ TYPED_TEST(OurPlanner, GrowsNothingFromWhatWasDiscarded) {
   const Problem problem = drift();
   for (const std::uint64_t seed : {1, 2, 3, 4}) {
     BoundedProblem bounded(problem, &problem.captured, 600, seed);
-    TypeParam planner(bounded, seed);
+    auto planner = planner_of<TypeParam>(bounded, seed);
     std::vector<int> discarded;
     while (!bounded.spent()) {
       planner.solve(bounded.termination(bounded.nodes() + 50));
@@ -115,7 +115,7 @@ TYPED_TEST(OurPlanner, EndsWithTheExceptionOfAPredicate) {
     return Mask(Mask::Ones(states.rows()));
   }});
   BoundedProblem bounded(problem, &problem.captured, 600, 1);
-  TypeParam planner(bounded, 1);
+  auto planner = planner_of<TypeParam>(bounded, 1);
   EXPECT_THROW(ao(bounded, planner), std::runtime_error);
 }
 

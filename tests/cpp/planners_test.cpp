@@ -17,7 +17,7 @@ using namespace scenes;
 template <typename Search>
 Tree grow(const Problem& problem, std::uint64_t seed, int nodes = 150) {
   BoundedProblem bounded(problem, nullptr, nodes, seed);
-  Search planner(bounded, seed);
+  auto planner = planner_of<Search>(bounded, seed);
   planner.solve(bounded.termination());
   return bounded.take_tree();
 }
@@ -52,7 +52,7 @@ TYPED_TEST(Planner, SameSeedGivesTheSameBitsAlsoWhereManyNodesAreTheSameState) {
 TYPED_TEST(Planner, AfterPruningNothingGrowsFromANodeThatIsNotBelowTheBound) {
   const Problem problem = drift();
   BoundedProblem bounded(problem, nullptr, 300, 4);
-  TypeParam planner(bounded, 4);
+  auto planner = planner_of<TypeParam>(bounded, 4);
   const auto until = [&](int nodes) {
     return ompl::base::PlannerTerminationCondition([&bounded, nodes] { return bounded.nodes() >= nodes; });
   };

@@ -6,11 +6,22 @@
 #include <cmath>
 
 #include "energymargin/membership.hpp"
+#include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/escape.hpp"
 #include "energymargin/world.hpp"
 #include "expect.hpp"
 
 namespace energymargin {
+
+//! A planner; one that draws nothing itself has no seed.
+template <typename Planner>
+Planner planner_of(search::BoundedProblem& problem, std::uint64_t seed) {
+  if constexpr (std::is_constructible_v<Planner, search::BoundedProblem&, std::uint64_t>) {
+    return Planner(problem, seed);
+  } else {
+    return Planner(problem);
+  }
+}
 
 //! The wrenches on all objects that lead to a node.
 inline Disturbance control(const Tree& tree, int node) {

@@ -3,10 +3,12 @@
 #include <ompl/base/Goal.h>
 #include <ompl/base/StateValidityChecker.h>
 #include <ompl/base/ValidStateSampler.h>
+#include <ompl/control/StatePropagator.h>
+
+#include <limits>
 
 #include "energymargin/search/bounded_problem.hpp"
 #include "search/cost_space.hpp"
-#include "search/propagator.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -36,22 +38,30 @@ class Outside : public ompl::base::Goal {
   const BoundedProblem& problem_;
 };
 
-// An edge on which something throws leads nowhere.
-class Answering : public Propagator {
+// The problem's rollouts as a state propagator: from a state of the CostSpace by a control, which carries its own
+// duration. A rollout that reaches the limit, or throws, leads to no node, and to an infinite cost, which is valid
+// nowhere.
+class Propagator : public ompl::control::StatePropagator {
  public:
-  Answering(const ompl::control::SpaceInformationPtr& si, RolloutTree& tree, const BoundedProblem& problem)
-      : Propagator(si, tree), problem_(problem) {}
-  void propagate(const ompl::base::State* from, const ompl::control::Control* control, double duration,
+  Propagator(const ompl::control::SpaceInformationPtr& si, BoundedProblem& problem)
+      : StatePropagator(si), problem_(problem) {}
+  void propagate(const ompl::base::State* from, const ompl::control::Control* control, double,
                  ompl::base::State* to) const override {
-    to->as<CostSpace::StateType>()->node = -1;
+    const int start = node_of(from);  // which may be the same state as `to`
+    int node = -1;
     problem_.answer([&] {
-      Propagator::propagate(from, control, duration, to);
+      node = problem_.extend(start, si_->getControlSpace()->as<WrenchSpace>()->edge(control));
       return true;
     });
+    if (node >= 0) return problem_.describe(node, to);
+    auto& nowhere = *to->as<CostSpace::StateType>();
+    nowhere.cost = std::numeric_limits<double>::infinity();
+    nowhere.node = -1;
   }
+  bool canPropagateBackward() const override { return false; }
 
  private:
-  const BoundedProblem& problem_;
+  BoundedProblem& problem_;
 };
 
 // EST asks for a target before it extends; a random control needs none.
@@ -64,10 +74,10 @@ class NoTarget : public ompl::base::ValidStateSampler {
 
 }  // namespace
 
-ompl::control::SpaceInformationPtr space_information(const std::shared_ptr<WrenchSpace>& controls, RolloutTree& tree,
-                                                     const BoundedProblem& problem) {
+ompl::control::SpaceInformationPtr space_information(const std::shared_ptr<WrenchSpace>& controls,
+                                                     BoundedProblem& problem) {
   const auto si = std::make_shared<ompl::control::SpaceInformation>(controls->getStateSpace(), controls);
-  si->setStatePropagator(std::make_shared<Answering>(si, tree, problem));
+  si->setStatePropagator(std::make_shared<Propagator>(si, problem));
   // The control carries its own duration, so OMPL's counts as one.
   si->setPropagationStepSize(1.0);
   si->setMinMaxControlDuration(1, 1);

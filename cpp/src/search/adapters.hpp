@@ -1,12 +1,11 @@
 #pragma once
-// The bounded problem as OMPL sees it. What is made here refers to the problem and its tree, which have to outlive it.
+// The bounded problem as OMPL sees it. What is made here refers to the problem, which has to outlive it.
 
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/control/SpaceInformation.h>
 
 #include <memory>
 
-#include "search/rollout_tree.hpp"
 #include "search/wrench_space.hpp"
 
 namespace energymargin::search {
@@ -14,8 +13,8 @@ namespace energymargin::search {
 class BoundedProblem;
 
 //! The space of the controls' states: which of them are valid, and that a control leads to a node of the tree.
-ompl::control::SpaceInformationPtr space_information(const std::shared_ptr<WrenchSpace>& controls, RolloutTree& tree,
-                                                     const BoundedProblem& problem);
+ompl::control::SpaceInformationPtr space_information(const std::shared_ptr<WrenchSpace>& controls,
+                                                     BoundedProblem& problem);
 
 //! From the root to an escape.
 ompl::base::ProblemDefinitionPtr definition(const ompl::control::SpaceInformationPtr& si,

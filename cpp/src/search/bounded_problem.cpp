@@ -1,12 +1,19 @@
 #include "energymargin/search/bounded_problem.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
 #include "base/check.hpp"
+#include "base/crew.hpp"
 #include "energymargin/random.hpp"
 #include "search/adapters.hpp"
 #include "search/confirmation.hpp"
 #include "search/cost_space.hpp"
+#include "search/horizon.hpp"
 #include "search/quiet.hpp"
-#include "search/rollout_tree.hpp"
 #include "search/streams.hpp"
 #include "search/wrench_space.hpp"
 
@@ -19,35 +26,82 @@ constexpr double grace = 0.1;
 // Of each number of a state, over an edge: what rests in a simulation moves less [SI].
 constexpr double still = 1e-8;
 
+// Steps between two looks at a rollout: more often takes time in small scenes, and tells no more
+// (docs/results/fewer_steps.md).
+constexpr int look_every = 4;
+
+constexpr int first_room = 4096;  // rows of a tree that may end before all its nodes are made
+
+// The steps at which an edge is divided into so many stretches, without its end.
+std::vector<int> division(int steps, int stretches) {
+  stretches = std::min(stretches, steps);
+  std::vector<int> division;
+  for (int i = 1; i < stretches; ++i) {
+    division.push_back(static_cast<int>(static_cast<long long>(i) * steps / stretches));
+  }
+  return division;
+}
+
+// The longest edges first: so the threads end a round at nearly the same time.
+std::vector<std::size_t> by_length(const std::vector<EdgeFrom>& round) {
+  std::vector<std::size_t> order(round.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return round[a].edge.steps > round[b].edge.steps; });
+  return order;
+}
+
 }  // namespace
+
+struct BoundedProblem::Simulations {
+  Crew crew;
+  std::vector<std::unique_ptr<World>> worlds;  // one a thread
+  EdgeStart edge_start;
+  std::optional<Horizon> horizon;
+
+  Simulations(const Problem& problem, const Region* captured, int threads)
+      : crew(threads), worlds(crew.size()), edge_start(problem), horizon(Horizon::of(problem, captured)) {
+    const auto make = [&](std::size_t i, std::size_t) { worlds[i] = std::make_unique<World>(world_of(problem)); };
+    crew.run(worlds.size(), make);
+  }
+};
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
                                const Limit& limit, Sampling sampling, int threads)
-    : most_nodes_(nodes), limit_(limit), quiet_(quiet_ompl()) {
+    : most_nodes_(nodes),
+      limit_(limit),
+      step_(problem.scene.stepping().step),
+      times_{0},
+      escaped_{false},
+      counts_(1),
+      quiet_(quiet_ompl()) {
   require_at_least("nodes", nodes, 1);
   require_at_least("threads", threads, 1);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, streams::states));
-  tree_ = std::make_unique<RolloutTree>(problem, *space_, nodes, limit, captured, threads);
+  simulations_ = std::make_unique<Simulations>(problem, captured, threads);
+  if (simulations_->horizon) horizon_ = simulations_->horizon->end();
+  const StateLayout layout(problem.scene);
+  for (const std::size_t object : problem.scene.with_role(Role::object)) objects_.push_back(layout.offset(object));
   if (captured) {
     captured_.emplace(*captured, problem.scene);
     problem_ = problem;
     captured_region_ = *captured;
   }
   if (captured && problem.within) within_.emplace(*problem.within, problem.scene);
+  tree_.states.resize(0, layout.dimension());
+  tree_.controls.resize(0, wrench_axes * static_cast<Eigen::Index>(objects_.size()));
+  make_room(std::min(nodes, first_room) + 1);
+  tree_.states.row(0) = problem.state.transpose();
+  tree_.costs[0] = 0.0;
+  tree_.parents[0] = -1;
+  tree_.controls.row(0).setZero();
+  tree_.durations[0] = 0.0;
   const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, streams::controls), sampling);
-  si_ = search::space_information(controls, *tree_, *this);
+  si_ = search::space_information(controls, *this);
   definition_ = search::definition(si_, *this);
 }
 
 BoundedProblem::~BoundedProblem() = default;
-
-void BoundedProblem::set_nodes_per_edge(int count) { tree_->set_nodes_per_edge(count); }
-
-void BoundedProblem::count_in(std::atomic<int>* node_counter) { tree_->count_in(node_counter); }
-
-void BoundedProblem::stop_at_escape() {
-  if (captured_ && !horizon()) tree_->end_where([this](const State& state) { return !(*captured_)(state); });
-}
 
 ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) const {
   return ompl::base::PlannerTerminationCondition([this, nodes] { return this->nodes() >= nodes || spent(); });
@@ -63,68 +117,143 @@ double BoundedProblem::bound() const { return space_->bound(); }
 
 void BoundedProblem::lower_bound(double cost) { space_->lower_bound(cost); }
 
-int BoundedProblem::nodes() const { return tree_->nodes(); }
-
-int BoundedProblem::rollouts_left() const {
-  const int per_edge = tree_->nodes_per_edge();
-  return (most_nodes_ - nodes() + per_edge - 1) / per_edge;
-}
-
-StepCounts BoundedProblem::counts(int nodes) const { return tree_->counts(nodes); }
-
-int BoundedProblem::diverged() const { return tree_->diverged(); }
-
 void BoundedProblem::describe(int node, ompl::base::State* state) const {
-  tree_->describe(node, *state->as<CostSpace::StateType>());
+  CostSpace::Values& values = *state->as<CostSpace::StateType>();
+  const double* const numbers = tree_.states.row(node).data();
+  for (std::size_t i = 0; i < objects_.size(); ++i) values.objects[i] = StateLayout::read(numbers + objects_[i]);
+  values.cost = cost(node);
+  values.time = horizon_ ? time(node) * step_ : 0.0;
+  values.node = node;
 }
 
-State BoundedProblem::state(int node) const { return tree_->state(node); }
-
-double BoundedProblem::cost(int node) const { return tree_->cost(node); }
-
-int BoundedProblem::time(int node) const { return tree_->time(node); }
-
-std::optional<int> BoundedProblem::horizon() const {
-  const std::optional<Horizon>& horizon = tree_->horizon();
-  return horizon ? std::optional(horizon->end()) : std::nullopt;
+Edge BoundedProblem::edge(int node) const {
+  return {tree_.controls.row(node), static_cast<int>(std::lround(tree_.durations[node] / step_))};
 }
-
-Edge BoundedProblem::edge(int node) const { return tree_->edge(node); }
-
-std::vector<int> BoundedProblem::path_to(int node) const { return tree_->path_to(node); }
 
 bool BoundedProblem::allowed(int node) const { return allowed(node, bound()); }
 
 bool BoundedProblem::allowed(int node, double bound) const {
-  if (node >= 0 && horizon() && time(node) >= *horizon() && !escaped(node)) return false;
-  if (node > 0 && (discarded_.count(node) > 0 || discarded_.count(tree_->parent(node)) > 0)) return false;
-  return node >= 0 && cost(node) < bound && (!within_ || (*within_)(State(tree_->state(node))));
+  if (node >= 0 && horizon_ && time(node) >= *horizon_ && !escaped(node)) return false;
+  if (node > 0 && (discarded_.count(node) > 0 || discarded_.count(parent(node)) > 0)) return false;
+  return node >= 0 && cost(node) < bound && (!within_ || (*within_)(state(node)));
 }
 
 bool BoundedProblem::escaped(int node) const {
   if (discarded_.count(node) > 0) return false;
-  if (node > 0 && horizon()) return tree_->escaped(node);
-  return node >= 0 && captured_ && !(*captured_)(State(tree_->state(node)));
+  if (node > 0 && horizon_) return escaped_[static_cast<std::size_t>(node)];
+  return node >= 0 && captured_ && !(*captured_)(state(node));
 }
 
 bool BoundedProblem::at_rest(int node) const {
-  return node > 0 && (tree_->state(node) - tree_->state(tree_->parent(node))).cwiseAbs().maxCoeff() < still;
+  return node > 0 && (tree_.states.row(node) - tree_.states.row(parent(node))).cwiseAbs().maxCoeff() < still;
 }
 
 bool BoundedProblem::worth_keeping(int node, double bound) const {
   return cost(node) < bound && discarded_.count(node) == 0 && !spent();
 }
 
-int BoundedProblem::extend(int node, const Edge& edge) { return extend(node, edge, bound()); }
+int BoundedProblem::extend(int node, const Edge& edge, double bound) {
+  const std::vector<int> nodes = extend({EdgeFrom{node, edge}}, bound);
+  return nodes.empty() ? -1 : nodes.front();
+}
 
-int BoundedProblem::extend(int node, const Edge& edge, double bound) { return tree_->extend(node, edge, bound); }
-
-std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round) { return tree_->extend(round); }
+std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round, double bound) {
+  const int before = nodes_;
+  const std::vector<std::optional<Stretch>> stretches = roll_out(round, bound);
+  std::vector<int> nodes;
+  for (std::size_t i = 0; i < round.size(); ++i) {
+    if (stretches[i] && !stretches[i]->rollout.complete) break;
+    nodes.push_back(add(round[i], stretches[i]));
+  }
+  if (node_counter_) node_counter_->fetch_add(nodes_ - before, std::memory_order_relaxed);
+  return nodes;
+}
 
 int BoundedProblem::extend_undisturbed() {
-  if (!horizon() || !captured_) return -1;
+  if (!horizon_ || !captured_) return -1;
   ++most_nodes_;
-  return tree_->extend_undisturbed();
+  const Horizon& horizon = *simulations_->horizon;
+  try {
+    const Stretch stretch = horizon.undisturbed(*simulations_->worlds[0], state(0), limit_);
+    if (!stretch.rollout.complete) return -1;
+    const int node = add(0, horizon.rest(), stretch.rollout.steps, 0.0, stretch.rollout.state);
+    count(stretch);
+    return node;
+  } catch (const Diverged&) {
+    return add_diverged(0, horizon.rest());
+  }
+}
+
+// Each edge has the nodes that are left if those before it in the round take as many as they may.
+std::vector<std::optional<Stretch>> BoundedProblem::roll_out(const std::vector<EdgeFrom>& round, double bound) {
+  std::vector<std::optional<Stretch>> stretches(round.size());
+  const std::vector<std::size_t> order = by_length(round);
+  simulations_->crew.run(order.size(), [&](std::size_t job, std::size_t thread) {
+    const std::size_t i = order[job];
+    const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
+    stretches[i] = roll_out(*simulations_->worlds[thread], round[i], std::min(nodes_per_edge_, left), bound);
+  });
+  return stretches;
+}
+
+// None if the simulation diverges.
+std::optional<Stretch> BoundedProblem::roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const {
+  const Edge& edge = from.edge;
+  const State start = state(from.node);
+  Watch watch{cost(from.node), bound, division(edge.steps, nodes), {}, look_every};
+  try {
+    if (horizon_) return simulations_->horizon->extend(world, start, time(from.node), edge, limit_, watch);
+    if (stops_at_escape_ && captured_) watch.ends = [this](const State& now) { return !(*captured_)(now); };
+    return Stretch{world.rollout_unchecked(simulations_->edge_start(start), {edge}, limit_, watch)};
+  } catch (const Diverged&) {
+    return std::nullopt;
+  }
+}
+
+// The last of the nodes of a rollout.
+int BoundedProblem::add(const EdgeFrom& from, const std::optional<Stretch>& stretch) {
+  if (!stretch) return add_diverged(from.node, from.edge);
+  const Rollout& rollout = stretch->rollout;
+  for (const Moment& moment : rollout.recorded) {
+    if (moment.steps < rollout.steps) add(from.node, from.edge, moment.steps, moment.effort, moment.state);
+  }
+  const int node = add(from.node, from.edge, rollout.steps, rollout.effort, rollout.state);
+  count(*stretch);
+  return node;
+}
+
+int BoundedProblem::add_diverged(int from, const Edge& edge) {
+  ++diverged_;
+  return add(from, edge, 0, std::numeric_limits<double>::infinity(), state(from));
+}
+
+int BoundedProblem::add(int from, const Edge& edge, int steps, double effort, const State& state) {
+  const int node = ++nodes_;
+  if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
+  tree_.states.row(node) = state.transpose();
+  tree_.costs[node] = tree_.costs[from] + effort;
+  tree_.parents[node] = from;
+  tree_.controls.row(node) = edge.wrenches.transpose();
+  tree_.durations[node] = steps * step_;
+  times_.push_back(time(from) + steps);
+  escaped_.push_back(false);
+  counts_.push_back(counts_.back());
+  return node;
+}
+
+// The stretch led to the last node.
+void BoundedProblem::count(const Stretch& stretch) {
+  escaped_.back() = stretch.escaped;
+  counts_.back() += stretch.rollout;
+  counts_.back() += stretch.after_exit;
+}
+
+void BoundedProblem::make_room(Eigen::Index rows) {
+  tree_.states.conservativeResize(rows, Eigen::NoChange);
+  tree_.costs.conservativeResize(rows);
+  tree_.parents.conservativeResize(rows);
+  tree_.controls.conservativeResize(rows, Eigen::NoChange);
+  tree_.durations.conservativeResize(rows);
 }
 
 std::optional<bool> BoundedProblem::confirm(int node) {
@@ -137,6 +266,9 @@ std::optional<bool> BoundedProblem::confirm(int node) {
   return leads_out ? leads_out : confirmation_->leads_out(nodes, edges, Limit(nullptr, grace));
 }
 
-Tree BoundedProblem::take_tree(int nodes) { return tree_->take_tree(nodes); }
+Tree BoundedProblem::take_tree(int nodes) {
+  make_room(nodes + 1);
+  return std::move(tree_);
+}
 
 }  // namespace energymargin::search

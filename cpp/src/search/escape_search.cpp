@@ -18,12 +18,11 @@ Escape run(const Problem& problem, const Region& captured, const EscapeSearchOpt
   std::optional<Shortening> shortening;
   if (options.shorten) shortening.emplace(problem, bounded, stream(options.seed, streams::shortening));
   Shortening* const turns = shortening ? &*shortening : nullptr;
-  const std::uint64_t seed = stream(options.seed, streams::planner);
   if (options.planner == FeasiblePlanner::est) {
-    Est est(bounded, seed);
+    Est est(bounded, stream(options.seed, streams::planner));
     return ao(bounded, est, turns, confirm);
   }
-  Rrt rrt(bounded, seed);
+  Rrt rrt(bounded);
   return ao(bounded, rrt, turns, confirm);
 }
 

@@ -1,66 +1,69 @@
 #include "search/rrt.hpp"
 
-#include <ompl/datastructures/NearestNeighborsGNAT.h>
-
 #include <algorithm>
-#include <vector>
-
-#include "search/cost_space.hpp"
 
 namespace energymargin::search {
 namespace {
 
-// Of equally near motions the one made first. Which of them OMPL's tree finds depends on pivots that it draws from a
-// global seed, and rollouts that leave the object where it is make many such ties.
-template <typename Motion>
-class FirstNearest : public ompl::NearestNeighborsGNAT<Motion> {
- public:
-  Motion nearest(const Motion& target) const override {
-    using Gnat = ompl::NearestNeighborsGNAT<Motion>;
-    const Motion any = Gnat::nearest(target);
-    std::vector<Motion> ties;
-    Gnat::nearestR(target, this->distFun_(target, any) * (1.0 + rounding) + rounding, ties);
-    ties.push_back(any);
-    return *std::min_element(ties.begin(), ties.end(),
-                             [](const Motion& a, const Motion& b) { return node_of(a->state) < node_of(b->state); });
-  }
+constexpr int sampled = -1;  // as a node
 
- private:
-  static constexpr double rounding = 1e-12;
-};
+constexpr double rounding = 1e-12;  // of distances
 
 }  // namespace
 
-Rrt::Rrt(const BoundedProblem& problem, std::uint64_t seed) : RRT(problem.space_information()), problem_(problem) {
-  rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
-  setProblemDefinition(problem.definition());
-  setNearestNeighbors<FirstNearest>();
+Rrt::Rrt(BoundedProblem& problem) : NodePlanner(problem, "RRT"), state_sampler_(si_->allocStateSampler()) {
+  sample_.objects = si_->getStateSpace()->as<CostSpace>()->starts();
+  nodes_.setDistanceFunction([this](int a, int b) { return si_->distance(state(a), state(b)); });
+  setup();
 }
 
-ompl::base::PlannerStatus Rrt::solve(const ompl::base::PlannerTerminationCondition& ptc) {
-  const ompl::base::PlannerStatus status = RRT::solve(ptc);
-  problem_.rethrow();
-  return status;
+void Rrt::clear() {
+  Planner::clear();
+  nodes_.clear();
+  states_.clear();
 }
 
-// A motion stays if all stay that it grew from: OMPL follows them to the root.
 void Rrt::prune(double bound) {
-  std::vector<Motion*> motions;
-  nn_->list(motions);
-  nn_->clear();
-  lastGoalMotion_ = nullptr;
-  const auto first_gone = [&](const Motion* motion) {
-    while (motion && problem_.worth_keeping(node_of(motion->state), bound)) motion = motion->parent;
-    return motion;
+  const auto stays = [&](int node) {
+    while (node >= 0 && problem_.worth_keeping(node, bound)) node = problem_.parent(node);
+    return node < 0;
   };
-  const auto gone =
-      std::stable_partition(motions.begin(), motions.end(), [&](const Motion* motion) { return !first_gone(motion); });
-  for (auto motion = motions.begin(); motion != gone; ++motion) nn_->add(*motion);
-  for (auto motion = gone; motion != motions.end(); ++motion) {
-    si_->freeState((*motion)->state);
-    siC_->freeControl((*motion)->control);
-    delete *motion;
+  std::vector<int> nodes;
+  nodes_.list(nodes);
+  nodes_.clear();
+  for (const int node : nodes) {
+    if (stays(node)) {
+      nodes_.add(node);
+    } else {
+      states_[static_cast<std::size_t>(node)].reset();
+    }
   }
+}
+
+void Rrt::add(int node) {
+  states_.resize(std::max(states_.size(), static_cast<std::size_t>(node) + 1));
+  auto& state = states_[static_cast<std::size_t>(node)] = std::make_unique<CostSpace::StateType>();
+  static_cast<CostSpace::Values&>(*state) = described(node);
+  nodes_.add(node);
+}
+
+std::vector<EdgeFrom> Rrt::draw_round() {
+  state_sampler_->sampleUniform(&sample_);
+  return {draw_edge(nearest_to_sample())};
+}
+
+// Of equally near nodes the first one. Which of them OMPL's structure finds depends on pivots that it draws from a
+// global seed, and rollouts that leave the object where it is make many such ties.
+int Rrt::nearest_to_sample() const {
+  const int any = nodes_.nearest(sampled);
+  std::vector<int> ties;
+  nodes_.nearestR(sampled, si_->distance(&sample_, state(any)) * (1.0 + rounding) + rounding, ties);
+  ties.push_back(any);
+  return *std::min_element(ties.begin(), ties.end());
+}
+
+const ompl::base::State* Rrt::state(int node) const {
+  return node == sampled ? &sample_ : states_[static_cast<std::size_t>(node)].get();
 }
 
 }  // namespace energymargin::search

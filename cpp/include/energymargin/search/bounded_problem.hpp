@@ -26,11 +26,12 @@ namespace energymargin::search {
 
 class Confirmation;
 class CostSpace;
-class RolloutTree;
+struct Stretch;
 
 //! A planner of OMPL works on `space_information` and `definition`. Its states are those of the objects with the effort
 //! since the root, eq. 9, and have a default projection. Its controls are a wrench on each object and how long they
-//! last. Every rollout is a node of one tree, whose node 0 is the root.
+//! last. The augmented dynamics G of eq. 9 are z' by a rollout, c' = c + effort: every rollout is a node of one tree,
+//! whose node 0 is the root. It ends where its cost reaches the bound c, since what comes after that is valid nowhere.
 class BoundedProblem {
  public:
   //! At most `nodes` nodes, by default one a rollout; fewer if the limit is reached. The goal is the complement of
@@ -45,14 +46,15 @@ class BoundedProblem {
   BoundedProblem(const BoundedProblem&) = delete;
   BoundedProblem& operator=(const BoundedProblem&) = delete;
 
-  //! From now on up to so many states of a rollout count as nodes; planners go on from its end alone.
-  void set_nodes_per_edge(int count);
+  //! From now on up to so many states of a rollout count as nodes, its end and evenly spaced ones before it; planners
+  //! go on from its end alone.
+  void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
 
   //! From now on `node_counter`, unless it is null, goes up with each node. It has to outlive this.
-  void count_in(std::atomic<int>* node_counter);
+  void count_in(std::atomic<int>* node_counter) { node_counter_ = node_counter; }
 
   //! From now on a rollout ends where it is seen outside of the capture set; with a clock it always does.
-  void stop_at_escape();
+  void stop_at_escape() { stops_at_escape_ = true; }
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
   const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }
@@ -66,34 +68,35 @@ class BoundedProblem {
   void lower_bound(double cost);
 
   //! Nodes so far, besides the root.
-  int nodes() const;
+  int nodes() const { return nodes_; }
   bool nodes_are_spent() const { return nodes() >= most_nodes_; }
 
   //! Rollouts for which there are nodes, however many nodes each has.
-  int rollouts_left() const;
+  int rollouts_left() const { return (most_nodes_ - nodes_ + nodes_per_edge_ - 1) / nodes_per_edge_; }
 
   //! Simulation steps of the first `nodes` nodes, but for rollouts that diverged and confirmations.
-  StepCounts counts(int nodes) const;
+  const StepCounts& counts(int nodes) const { return counts_[static_cast<std::size_t>(nodes)]; }
 
   //! Rollouts that diverged so far.
-  int diverged() const;
+  int diverged() const { return diverged_; }
 
   //! Sets a state of the `space_information` to a node's.
   void describe(int node, ompl::base::State* state) const;
 
   //! State of a node, shape (n,).
-  State state(int node) const;
+  State state(int node) const { return tree_.states.row(node); }
 
   //! Effort from the root to a node, eq. 8 [J].
-  double cost(int node) const;
+  double cost(int node) const { return tree_.costs[node]; }
 
   //! Steps from the root to a node, and to the horizon; none without a clock.
-  int time(int node) const;
-  std::optional<int> horizon() const;
+  int time(int node) const { return times_[static_cast<std::size_t>(node)]; }
+  const std::optional<int>& horizon() const { return horizon_; }
 
-  //! The edge that led to a node.
+  //! The edge that led to a node, and where it began; -1 for the root.
   Edge edge(int node) const;
-  std::vector<int> path_to(int node) const;
+  int parent(int node) const { return tree_.parents[node]; }
+  std::vector<int> path_to(int node) const { return tree_.path_to(node); }
 
   //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
   //! With a clock, whether it is an escape; at the horizon nothing else is allowed, since nothing can grow from it.
@@ -109,14 +112,14 @@ class BoundedProblem {
   //! seconds to put them in order.
   bool worth_keeping(int node, double bound) const;
 
-  //! The node that an edge from `node` leads to; it counts as one of the nodes. -1 if the limit was reached first.
-  //! `bound` is in place of c, where the rollout would end.
-  int extend(int node, const Edge& edge);
+  //! The last of the nodes that an edge from `node` leads to; they count as nodes. -1 if the limit was reached first. A
+  //! rollout that diverges leads to a node of infinite cost, at the state where it began. `bound` is in place of c.
+  int extend(int node, const Edge& edge) { return extend(node, edge, bound()); }
   int extend(int node, const Edge& edge, double bound);
 
-  //! The same of each edge of a round, in its order: the same nodes on any number of threads. Fewer if the limit was
+  //! These nodes for each edge of a round, in its order: the same on any number of threads. Fewer if the limit was
   //! reached: those before the first edge that it cut short.
-  std::vector<int> extend(const std::vector<EdgeFrom>& round);
+  std::vector<int> extend(const std::vector<EdgeFrom>& round) { return extend(round, bound()); }
 
   //! With a clock, the node that the undisturbed future leads to, besides the `nodes`: it is an escape if that leaves
   //! the capture set, be it through Z_b or not. -1 without a clock, or if the limit was reached first.
@@ -146,10 +149,27 @@ class BoundedProblem {
   Tree take_tree() { return take_tree(nodes()); }
 
  private:
+  struct Simulations;  // the worlds and the threads that make the rollouts
+
+  std::vector<int> extend(const std::vector<EdgeFrom>& round, double bound);
+  std::vector<std::optional<Stretch>> roll_out(const std::vector<EdgeFrom>& round, double bound);
+  std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const;
+  int add(const EdgeFrom& from, const std::optional<Stretch>& stretch);
+  int add_diverged(int from, const Edge& edge);
+  int add(int from, const Edge& edge, int steps, double effort, const State& state);
+  void count(const Stretch& stretch);
+  void make_room(Eigen::Index rows);
+
   int most_nodes_;
+  int nodes_per_edge_ = 1;
+  bool stops_at_escape_ = false;
+  std::atomic<int>* node_counter_ = nullptr;
   Limit limit_;
   std::shared_ptr<CostSpace> space_;
-  std::unique_ptr<RolloutTree> tree_;
+  std::unique_ptr<Simulations> simulations_;
+  std::optional<int> horizon_;
+  double step_;               // [s]
+  std::vector<int> objects_;  // where their numbers begin in a state
   ompl::control::SpaceInformationPtr si_;
   ompl::base::ProblemDefinitionPtr definition_;
   std::optional<Membership> captured_;
@@ -157,6 +177,13 @@ class BoundedProblem {
   std::optional<Problem> problem_;  // with `captured_region_`, what `confirmation_` is made of at the first escape
   std::optional<Region> captured_region_;
   std::unique_ptr<Confirmation> confirmation_;
+
+  Tree tree_;
+  std::vector<int> times_;          // of each node
+  std::vector<bool> escaped_;       // with a clock: whether an escape ends in each node
+  std::vector<StepCounts> counts_;  // up to each node
+  int nodes_ = 0;
+  int diverged_ = 0;
   std::set<int> discarded_;
   mutable std::exception_ptr failure_;
   std::shared_ptr<const void> quiet_;
