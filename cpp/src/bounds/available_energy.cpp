@@ -102,7 +102,7 @@ class Stores {
   double fall(std::size_t body, const Vector3& down) const {
     const Body& of = scene_.bodies()[body];
     const BodyState here = at(body);
-    const Vector3 center = of.principal_inertial().center;
+    const Vector3 center = scene_.inertial(body).center;
     double least = infinity;
     for (std::size_t other = 0; other < scene_.bodies().size(); ++other) {
       const auto* plane = std::get_if<Plane>(&scene_.bodies()[other].shape);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bounds/infinity.hpp"
+#include "scene/body_constants.hpp"
 #include "scene/hull_faces.hpp"
 #include "scene/margins.hpp"
 
@@ -146,21 +147,11 @@ Vector3 ConvexPiece::support(const Vector3& direction) const {
 
 std::vector<ConvexPiece> convex_pieces(const Shape& shape, const Pose& pose, const std::optional<double>& margin) {
   std::vector<ConvexPiece> pieces;
-  const auto add = [&](const Solid& solid, const Pose& at) {
+  for (const auto& [solid, at] : solids_of(shape)) {
     const Pose placed{pose.position + pose.orientation * at.position, pose.orientation * at.orientation};
     ConvexPiece piece(solid, placed, margin);
     if (piece.solid()) pieces.push_back(std::move(piece));
-  };
-  std::visit(
-      [&](const auto& of) {
-        using Kind = std::decay_t<decltype(of)>;
-        if constexpr (std::is_same_v<Kind, Compound>) {
-          for (const Part& part : of.parts) add(part.shape, part.pose);
-        } else if constexpr (!std::is_same_v<Kind, Plane>) {
-          add(of, Pose{});
-        }
-      },
-      shape);
+  }
   return pieces;
 }
 

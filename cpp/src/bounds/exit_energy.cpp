@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bounds/infinity.hpp"
+#include "bounds/pose_range.hpp"
 #include "energymargin/kinematics.hpp"
 #include "sets/body_reader.hpp"
 #include "sets/sweep.hpp"
@@ -13,65 +14,9 @@ namespace {
 
 constexpr double rounding = 1e-9;  // of distances and angles: a share of their size, or rad
 
-constexpr CrossingEnergy surely_inside{infinity, 0.0};
-constexpr CrossingEnergy surely_outside{0.0, infinity};
-constexpr CrossingEnergy either{0.0, 0.0};
-
 using Extent = std::array<Vector3, 2>;
 
 const Extent everywhere{Vector3::Constant(-infinity), Vector3::Constant(infinity)};
-
-// A value of a cell lies between two.
-CrossingEnergy at_most(double limit, double low, double high) {
-  const double slack = rounding * (std::abs(limit) + std::abs(low) + std::abs(high));
-  if (high + slack <= limit) return surely_inside;
-  return low - slack > limit ? surely_outside : either;
-}
-
-CrossingEnergy both(const CrossingEnergy& a, const CrossingEnergy& b) {
-  return {std::min(a.outside, b.outside), std::max(a.inside, b.inside)};
-}
-
-// Where a body may be in a cell, and how it may be turned there.
-struct Placement {
-  Vector3 position, slack;  // of its point, along the axes of the world [m]
-  Quaternion orientation;
-  double turn;  // by which the orientation may differ [rad]
-
-  // As seen from a frame that stays.
-  Placement from(const BodyState& frame) const {
-    const Quaternion back = frame.orientation.conjugate();
-    return {back * (position - frame.position), back.toRotationMatrix().cwiseAbs() * slack, back * orientation, turn};
-  }
-};
-
-struct Range {
-  double low, high;
-};
-
-Range distance(const Placement& at, const Vector3& center, int axes) {
-  Eigen::VectorXd far = (at.position - center).cwiseAbs().head(axes) + at.slack.head(axes);
-  Eigen::VectorXd near = ((at.position - center).cwiseAbs().head(axes) - at.slack.head(axes)).cwiseMax(0.0);
-  return {near.norm(), far.norm()};
-}
-
-CrossingEnergy in_sector(const regions::AnnularSector& sector, const Placement& at) {
-  const Vector3 center(sector.center.x(), sector.center.y(), 0.0);
-  const Range arm = distance(at, center, 2);
-  const CrossingEnergy ring = both(at_most(sector.radius + sector.half_width, arm.low, arm.high),
-                                   at_most(sector.half_width - sector.radius, -arm.high, -arm.low));
-  const double sweep = std::abs(sector.sweep);
-  if (sweep >= full_turn) return ring;
-  const Vector2 middle = at.position.head<2>() - sector.center;
-  const double slack = at.slack.head<2>().norm();
-  if (slack >= middle.norm()) return both(ring, either);
-  const double spread = std::asin(slack / middle.norm()) + rounding;
-  const double turned = (sector.sweep < 0.0 ? -1.0 : 1.0) * (std::atan2(middle.y(), middle.x()) - sector.start_angle);
-  const double angle = turned - full_turn * std::floor(turned / full_turn);
-  if (angle - spread >= 0.0 && angle + spread <= sweep) return ring;
-  const bool out = angle - spread > sweep && angle + spread < full_turn;
-  return both(ring, out ? surely_outside : either);
-}
 
 }  // namespace
 
@@ -87,7 +32,7 @@ class ExitEnergy::Set {
         space_(space),
         kinematics_(problem.scene) {
     const Body& body = problem.scene.bodies()[object];
-    const Inertial inertial = body.principal_inertial();
+    const Inertial& inertial = problem.scene.inertial(object);
     center_ = inertial.center;
     push_ = 1.0 / body.mass;
     turn_ = 1.0 / inertial.moments.minCoeff();
@@ -133,11 +78,11 @@ class ExitEnergy::Set {
   }
 
   template <typename Primitive>
-  Placement placement(const Primitive& primitive, const PoseCell& cell) const {
-    return placement(primitive.body, position_in_body(problem_.scene, primitive), cell).from(state(primitive.frame));
+  PoseRange pose_range(const Primitive& primitive, const PoseCell& cell) const {
+    return pose_range(primitive.body, position_in_body(problem_.scene, primitive), cell).from(state(primitive.frame));
   }
 
-  Placement placement(const std::string& body, const Vector3& point, const PoseCell& cell) const {
+  PoseRange pose_range(const std::string& body, const Vector3& point, const PoseCell& cell) const {
     if (index(body) != object_) {
       const BodyState there = state_at_point(point, state(body));
       return {there.position, Vector3::Zero(), there.orientation, 0.0};
@@ -150,17 +95,17 @@ class ExitEnergy::Set {
 
   CrossingEnergy of(const regions::Ball& ball, const PoseCell& cell) const {
     if (!known(ball)) return either;
-    const Range away = distance(placement(ball, cell), ball.center, 3);
+    const Range away = distance(pose_range(ball, cell), ball.center, 3);
     return at_most(ball.radius, away.low, away.high);
   }
   CrossingEnergy of(const regions::Disc& disc, const PoseCell& cell) const {
     if (!known(disc)) return either;
-    const Range away = distance(placement(disc, cell), {disc.center.x(), disc.center.y(), 0.0}, 2);
+    const Range away = distance(pose_range(disc, cell), {disc.center.x(), disc.center.y(), 0.0}, 2);
     return at_most(disc.radius, away.low, away.high);
   }
   CrossingEnergy of(const regions::Box& box, const PoseCell& cell) const {
     if (!known(box)) return either;
-    const Placement at = placement(box, cell);
+    const PoseRange at = pose_range(box, cell);
     CrossingEnergy all = surely_inside;
     for (int axis = 0; axis < 3; ++axis) {
       if (std::isinf(box.size[axis])) continue;
@@ -170,11 +115,11 @@ class ExitEnergy::Set {
     return all;
   }
   CrossingEnergy of(const regions::AnnularSector& sector, const PoseCell& cell) const {
-    return known(sector) ? in_sector(sector, placement(sector, cell)) : either;
+    return known(sector) ? in_sector(sector, pose_range(sector, cell)) : either;
   }
   CrossingEnergy of(const regions::Swept& swept, const PoseCell& cell) const {
     if (!why(swept).empty()) return either;
-    const Placement at = placement(swept.body, position_in_body(problem_.scene, swept), cell);
+    const PoseRange at = pose_range(swept.body, position_in_body(problem_.scene, swept), cell);
     const regions::PlanarMotion motion = motion_of(swept);
     const auto sector = swept_sector(swept, motion);
     if (sector) return in_sector(*sector, at);
@@ -183,7 +128,7 @@ class ExitEnergy::Set {
   }
   CrossingEnergy of(const regions::HalfSpace& half_space, const PoseCell& cell) const {
     if (!known(half_space)) return either;  // a frame that stays has no motion that counts
-    const Placement at = placement(half_space, cell);
+    const PoseRange at = pose_range(half_space, cell);
     const double middle = half_space.normal.dot(at.position);
     const double slack = half_space.normal.cwiseAbs().dot(at.slack);
     return at_most(half_space.offset, middle - slack, middle + slack);
@@ -198,7 +143,7 @@ class ExitEnergy::Set {
   }
   CrossingEnergy of(const regions::Tilt& tilt, const PoseCell& cell) const {
     if (!known(tilt)) return either;
-    const Placement at = placement(tilt, cell);
+    const PoseRange at = pose_range(tilt, cell);
     const Vector3 direction = at.orientation * tilt.axis;
     const double angle = std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference));
     return at_most(tilt.limit, std::max(angle - at.turn, 0.0), std::min(angle + at.turn, pi));

@@ -14,7 +14,7 @@ ObjectSpace::ObjectSpace(const Problem& problem, std::size_t object) {
   const double turns = body.angular_factor.sum();
   any_turn_ = std::holds_alternative<Sphere>(body.shape) || turns > 1.0;
   const std::vector<ConvexPiece> pieces = convex_pieces(body.shape, Pose{}, margin);
-  reference_ = body.principal_inertial().center;
+  reference_ = problem.scene.inertial(object).center;
   if (any_turn_ && !pieces.empty()) {
     const auto thinner = [](const ConvexPiece& a, const ConvexPiece& b) { return a.inner_radius() < b.inner_radius(); };
     const ConvexPiece& widest = *std::max_element(pieces.begin(), pieces.end(), thinner);
@@ -27,7 +27,7 @@ ObjectSpace::ObjectSpace(const Problem& problem, std::size_t object) {
   }
   if (turns == 1.0) axis_ = body.angular_factor;
   // A locked axis holds the centre of mass; another point moves along it when the object turns.
-  const bool at_center = reference_ == body.principal_inertial().center;
+  const bool at_center = reference_ == problem.scene.inertial(object).center;
   for (int axis = 0; axis < 3; ++axis) {
     free_[static_cast<std::size_t>(axis)] = body.linear_factor[axis] != 0.0 || !at_center;
   }

@@ -11,13 +11,13 @@ namespace energymargin::bounds {
 PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, const std::vector<bool>& immovable,
                                  const ObjectSpace& space)
     : space_(space),
-      center_(problem.scene.bodies()[object].principal_inertial().center),
+      center_(problem.scene.inertial(object).center),
       step_(problem.scene.stepping().step),
       inverse_mass_(1.0 / problem.scene.bodies()[object].mass) {
   const Scene& scene = problem.scene;
   const Body& body = scene.bodies()[object];
   load_ = body.linear_factor.cwiseProduct(body.mass * scene.gravity() + body.force);
-  const double turning = 1.0 / body.principal_inertial().moments.minCoeff();
+  const double turning = 1.0 / scene.inertial(object).moments.minCoeff();
   const Kinematics kinematics(scene);
   for (const auto& spring : scene.springs()) {
     const bool first = scene.index(spring.body_a) == object;

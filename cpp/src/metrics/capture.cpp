@@ -13,7 +13,8 @@
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
-#include "search/exploration.hpp"
+#include "search/est.hpp"
+#include "search/streams.hpp"
 
 namespace energymargin {
 namespace {
@@ -39,20 +40,21 @@ struct ScoredTree {
   double resolution = 0.0;  // likelihood of the heaviest node
 };
 
-// Line 3 of Algorithm 2: EST(P_inf, M); with a least likelihood EST(P_c, M), with c the cost at which it is reached.
+// Line 3 of Algorithm 2: EST(P_inf, M), a tree that has no goal; with a least likelihood EST(P_c, M), with c the cost
+// at which it is reached. The tree does not depend on the threads that make its rounds.
 ScoredTree energy_cost_field(const Problem& problem, const CaptureOptions& options, double rate, std::uint64_t seed,
                              int threads, const Limit& limit) {
-  search::ExplorationOptions exploration;
-  exploration.nodes = options.nodes;
-  exploration.nodes_per_edge = options.nodes_per_edge;
-  exploration.nodes_per_round = options.nodes_per_round;
-  exploration.threads = threads;
-  if (options.least_likelihood > 0.0) exploration.bound = -std::log(options.least_likelihood) / rate;
-  exploration.seed = seed;
-  exploration.limit = limit;
-  exploration.node_counter = options.node_counter;
-  search::Exploration field = search::explore(problem, exploration);
-  return {std::move(field.tree), field.complete, field.diverged, field.counts};
+  search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit, Sampling::uniform, threads);
+  bounded.set_nodes_per_edge(options.nodes_per_edge);
+  bounded.count_in(options.node_counter);
+  if (options.least_likelihood > 0.0) bounded.lower_bound(-std::log(options.least_likelihood) / rate);
+  search::Est est(bounded, stream(seed, search::streams::planner));
+  est.set_nodes_per_round(options.nodes_per_round);
+  est.solve(bounded.termination());
+  const StepCounts counts = bounded.counts(bounded.nodes());
+  const bool complete = bounded.nodes_are_spent();
+  const int diverged = bounded.diverged();
+  return {bounded.take_tree(), complete, diverged, counts};
 }
 
 double likelihood_inside(const Region& region, const Scene& scene, const Tree& tree, const Eigen::VectorXd& weights) {

@@ -9,24 +9,11 @@ constexpr int steps_between_looks = 16;  // at the limit: a step takes from 3 us
 
 }  // namespace
 
-Rollout Engine::rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch) {
+Rollout Engine::rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch,
+                        bool audited) {
   simulation_.restore(state);
-  return run(pushes, limit, watch, nullptr);
-}
-
-Rollout Engine::audited_rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit,
-                                const Watch& watch) {
-  simulation_.restore(state);
-  Auditor auditor(simulation_, energy_);
-  Rollout result = run(pushes, limit, watch, &auditor);
-  result.energy = energy_(result.state);
-  result.audit = auditor.audit();
-  result.audit->energy_change = result.energy - energy_(state);
-  result.audit->wrench = result.work;
-  return result;
-}
-
-Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor) {
+  std::optional<Auditor> auditor;
+  if (audited) auditor.emplace(simulation_, energy_);
   Rollout result;
   std::optional<Robot> other;
   if (watch.plan) other.emplace(simulation_.scene(), *watch.plan);
@@ -41,7 +28,7 @@ Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const W
       over = !result.complete;
       if (over) break;
       if (i == 0 || robot) load(acting, robot, watch.first + result.steps);
-      step(acting, result, auditor);
+      step(acting, result, auditor ? &*auditor : nullptr);
       ++result.steps;
       if (next != watch.record.end() && *next == result.steps) {
         result.recorded.push_back({result.steps, result.effort, {}});
@@ -56,6 +43,11 @@ Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const W
   }
   simulation_.read(result.state);
   if (!std::isfinite(result.effort)) throw Diverged("the effort");
+  if (auditor) {
+    result.audit = auditor->audit();
+    result.audit->energy_change = energy_(result.state) - energy_(state);
+    result.audit->wrench = result.work;
+  }
   return result;
 }
 

@@ -24,10 +24,9 @@ class Engine {
   const Simulation& simulation() const { return simulation_; }
   const Energy& energy() const { return energy_; }
 
-  Rollout rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch);
-
-  //! The same with the balance of its energy.
-  Rollout audited_rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch);
+  //! With the balance of its energy if it is `audited`.
+  Rollout rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch,
+                  bool audited = false);
 
   //! Recorded after the steps in `record`. A second robot, unless it is null, acts too. Throws Cancelled or TimedOut if
   //! it reaches the limit.
@@ -38,7 +37,6 @@ class Engine {
   std::vector<Contact> contacts(const State& state);
 
  private:
-  Rollout run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor);
   std::vector<Load> loads(const Push& push) const;
   void load(const std::vector<Load>& loads, const Robot* robot, int step);
   void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <type_traits>
 #include <utility>
 
 #include "energymargin/kinematics.hpp"
@@ -93,23 +92,13 @@ double core_reach(const btConvexShape& shape, const btTransform& in_body) {
 }
 
 // The solids of a body, in Bullet's frame.
-std::vector<Part> parts_in_bullet(const Shape& shape, const Inertial& inertial) {
+std::vector<Part> solids_in_bullet(const Shape& shape, const Inertial& inertial) {
   const Quaternion turn = inertial.axes.conjugate();
-  std::vector<Part> parts;
-  const auto add = [&](const Solid& solid, const Pose& in_body) {
-    parts.push_back({solid, {turn * (in_body.position - inertial.center), turn * in_body.orientation}});
-  };
-  std::visit(
-      [&](const auto& of) {
-        using Kind = std::decay_t<decltype(of)>;
-        if constexpr (std::is_same_v<Kind, Compound>) {
-          for (const auto& [solid, pose] : of.parts) add(solid, pose);
-        } else if constexpr (!std::is_same_v<Kind, Plane>) {
-          add(of, Pose{});
-        }
-      },
-      shape);
-  return parts;
+  std::vector<Part> solids = solids_of(shape);
+  for (Part& solid : solids) {
+    solid.pose = {turn * (solid.pose.position - inertial.center), turn * solid.pose.orientation};
+  }
+  return solids;
 }
 
 void add_piece(CollisionShape& to, const btCollisionShape& piece, const btTransform& in_body, bool at_origin,
@@ -134,7 +123,7 @@ std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, con
     return result;
   }
   const Inertial& inertial = constants.inertial();
-  const std::vector<Part> parts = parts_in_bullet(body.shape, inertial);
+  const std::vector<Part> parts = solids_in_bullet(body.shape, inertial);
   const std::vector<double>& half_extents = constants.half_extents();
   if (parts.size() == 1 &&
       (is_nowhere_else(parts[0], half_extents[0]) || std::holds_alternative<ConvexHull>(parts[0].shape))) {

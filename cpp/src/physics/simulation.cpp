@@ -79,15 +79,9 @@ PartResult Simulation::step() {
   return whole;
 }
 
-PartResult Simulation::advance(double duration, int parts) {
-  const PartResult part = advance_safely(duration, parts);
-  springs_.update();
-  return part;
-}
-
 // A part's length is known once its velocities are: if bodies would pass into each other, it is done again, as short as
 // they are safe.
-PartResult Simulation::advance_safely(double duration, int parts) {
+PartResult Simulation::advance(double duration, int parts) {
   load_bodies();
   CollisionPairs& pairs = placement_.pairs();
   pairs.update();
@@ -105,6 +99,7 @@ PartResult Simulation::advance_safely(double duration, int parts) {
     bodies().move(duration, share);
     if (share < 1.0) carriers_.carry(pairs.points(), ways_, (1.0 - share) * duration);
     last_duration_ = duration;
+    springs_.update();
     return {duration, (1.0 - share) * duration, converged};
   }
 }

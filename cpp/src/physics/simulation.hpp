@@ -96,7 +96,6 @@ class Simulation {
 
  private:
   MovingBodies& bodies() { return placement_.bodies(); }
-  PartResult advance_safely(double duration, int parts);
   void load_bodies();
   double safe_share(double duration);
 

@@ -74,8 +74,7 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   const int steps = engine_->simulation().whole_steps(duration);
   Watch watch;
   watch.first = engine_->simulation().whole_steps(time);
-  Rollout result = audit ? engine_->audited_rollout(state, {push(wrenches, steps)}, limit, watch)
-                         : rollout_unchecked(state, wrenches, steps, limit, watch);
+  Rollout result = engine_->rollout(state, {push(wrenches, steps)}, limit, watch, audit);
   if (!result.complete) limit.require();
   result.energy = engine_->energy()(result.state);
   return result;

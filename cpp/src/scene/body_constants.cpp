@@ -2,18 +2,28 @@
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 
 namespace energymargin {
 
+std::vector<Part> solids_of(const Shape& shape) {
+  return std::visit(
+      [](const auto& of) -> std::vector<Part> {
+        using Kind = std::decay_t<decltype(of)>;
+        if constexpr (std::is_same_v<Kind, Compound>) {
+          return of.parts;
+        } else if constexpr (std::is_same_v<Kind, Plane>) {
+          return {};
+        } else {
+          return {{of}};
+        }
+      },
+      shape);
+}
+
 BodyConstants::BodyConstants(const Body& body) : inertial_(body.principal_inertial()) {
-  if (const auto* compound = std::get_if<Compound>(&body.shape)) {
-    for (const Part& part : compound->parts) {
-      half_extents_.push_back(
-          std::visit([](const auto& solid) { return energymargin::smallest_half_extent(solid); }, part.shape));
-    }
-  } else if (!std::holds_alternative<Plane>(body.shape)) {
-    half_extents_.push_back(energymargin::smallest_half_extent(body.shape));
-  }
+  const auto half_extent = [](const auto& solid) { return energymargin::smallest_half_extent(solid); };
+  for (const Part& part : solids_of(body.shape)) half_extents_.push_back(std::visit(half_extent, part.shape));
 }
 
 double BodyConstants::smallest_half_extent() const {

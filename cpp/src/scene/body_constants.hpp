@@ -10,6 +10,9 @@
 
 namespace energymargin {
 
+//! The solids of a shape, where they are in its frame; none of a plane.
+std::vector<Part> solids_of(const Shape& shape);
+
 //! The constants of one body of a scene. Any thread may ask for any of them.
 class BodyConstants {
  public:

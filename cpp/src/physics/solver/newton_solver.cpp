@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "physics/solver/kernels.hpp"
-
 namespace energymargin {
 namespace {
 
@@ -22,21 +20,9 @@ constexpr int most_after_sweeps = 16;
 constexpr int whole_steps = 3;
 constexpr double shorter_step = 0.6;
 
-// Errors are told as a share of the impulses, or of this share of the momenta where impulses are next to nothing.
-constexpr double least_turnover = 1e-3;
-
 // A load that presses contacts in by more than this is borne by harder ones [m/s].
 constexpr double most_given = 0.01;
 constexpr double most_harder = 20.0;
-
-double limited_impulse(const LimitedRow& row, double miss) {
-  return std::min(std::max(miss / row.softness, row.low), row.high);
-}
-
-double limited_slope(const LimitedRow& row, double miss) {
-  const double impulse = miss / row.softness;
-  return impulse > row.low && impulse < row.high ? 1.0 / row.softness : 0.0;
-}
 
 }  // namespace
 
@@ -69,7 +55,7 @@ bool NewtonSolver::solve_again(int iterations, double tolerance) {
     }
     for (const int k : island.limited) {
       LimitedRow& row = limited_[static_cast<std::size_t>(k)];
-      row.impulse = limited_impulse(row, limited_misses_[static_cast<std::size_t>(k)]);
+      row.impulse = row.impulse_at(limited_misses_[static_cast<std::size_t>(k)]);
     }
     if (solved) balance(island);  // what is left of an error would be blown up
     recover(island);
@@ -142,110 +128,6 @@ bool NewtonSolver::solve(const Island& island, int iterations, double tolerance)
   return false;
 }
 
-// Residual of the equations, turnover of its terms, and responses, at the velocities.
-template <typename Respond, typename RespondLimited>
-double NewtonSolver::evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited) {
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    const double* inertia = inertias_.data() + mover.inertia;
-    const double* velocities = velocities_.data() + mover.begin;
-    const double* free = free_.data() + mover.begin;
-    changes_.resize(static_cast<std::size_t>(mover.count));
-    double* const change = changes_.data();
-    for (int j = 0; j < mover.count; ++j) change[j] = velocities[j] - free[j];
-    for (int j = 0; j < mover.count; ++j) {
-      const double momentum = dot(inertia + j * mover.count, change, mover.count);
-      residual_[static_cast<std::size_t>(mover.begin + j)] = momentum;
-      turnover_[static_cast<std::size_t>(mover.begin + j)] = std::abs(momentum);
-    }
-  }
-  const auto take = [&](int index, std::size_t begin, const double* impulse, int rows) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* jacobian = numbers_.data() + begin;
-    double* residual = residual_.data() + mover.begin;
-    double* turnover = turnover_.data() + mover.begin;
-    if (mover.count == usual_count && rows == 3) return take_contact(jacobian, impulse, residual, turnover);
-    for (int j = 0; j < mover.count; ++j) {
-      double sum = 0.0;
-      for (int row = 0; row < rows; ++row) sum += impulse[row] * jacobian[row * mover.count + j];
-      residual[j] -= sum;
-      turnover[j] += std::abs(sum);
-    }
-  };
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
-    const ContactRows& rows = contacts_[k];
-    const ContactVector speeds_now = speeds(rows, velocities_);
-    for (std::size_t row = 0; row < 3; ++row) misses_[k][row] = rows.target[row] - speeds_now[row];
-    respond(k);
-    if (responses_[k].regime == Regime::open) continue;
-    take(rows.a, rows.of_a, responses_[k].impulse.data(), 3);
-    take(rows.b, rows.of_b, responses_[k].impulse.data(), 3);
-  }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
-    const LimitedRow& row = limited_[k];
-    limited_misses_[k] = row.target - speed(row, 0, velocities_);
-    const double impulse = respond_limited(k);
-    take(row.a, row.of_a, &impulse, 1);
-    take(row.b, row.of_b, &impulse, 1);
-  }
-  return error(island);
-}
-
-// After a step, what slid and would go on the other way has stopped on the way: it sticks, before one can tell.
-double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
-  stopped_ = false;
-  const auto respond = [this, after_step](std::size_t k) {
-    const ContactVector& miss = misses_[k];
-    const auto& [x, y] = directions_[k];
-    const bool turns_round = after_step && miss[2] > 0.0 && x * miss[0] + y * miss[1] < 0.0;
-    if (turns_round) {
-      stopped_ = true;
-      return respond_as(Regime::sticks, contacts_[k].law, miss, responses_[k]);
-    }
-    coulomb(contacts_[k].law, miss, responses_[k]);
-  };
-  return evaluate(island, respond, [this](std::size_t k) {
-    const LimitedRow& row = limited_[k];
-    limited_slopes_[k] = limited_slope(row, limited_misses_[k]);
-    return limited_impulse(row, limited_misses_[k]);
-  });
-}
-
-// At its limits if the impulse that was predicted says so, and not the velocity alone; else it is linear.
-double NewtonSolver::augmented_limited(std::size_t k) {
-  const LimitedRow& row = limited_[k];
-  const double asked =
-      predicted_limited_[k] + limited_weights_[k] * (limited_misses_[k] - row.softness * predicted_limited_[k]);
-  const bool free = asked > row.low && asked < row.high;
-  limited_slopes_[k] = free ? 1.0 / row.softness : 0.0;
-  return free ? limited_misses_[k] / row.softness : std::min(std::max(asked, row.low), row.high);
-}
-
-// The largest residual of a mover as a share of what is turned over there, in units of its inertia.
-double NewtonSolver::error(const Island& island) const {
-  double worst = 0.0;
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    const double* inertia = inertias_.data() + mover.inertia;
-    double error = 0.0, turnover = 0.0;
-    for (int j = 0; j < mover.count; ++j) {
-      const auto index = static_cast<std::size_t>(mover.begin + j);
-      const double mass = inertia[j * mover.count + j];
-      const double momentum = mass * (std::abs(velocities_[index]) + std::abs(free_[index]));
-      const double turned = std::max(turnover_[index], least_turnover * momentum);
-      const double inverse = inverse_diagonal_[index];
-      const double squared = residual_[index] * residual_[index] * inverse;
-      if (!(squared <= error)) error = squared;  // also what is no number
-      turnover = std::max(turnover, turned * turned * inverse);
-    }
-    if (error != 0.0 && !(error / turnover <= worst)) worst = error / turnover;
-  }
-  return std::isnan(worst) ? std::numeric_limits<double>::infinity() : std::sqrt(worst);
-}
-
 // Of what slides, before a step.
 void NewtonSolver::keep_directions(const Island& island) {
   for (const int i : island.contacts) {
@@ -275,9 +157,7 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
   }
   double error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_after_sweeps && left > 0; ++i) {
-    evaluate(
-        island, [this](std::size_t k) { augmented(contacts_[k].law, misses_[k], predicted_[k], responses_[k]); },
-        [this](std::size_t k) { return limited_impulses_[k] = augmented_limited(k); });
+    augmented_error(island);
     if (!find_direction(island)) return error;
     const double length = i < whole_steps || i % 3 == 2 ? 1.0 : shorter_step;
     for (const int c : island.contacts) {
@@ -317,98 +197,6 @@ void NewtonSolver::take_swept(const Island& island) {
     const auto k = static_cast<std::size_t>(i);
     limited_misses_[k] = sweeps_.limited_impulse(k) * limited_[k].softness;
   }
-}
-
-bool NewtonSolver::find_direction(const Island& island) {
-  assemble(island);
-  if (!matrix_.factor()) return false;
-  std::vector<double>& direction = direction_;
-  changes_.resize(island.first.size());
-  double* const local = changes_.data();
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    for (int j = 0; j < mover.count; ++j)
-      local[islands_.row(i) + j] = -residual_[static_cast<std::size_t>(mover.begin + j)];
-  }
-  matrix_.solve(local);
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    std::copy_n(local + islands_.row(i), mover.count, direction.begin() + mover.begin);
-  }
-  return true;
-}
-
-void NewtonSolver::assemble(const Island& island) {
-  matrix_.reset(island.first);
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    const double* inertia = inertias_.data() + mover.inertia;
-    for (int j = 0; j < mover.count; ++j) {
-      std::copy_n(inertia + j * mover.count, mover.count, matrix_.row(islands_.row(i) + j) + islands_.row(i));
-    }
-  }
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
-    if (responses_[k].regime != Regime::open) add_contact_block(contacts_[k], responses_[k]);
-  }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
-    if (limited_slopes_[k] != 0.0) add_limited_block(limited_[k], limited_slopes_[k]);
-  }
-}
-
-// Adds J' slope J, side by side.
-template <typename Add>
-void NewtonSolver::add_blocks(const RowSides& sides, const Add& add) {
-  if (sides.a >= 0) add(sides.a, sides.of_a, sides.a, sides.of_a);
-  if (sides.b < 0) return;
-  add(sides.b, sides.of_b, sides.b, sides.of_b);
-  if (sides.a < 0) return;
-  add(sides.a, sides.of_a, sides.b, sides.of_b);
-  add(sides.b, sides.of_b, sides.a, sides.of_a);
-}
-
-void NewtonSolver::add_contact_block(const RowSides& sides, const ContactResponse& response) {
-  add_blocks(sides, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
-    const Mover& from = movers_[static_cast<std::size_t>(left)];
-    const Mover& to = movers_[static_cast<std::size_t>(right)];
-    const double* const along = numbers_.data() + of_left;
-    const double* const jacobian = numbers_.data() + of_right;
-    if (from.count == usual_count && to.count == usual_count) {
-      double answer[contact_size];
-      answer_contact(response, jacobian, answer);
-      for (int i = 0; i < usual_count; ++i) {
-        add_contact_row(along + i, answer, matrix_.row(islands_.row(left) + i) + islands_.row(right));
-      }
-      return;
-    }
-    for (std::size_t row = 0; row < 3; ++row) {
-      changes_.assign(static_cast<std::size_t>(to.count), 0.0);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double slope = response.slope[row][k];
-        const double* const of_row = jacobian + k * static_cast<std::size_t>(to.count);
-        if (slope != 0.0) add_multiple(slope, of_row, to.count, changes_.data());
-      }
-      for (int i = 0; i < from.count; ++i) {
-        const double factor = along[row * static_cast<std::size_t>(from.count) + static_cast<std::size_t>(i)];
-        if (factor != 0.0)
-          add_multiple(factor, changes_.data(), to.count, matrix_.row(islands_.row(left) + i) + islands_.row(right));
-      }
-    }
-  });
-}
-
-void NewtonSolver::add_limited_block(const RowSides& sides, double slope) {
-  add_blocks(sides, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
-    const Mover& from = movers_[static_cast<std::size_t>(left)];
-    const Mover& to = movers_[static_cast<std::size_t>(right)];
-    const double* const along = numbers_.data() + of_left;
-    for (int i = 0; i < from.count; ++i) {
-      if (along[i] == 0.0) continue;
-      add_multiple(slope * along[i], numbers_.data() + of_right, to.count,
-                   matrix_.row(islands_.row(left) + i) + islands_.row(right));
-    }
-  });
 }
 
 void NewtonSolver::add_step(const Island& island, double length) {

@@ -37,6 +37,7 @@ class NewtonSolver : public VelocitySystem {
   template <typename Respond, typename RespondLimited>
   double evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited);
   double coulomb_error(const Island& island, bool after_step);
+  double augmented_error(const Island& island);
   double augmented_limited(std::size_t k);
   double error(const Island& island) const;
   void save(const Island& island);

@@ -2,24 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "physics/sweep.hpp"
 
 namespace energymargin {
 namespace {
-
-// Motors and stops are soft in the same sense.
-constexpr double softness_share = 1e-5;
-
-// Mimics hold more tightly.
-constexpr double mimic_softness = 1e-7;
-
-// Of an overlap, or another error of the positions, this share is put right in a whole step; Bullet's own value.
-constexpr double error_share = 0.2;
-
-// Up to this speed errors are put right by the velocities, which no one can tell from rest; beyond, beside them [m/s].
-constexpr double slow = 1e-3;
 
 constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad or m] ...
 constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get there in so many steps
@@ -28,21 +15,6 @@ constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get 
 // it changes by more.
 constexpr double steady_spin = 1e-9;
 constexpr int midpoint_rounds = 8;
-
-// An impulse along a normal has to move its bodies by more than this share of what it would do to them alone: two links
-// of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
-constexpr double least_mobility = 1e-6;
-
-// What sticks uses less than this share of its friction. Bends that change by less than this are not worth a solution
-// of their own [m/s].
-constexpr double sticking_share = 0.999;
-constexpr double least_bend = 1e-6;
-
-// What turns by more than this in a part of a step bends its way by more than the first term says, and sticks nowhere
-// for long: there a bend would do work [rad].
-constexpr double most_bent = 0.1;
-
-constexpr double no_limit = std::numeric_limits<double>::infinity();
 
 // A vector after a turn by a rotation vector [rad] (Rodrigues 1840).
 btVector3 rotated(const btVector3& vector, const btVector3& turn) {
@@ -267,215 +239,6 @@ void StepEquations::add_tree(std::size_t i, const StepPart& part) {
   }
 }
 
-LimitedRow& StepEquations::add_limited(Kind kind, int a, int b) {
-  kinds_.push_back(kind);
-  LimitedRow& row = solver_.add_limited(a, b);
-  row.low = -no_limit;
-  row.high = no_limit;
-  return row;
-}
-
-// impulse = pull - resistance * speed, within the limit.
-void StepEquations::add_drive(std::size_t tree, const JointControl& control, double position, double duration) {
-  const TreeDynamics& dynamics = trees_[tree];
-  LimitedRow& row = add_limited(Kind::drive, tree_movers_[tree], -1);
-  solver_.numbers(row.of_a)[static_cast<std::size_t>(control.velocity) - dynamics.prescribed()] = 1.0;
-  row.softness = 1.0 / control.resistance(duration);
-  row.target = control.pull(duration, position) * row.softness;
-  row.high = control.impulse_limit(duration);
-  row.low = -row.high;
-}
-
-// Speed that puts a share of an error right, and how much of that is to be done beside the velocities.
-void StepEquations::share_error(double error, const StepPart& part, double& target, double& recovery) const {
-  const double speed = error_share * error / part.whole;
-  target = std::clamp(speed, -slow, slow);
-  recovery = speed - target;
-}
-
-// The joint may not cross its stop in this step; beyond it, it is brought back.
-void StepEquations::add_stop(std::size_t tree, const JointControl& control, double direction, double gap,
-                             const StepPart& part) {
-  const TreeDynamics& dynamics = trees_[tree];
-  const auto velocity = static_cast<std::size_t>(control.velocity);
-  LimitedRow& row = add_limited(Kind::stop, tree_movers_[tree], -1);
-  solver_.numbers(row.of_a)[velocity - dynamics.prescribed()] = direction;
-  row.low = 0.0;
-  row.softness = softness_share * solver_.inverse_mass(row, 0);
-  row.target = -gap / part.duration;
-  if (gap <= 0.0) share_error(-gap, part, row.target, row.recovery);
-}
-
-void StepEquations::add_mimic(const MimicConstraint& mimic, const StepPart& part) {
-  const auto link = [this](const MimicConstraint::End& end) -> const Articulation::Link& {
-    return trees_[end.tree].tree().links()[static_cast<std::size_t>(end.link)];
-  };
-  const Articulation::Link& follower = link(mimic.follower);
-  const Articulation::Link& followed = link(mimic.followed);
-  const double multiplier = mimic.mimic.multiplier;
-  const std::size_t tree_a = mimic.follower.tree, tree_b = mimic.followed.tree;
-  LimitedRow& row = add_limited(Kind::mimic, tree_movers_[tree_a], tree_movers_[tree_b]);
-  const auto column = [&](std::size_t tree, const Articulation::Link& of) {
-    return static_cast<std::size_t>(of.velocity) - trees_[tree].prescribed();
-  };
-  solver_.numbers(row.of_a)[column(tree_a, follower)] += 1.0;
-  solver_.numbers(row.b < 0 ? row.of_a : row.of_b)[column(tree_b, followed)] -= multiplier;
-  const double error = follower.position - multiplier * followed.position - mimic.mimic.offset;
-  row.softness = mimic_softness * solver_.inverse_mass(row, 0);
-  share_error(-error, part, row.target, row.recovery);
-}
-
-// A row along and about each axis that is not locked.
-void StepEquations::add_motor(const Motor& motor, double duration) {
-  const int mover = mover_of(motor.body);
-  const auto& tree = bodies_.tree_of(motor.body);
-  if (mover < 0 || (tree && trees_[*tree].prescribed() > 0)) return;
-  const int count = tree ? velocities_of_free_body : solver_.count(mover);
-  for (int column = 0; column < count; ++column) {
-    const int axis =
-        tree ? column : rigids_[static_cast<std::size_t>(rigid_of_[motor.body])].axes[static_cast<std::size_t>(column)];
-    LimitedRow& row = add_limited(Kind::motor, mover, -1);
-    solver_.numbers(row.of_a)[column] = 1.0;
-    row.softness = softness_share * solver_.inverse_mass(row, 0);
-    row.target = axis < 3 ? motor.linear[axis] : motor.angular[axis - 3];
-    row.high = (axis < 3 ? motor.force : motor.torque) * duration;
-    row.low = -row.high;
-  }
-}
-
-// False where an impulse along the normal moves nothing.
-bool StepEquations::add_contact(const ContactPoint& point, const StepPart& part) {
-  Frame frame;
-  frame.axes[2] = point.normal;
-  btPlaneSpace1(frame.axes[2], frame.axes[0], frame.axes[1]);
-  ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b));
-  if (point.distance > 0.0) {
-    rows.target[2] = -point.distance / part.duration;  // up to the touch it may close
-  } else {
-    share_error(-point.distance, part, rows.target[2], rows.recovery);
-  }
-  add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, part.duration);
-  add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, part.duration);
-  rows.law.friction = point.friction;
-  const double inverse_mass = solver_.inverse_mass(rows, 2);
-  rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
-  if (!(inverse_mass * std::max(masses_[point.a], masses_[point.b]) > least_mobility)) {
-    solver_.drop_contact();
-    return false;
-  }
-  rows.law.tangential_softness =
-      0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
-  // What cannot move along the plane of contact has no friction.
-  if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
-  return true;
-}
-
-void StepEquations::add_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
-  if (bodies_.tree_of(end.body)) return add_tree_end(rows, end, frame, duration);
-  if (rigid_of_[end.body] >= 0) add_rigid_end(rows, end, frame, duration);
-}
-
-// The velocity of a point that a kinematic body has goes to the target; so does what the way of a free one bends by.
-void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
-  const RigidMover& rigid = rigids_[static_cast<std::size_t>(rigid_of_[end.body])];
-  const btRigidBody& body = *bodies_.rigids().moving()[static_cast<std::size_t>(rigid_of_[end.body])];
-  const btVector3& spin = body.getAngularVelocity();
-  const btVector3 arm = end.point - body.getCenterOfMassPosition();
-  const btVector3 grip = end.grip - body.getCenterOfMassPosition();
-  const btVector3 bend = bend_of(static_cast<std::size_t>(rigid_of_[end.body]), spin, grip, duration);
-  if (rigid.mover < 0) {
-    const btVector3 at_point = body.getLinearVelocity() + spin.cross(arm);
-    const btVector3 at_grip = body.getLinearVelocity() + spin.cross(grip) + bend;
-    for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame.axes[i].dot(i < 2 ? at_grip : at_point);
-    return;
-  }
-  const auto count = rigid.axes.size();
-  double* const jacobian = solver_.numbers(rows.a == rigid.mover ? rows.of_a : rows.of_b);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const btVector3 along = frame.axes[i] * end.sign;
-    const btVector3 about = (i < 2 ? grip : arm).cross(along);
-    double* const row = jacobian + i * count;
-    if (count == 6) {
-      for (int axis = 0; axis < 3; ++axis) {
-        row[axis] = along[axis];
-        row[3 + axis] = about[axis];
-      }
-    } else {
-      for (std::size_t column = 0; column < count; ++column) {
-        const int axis = rigid.axes[column];
-        row[column] = axis < 3 ? along[axis] : about[axis - 3];
-      }
-    }
-    if (i < 2) rows.target[i] -= along.dot(bend);
-  }
-}
-
-// By what the way of a point is off a straight one, over the time [m/s].
-btVector3 StepEquations::bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm,
-                                 double duration) const {
-  if (spin.length2() * duration * duration > most_bent * most_bent) return {0, 0, 0};
-  return (spin.cross(spin.cross(arm)) + rigids_[rigid].turning.cross(arm)) * (0.5 * duration);
-}
-
-// Ways bend by the spins at the end of the part, which were not known. That counts where something sticks, and would
-// creep. Whether it counts anywhere.
-bool StepEquations::update_bends(const StepPart& part) {
-  bool counts = false;
-  for (std::size_t k = 0; k < contact_points_.size(); ++k) {
-    ContactRows& rows = solver_.contacts()[k];
-    const double friction = rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1];
-    const double most = sticking_share * rows.law.friction * rows.impulse[2];
-    if (!(friction < most * most)) continue;
-    const ContactPoint& point = part.contacts[contact_points_[k]];
-    const btVector3 change = bend_change({point.a, point.on_a, point.grip, 1.0}, part.duration) +
-                             bend_change({point.b, point.on_b, point.grip, -1.0}, part.duration);
-    if (!(change.length2() > least_bend * least_bend)) continue;
-    btVector3 x, y;
-    btPlaneSpace1(point.normal, x, y);
-    rows.target[0] -= x.dot(change);
-    rows.target[1] -= y.dot(change);
-    counts = true;
-  }
-  return counts;
-}
-
-btVector3 StepEquations::bend_change(const End& end, double duration) const {
-  if (rigid_of_[end.body] < 0) return {0, 0, 0};
-  const auto i = static_cast<std::size_t>(rigid_of_[end.body]);
-  const RigidMover& rigid = rigids_[i];
-  if (rigid.mover < 0) return {0, 0, 0};
-  const btRigidBody& body = *bodies_.rigids().moving()[i];
-  btVector3 spin(0, 0, 0);
-  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
-    if (rigid.axes[row] >= 3) spin[rigid.axes[row] - 3] = solver_.velocities(rigid.mover)[row];
-  }
-  const btVector3 arm = end.grip - body.getCenterOfMassPosition();
-  return end.sign * (bend_of(i, spin, arm, duration) - bend_of(i, body.getAngularVelocity(), arm, duration));
-}
-
-void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
-  const std::size_t index = *bodies_.tree_of(end.body);
-  const TreeDynamics& dynamics = trees_[index];
-  const Articulation& tree = dynamics.tree();
-  const int link = tree.link_of(*bodies_.colliders()[end.body]);
-  const std::size_t skipped = dynamics.prescribed();
-  const std::size_t count = dynamics.count() - skipped;
-  const int mover = tree_movers_[index];
-  btVector3 bend = dynamics.bend(link, end.grip) * (0.5 * duration);
-  if (dynamics.spin(link) * duration > most_bent) bend.setZero();
-  std::vector<double> whole(dynamics.count());
-  for (std::size_t i = 0; i < 3; ++i) {
-    const btVector3 along = frame.axes[i] * end.sign;
-    std::fill(whole.begin(), whole.end(), 0.0);
-    dynamics.add(link, i < 2 ? end.grip : end.point, along, whole.data());
-    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * dynamics.kicked()[k];
-    if (i < 2) rows.target[i] -= along.dot(bend);
-    if (mover < 0) continue;
-    double* const row = solver_.numbers(rows.a == mover ? rows.of_a : rows.of_b) + i * count;
-    for (std::size_t k = 0; k < count; ++k) row[k] += whole[skipped + k];
-  }
-}
-
 void StepEquations::set_rigid(std::size_t i, double duration) {
   RigidMover& rigid = rigids_[i];
   const btRigidBody& body = *bodies_.rigids().moving()[i];
@@ -525,17 +288,6 @@ void StepEquations::commit(const StepPart& part, double share) {
   if (share < 1.0) return;  // what does not get to where it coasts gains no energy of it
   for (std::size_t i = 0; i < rigids_.size(); ++i) moving[i]->setAngularVelocity(rigids_[i].spin);
   for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_ends_[i];
-}
-
-void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {
-  for (std::size_t k = 0; k < contact_points_.size(); ++k) {
-    const ContactRows& rows = solver_.contacts()[k];
-    ContactPoint& point = points[contact_points_[k]];
-    btVector3 x, y;
-    btPlaneSpace1(point.normal, x, y);
-    point.normal_impulse = rows.impulse[2];
-    point.friction_impulse = x * rows.impulse[0] + y * rows.impulse[1];
-  }
 }
 
 }  // namespace energymargin

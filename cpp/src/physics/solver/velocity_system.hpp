@@ -1,6 +1,7 @@
 #pragma once
 // Bodies and trees as velocities with an inertia, and the rows of contacts and limits over them.
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -30,6 +31,13 @@ struct LimitedRow : RowSides {
   double low = 0.0, high = 0.0;
   double recovery = 0.0;
   double impulse = 0.0;
+
+  //! Its impulse where the target is missed by so much, and how that grows.
+  double impulse_at(double miss) const { return std::min(std::max(miss / softness, low), high); }
+  double slope_at(double miss) const {
+    const double linear = miss / softness;
+    return linear > low && linear < high ? 1.0 / softness : 0.0;
+  }
 };
 
 //! Velocities v, their inertia A, and the rows that act on them. Movers are groups of velocities with an inertia of

@@ -1,0 +1,169 @@
+// Contacts as rows over the velocities, and back.
+
+#include <algorithm>
+
+#include "physics/solver/step_equations.hpp"
+
+namespace energymargin {
+namespace {
+
+// An impulse along a normal has to move its bodies by more than this share of what it would do to them alone: two links
+// of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
+constexpr double least_mobility = 1e-6;
+
+// What sticks uses less than this share of its friction. Bends that change by less than this are not worth a solution
+// of their own [m/s].
+constexpr double sticking_share = 0.999;
+constexpr double least_bend = 1e-6;
+
+// What turns by more than this in a part of a step bends its way by more than the first term says, and sticks nowhere
+// for long: there a bend would do work [rad].
+constexpr double most_bent = 0.1;
+
+}  // namespace
+
+// False where an impulse along the normal moves nothing.
+bool StepEquations::add_contact(const ContactPoint& point, const StepPart& part) {
+  Frame frame;
+  frame.axes[2] = point.normal;
+  btPlaneSpace1(frame.axes[2], frame.axes[0], frame.axes[1]);
+  ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b));
+  if (point.distance > 0.0) {
+    rows.target[2] = -point.distance / part.duration;  // up to the touch it may close
+  } else {
+    share_error(-point.distance, part, rows.target[2], rows.recovery);
+  }
+  add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, part.duration);
+  add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, part.duration);
+  rows.law.friction = point.friction;
+  const double inverse_mass = solver_.inverse_mass(rows, 2);
+  rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
+  if (!(inverse_mass * std::max(masses_[point.a], masses_[point.b]) > least_mobility)) {
+    solver_.drop_contact();
+    return false;
+  }
+  rows.law.tangential_softness =
+      0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
+  // What cannot move along the plane of contact has no friction.
+  if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
+  return true;
+}
+
+void StepEquations::add_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  if (bodies_.tree_of(end.body)) return add_tree_end(rows, end, frame, duration);
+  if (rigid_of_[end.body] >= 0) add_rigid_end(rows, end, frame, duration);
+}
+
+// The velocity of a point that a kinematic body has goes to the target; so does what the way of a free one bends by.
+void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  const RigidMover& rigid = rigids_[static_cast<std::size_t>(rigid_of_[end.body])];
+  const btRigidBody& body = *bodies_.rigids().moving()[static_cast<std::size_t>(rigid_of_[end.body])];
+  const btVector3& spin = body.getAngularVelocity();
+  const btVector3 arm = end.point - body.getCenterOfMassPosition();
+  const btVector3 grip = end.grip - body.getCenterOfMassPosition();
+  const btVector3 bend = bend_of(static_cast<std::size_t>(rigid_of_[end.body]), spin, grip, duration);
+  if (rigid.mover < 0) {
+    const btVector3 at_point = body.getLinearVelocity() + spin.cross(arm);
+    const btVector3 at_grip = body.getLinearVelocity() + spin.cross(grip) + bend;
+    for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame.axes[i].dot(i < 2 ? at_grip : at_point);
+    return;
+  }
+  const auto count = rigid.axes.size();
+  double* const jacobian = solver_.numbers(rows.a == rigid.mover ? rows.of_a : rows.of_b);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const btVector3 along = frame.axes[i] * end.sign;
+    const btVector3 about = (i < 2 ? grip : arm).cross(along);
+    double* const row = jacobian + i * count;
+    if (count == 6) {
+      for (int axis = 0; axis < 3; ++axis) {
+        row[axis] = along[axis];
+        row[3 + axis] = about[axis];
+      }
+    } else {
+      for (std::size_t column = 0; column < count; ++column) {
+        const int axis = rigid.axes[column];
+        row[column] = axis < 3 ? along[axis] : about[axis - 3];
+      }
+    }
+    if (i < 2) rows.target[i] -= along.dot(bend);
+  }
+}
+
+// By what the way of a point is off a straight one, over the time [m/s].
+btVector3 StepEquations::bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm,
+                                 double duration) const {
+  if (spin.length2() * duration * duration > most_bent * most_bent) return {0, 0, 0};
+  return (spin.cross(spin.cross(arm)) + rigids_[rigid].turning.cross(arm)) * (0.5 * duration);
+}
+
+// Ways bend by the spins at the end of the part, which were not known. That counts where something sticks, and would
+// creep. Whether it counts anywhere.
+bool StepEquations::update_bends(const StepPart& part) {
+  bool counts = false;
+  for (std::size_t k = 0; k < contact_points_.size(); ++k) {
+    ContactRows& rows = solver_.contacts()[k];
+    const double friction = rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1];
+    const double most = sticking_share * rows.law.friction * rows.impulse[2];
+    if (!(friction < most * most)) continue;
+    const ContactPoint& point = part.contacts[contact_points_[k]];
+    const btVector3 change = bend_change({point.a, point.on_a, point.grip, 1.0}, part.duration) +
+                             bend_change({point.b, point.on_b, point.grip, -1.0}, part.duration);
+    if (!(change.length2() > least_bend * least_bend)) continue;
+    btVector3 x, y;
+    btPlaneSpace1(point.normal, x, y);
+    rows.target[0] -= x.dot(change);
+    rows.target[1] -= y.dot(change);
+    counts = true;
+  }
+  return counts;
+}
+
+btVector3 StepEquations::bend_change(const End& end, double duration) const {
+  if (rigid_of_[end.body] < 0) return {0, 0, 0};
+  const auto i = static_cast<std::size_t>(rigid_of_[end.body]);
+  const RigidMover& rigid = rigids_[i];
+  if (rigid.mover < 0) return {0, 0, 0};
+  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  btVector3 spin(0, 0, 0);
+  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
+    if (rigid.axes[row] >= 3) spin[rigid.axes[row] - 3] = solver_.velocities(rigid.mover)[row];
+  }
+  const btVector3 arm = end.grip - body.getCenterOfMassPosition();
+  return end.sign * (bend_of(i, spin, arm, duration) - bend_of(i, body.getAngularVelocity(), arm, duration));
+}
+
+void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  const std::size_t index = *bodies_.tree_of(end.body);
+  const TreeDynamics& dynamics = trees_[index];
+  const Articulation& tree = dynamics.tree();
+  const int link = tree.link_of(*bodies_.colliders()[end.body]);
+  const std::size_t skipped = dynamics.prescribed();
+  const std::size_t count = dynamics.count() - skipped;
+  const int mover = tree_movers_[index];
+  btVector3 bend = dynamics.bend(link, end.grip) * (0.5 * duration);
+  if (dynamics.spin(link) * duration > most_bent) bend.setZero();
+  std::vector<double> whole(dynamics.count());
+  for (std::size_t i = 0; i < 3; ++i) {
+    const btVector3 along = frame.axes[i] * end.sign;
+    std::fill(whole.begin(), whole.end(), 0.0);
+    dynamics.add(link, i < 2 ? end.grip : end.point, along, whole.data());
+    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * dynamics.kicked()[k];
+    if (i < 2) rows.target[i] -= along.dot(bend);
+    if (mover < 0) continue;
+    double* const row = solver_.numbers(rows.a == mover ? rows.of_a : rows.of_b) + i * count;
+    for (std::size_t k = 0; k < count; ++k) row[k] += whole[skipped + k];
+  }
+}
+
+void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {
+  for (std::size_t k = 0; k < contact_points_.size(); ++k) {
+    const ContactRows& rows = solver_.contacts()[k];
+    ContactPoint& point = points[contact_points_[k]];
+    btVector3 x, y;
+    btPlaneSpace1(point.normal, x, y);
+    point.normal_impulse = rows.impulse[2];
+    point.friction_impulse = x * rows.impulse[0] + y * rows.impulse[1];
+  }
+}
+
+}  // namespace energymargin
