@@ -21,8 +21,8 @@ const std::string& problem_schema();
 std::string to_json(const Problem& problem);
 
 //! Reads JSON text and validates the problem; paths of meshes are relative to the folder. What a file of an older
-//! version asks for and no longer gets is added to `warnings`. Throws std::invalid_argument that names the place and what
-//! was expected.
+//! version asks for and no longer gets is added to `warnings`. Throws std::invalid_argument that names the place and
+//! what was expected.
 Problem from_json(const std::string& text, const std::string& folder = "", std::vector<Warning>* warnings = nullptr);
 
 //! The plan as JSON text, as it stands in a problem file. Throws std::invalid_argument if it is none.
