@@ -16,23 +16,6 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Plane, Scene, Sphere
 
-__all__ = [
-    "AXES",
-    "Limits",
-    "Plan",
-    "Pose",
-    "axis_numbers",
-    "body_poses",
-    "object_centers",
-    "outlines_of",
-    "placed",
-    "plane_for",
-    "seen_corners",
-    "shape_corners",
-    "shape_parts",
-    "view_of",
-]
-
 AXES = ("x", "y", "z")
 STILL = 1e-6  # m; objects that spread less do not move
 PREFERENCE = (1.5, 1.0, 1.2)  # of x, y and z, where it is a close call

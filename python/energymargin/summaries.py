@@ -35,28 +35,6 @@ if TYPE_CHECKING:
     from energymargin.store import Run, ScoreStore
     from energymargin.trajectories import Trajectory
 
-__all__ = [
-    "along",
-    "capture_probability",
-    "capture_score",
-    "dataset",
-    "escape_effort",
-    "escape_energy",
-    "evaluation",
-    "force_score",
-    "improvement",
-    "labelled_scores",
-    "plan",
-    "problem",
-    "ranking",
-    "run",
-    "scene",
-    "score_store",
-    "score_table",
-    "trajectory",
-    "tree",
-]
-
 NONE_FOUND = "infinite: no way out was found"
 NOTHING_SEARCHED = "It was stopped before anything was searched: there is no value."
 UNFINISHED = "Not complete: it was stopped before its end."

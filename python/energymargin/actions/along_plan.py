@@ -23,8 +23,6 @@ from energymargin.searches import Search
 from energymargin.summary import html_or_text
 from energymargin.table_text import csv_text
 
-__all__ = ["Along", "Moment", "along"]
-
 EFFORT = "effort/est"
 
 

@@ -26,17 +26,6 @@ from energymargin.divergence import ANY, is_unknown
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, metric_search
 
-__all__ = [
-    "LEAST_CONFIDENCE",
-    "Candidates",
-    "Choice",
-    "Noise",
-    "SafestAction",
-    "candidates_of",
-    "choose",
-    "require_finite",
-]
-
 LEAST_CONFIDENCE = 0.5  # in a choice; below it, a worse action would be taken
 
 Candidates = Callable[[Any, Any, np.random.Generator], Iterable[Any]]

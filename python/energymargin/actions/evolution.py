@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from energymargin.actions.trials import Disturbance
 from energymargin.disturbances import Gaussian, OfPlan, Uniform, of_plan
 
-__all__ = ["Evolution", "adapted", "cma_package", "population_of", "scaled"]
-
 LEAST_POPULATION = 12  # draws are random: more points average more of that out than CMA-ES's own
 SIGMA = 0.2  # of the unit cube's edge, at the start
 

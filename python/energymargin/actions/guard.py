@@ -30,8 +30,6 @@ from energymargin.monitor import Monitor, Reading
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings
 
-__all__ = ["Decision", "Guard", "GuardCounters", "ProblemOfAction"]
-
 Source = Literal["policy", "candidate", "fallback"]
 Reason = Literal["fine", "alarm", "unknown"]
 UNKNOWN = ("fallback", "ask", "policy")

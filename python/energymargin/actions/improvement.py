@@ -52,8 +52,6 @@ from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
 from energymargin.summary import html_or_text, summary
 from energymargin.table_text import csv_text
 
-__all__ = ["Generation", "Improvement", "improve"]
-
 SHARE_OF_SEARCH = 0.8  # of a timeout
 FINAL_ROLLOUTS, FINAL_SEARCHES = 200, 16
 METHODS = ("cma",)

@@ -23,8 +23,6 @@ from energymargin.disturbances import Disturbance, text_of
 from energymargin.limits import Limit
 from energymargin.replacing import replace_text
 
-__all__ = ["Journal"]
-
 DIGITS = 16  # of a checksum
 CHECKSUM = b"0123456789abcdef"
 

@@ -15,8 +15,6 @@ from energymargin.actions.trials import Question
 from energymargin.arguments import shown
 from energymargin.plans import in_steps
 
-__all__ = ["Constraint", "Make", "Maker", "Parameters", "Point"]
-
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]
 Constraint = Callable[[dict[str, float]], float]
 Point = NDArray[np.float64]

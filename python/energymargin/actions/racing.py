@@ -22,8 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betainc, betaln, logsumexp
 
-__all__ = ["Duel", "beaten", "beats", "duel", "looks"]
-
 FIRST_LOOK = 16  # draws of each candidate before the first is out
 GROWTH = 1.5  # from look to look
 TINY = 1e-300  # for the logarithm of a share that rounds to 0

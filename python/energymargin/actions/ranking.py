@@ -34,8 +34,6 @@ from energymargin.searches import Search
 from energymargin.summary import html_or_text, summary
 from energymargin.table_text import csv_text
 
-__all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
-
 CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
 MOST_NAMED = 4  # in a sentence

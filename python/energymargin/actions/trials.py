@@ -31,18 +31,6 @@ from energymargin.parallel import Items, run
 from energymargin.reprs import short_repr
 from energymargin.searches import SEARCHES, Search, SearchSettings, metric_search
 
-__all__ = [
-    "EFFORT",
-    "OBJECTIVES",
-    "OF_INTERVALS",
-    "Draws",
-    "Question",
-    "Runner",
-    "Trial",
-    "Trials",
-    "check_disturbance",
-]
-
 OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
 

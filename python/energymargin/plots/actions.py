@@ -26,8 +26,6 @@ from energymargin.plots.styles import (
     light_grid,
 )
 
-__all__ = ["figure_improvement", "plot_ranking"]
-
 BEST, ALIKE, WORSE = "tab:blue", "0.25", "0.7"
 DISTURBANCE_COLOR = "tab:orange"
 PARAMETER_COLORS = ("#009E73", "#CC79A7", "#56B4E9", "#7F5539")  # of no other line of the figure

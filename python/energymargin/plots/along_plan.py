@@ -19,8 +19,6 @@ from energymargin.plots.styles import (
     shade_frames,
 )
 
-__all__ = ["figure_along", "plot_along"]
-
 WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
 LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
 FREE = 0.15  # of the height, below those marks

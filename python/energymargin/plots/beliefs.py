@@ -15,8 +15,6 @@ from energymargin.outlines import Plan, body_poses, outlines_of, plane_for, view
 from energymargin.plots.scenes import draw_bodies
 from energymargin.plots.styles import light_grid
 
-__all__ = ["figure_belief"]
-
 COLORS = "viridis"
 AROUND = 0.15  # of the view's longer side
 MOST_OUTLINES = 64

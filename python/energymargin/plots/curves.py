@@ -35,8 +35,6 @@ from energymargin.plots.styles import (
 from energymargin.plots.trajectories import Scores, labelled_scores
 from energymargin.table_text import short
 
-__all__ = ["plot_distribution", "plot_precision_recall", "plot_roc"]
-
 Curve = TypeVar("Curve", curves.Roc, curves.PrecisionRecall)
 SIZE = (6.0, 4.0)  # inch
 BINS = 20

@@ -23,8 +23,6 @@ from energymargin.plots.trees import draw_color_bar, most_cost
 from energymargin.tasks.base import Task, plane_of
 from energymargin.trajectories import Trajectory
 
-__all__ = ["figure_along", "figure_qualitative", "figure_trees", "one_of_each"]
-
 LINE = 0.15  # inch, of a title
 
 

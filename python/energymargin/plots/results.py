@@ -29,8 +29,6 @@ from energymargin.plots.styles import (
     nodes_in_words,
 )
 
-__all__ = ["plot_effort", "plot_future", "plot_probability"]
-
 FUTURE_SIZE = (6.0, 4.5)  # inch
 FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}
 EXIT_MARK: dict[str, Any] = {

@@ -26,16 +26,6 @@ from energymargin.outlines import (
 from energymargin.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.regions import Region
 
-__all__ = [
-    "draw_bodies",
-    "draw_ghost",
-    "draw_lost",
-    "draw_set",
-    "leaving_objects",
-    "lost_objects",
-    "sets_of",
-]
-
 BLOCK = 2**21  # numbers of states in memory at once
 
 

@@ -44,8 +44,6 @@ from energymargin.plots.trees import (
 )
 from energymargin.regions import Region
 
-__all__ = ["AROUND", "draw_state_legend", "plot_state", "score_title", "state_legend"]
-
 AROUND = 0.25  # of the view's longer side, around what moves
 WIDTH = 6.0  # inch, of a figure made here
 DETAIL = 400  # cells of the sets

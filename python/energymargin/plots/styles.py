@@ -17,27 +17,6 @@ from numpy.typing import NDArray
 
 from energymargin.metrics import ANY
 
-__all__ = [
-    "BODY_COLORS",
-    "CAPTURED_COLOR",
-    "CHANCE_COLOR",
-    "COSTS",
-    "LEGEND_SIZE",
-    "LOST_COLOR",
-    "PALETTE",
-    "SUCCEEDED_COLOR",
-    "LineStyle",
-    "axes_or_new",
-    "curve_style",
-    "draw_bounded",
-    "draw_legend",
-    "joules",
-    "light_grid",
-    "metric_style",
-    "nodes_in_words",
-    "shade_frames",
-]
-
 COSTS = "cividis"
 CAPTURED_COLOR = "#56B4E9"
 SUCCEEDED_COLOR = "#8C8C8C"

@@ -25,16 +25,6 @@ from energymargin.plots.styles import (
 )
 from energymargin.store import Run, ScoreStore
 
-__all__ = [
-    "BAND",
-    "Scores",
-    "TrajectoryScores",
-    "figure_scores",
-    "labelled_scores",
-    "plot_scores",
-    "trajectory_scores",
-]
-
 BAND = (0.1, 0.9)  # quantiles of the particles of a belief
 ROW = 0.11  # of the axes' height: of a row of marks
 MARKED = 80  # frames; the line of a longer trajectory has no marks

@@ -20,19 +20,6 @@ from energymargin.outlines import Limits, Plan, object_centers
 from energymargin.plots.scenes import draw_lost, lost_objects, sets_of
 from energymargin.plots.styles import COSTS, LOST_COLOR, joules, nodes_in_words
 
-__all__ = [
-    "Escape",
-    "Result",
-    "draw_color_bar",
-    "draw_escape",
-    "draw_tree",
-    "escape_in_words",
-    "escape_line",
-    "escape_of",
-    "in_view",
-    "most_cost",
-]
-
 LEAST = 1e-9  # J, at the end of a colour bar
 
 Result = CaptureScore | EscapeEffort

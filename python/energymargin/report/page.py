@@ -37,8 +37,6 @@ from energymargin.report.subject import (
 from energymargin.report.worst import Worst, worst
 from energymargin.summary import Summary, summary
 
-__all__ = ["Options", "ReportPage", "write"]
-
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
 ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too narrow

@@ -30,8 +30,6 @@ from energymargin.plots.curves import plot_distribution, plot_precision_recall, 
 from energymargin.plots.trajectories import figure_scores, trajectory_scores
 from energymargin.report.subject import Data, Subject
 
-__all__ = ["Along", "Image", "Picture", "along", "chosen", "curves", "distributions"]
-
 WORST, OTHERS, ALL = "Most wrong first", "A sample of the others", "The others"
 WIDE = 8.0  # inch, of the axes of scores along a trajectory
 CURVES = (10.0, 4.9)  # inch, of both curves

@@ -33,20 +33,6 @@ from energymargin.searches import SearchSettings, algorithm
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
 
-__all__ = [
-    "Data",
-    "Fact",
-    "Notice",
-    "Subject",
-    "facts",
-    "notices",
-    "read_data",
-    "read_subject",
-    "time_facts",
-    "version_facts",
-    "view_command",
-]
-
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 Fact = tuple[str, str]
 """What it is, and its value."""

@@ -33,8 +33,6 @@ from energymargin.report.subject import Data, Subject, view_command
 from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
 
-__all__ = ["Card", "Mistakes", "SearchRepeater", "Worst", "picture", "worst"]
-
 WIDTH = 5.4  # inch
 HEIGHTS = (3.0, 7.5)  # inch
 BESIDE, AROUND = 1.6, 1.7  # inch, that colour bar and legend take of the width and of the height

@@ -28,17 +28,6 @@ from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import EFFORT, Frames
 from energymargin.viewer.trees import FUTURE_COLOR
 
-__all__ = [
-    "drawn_text",
-    "escape_text",
-    "frame_text",
-    "future_text",
-    "legend",
-    "plain",
-    "score_table",
-    "sets_text",
-]
-
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
 NAMES = {
