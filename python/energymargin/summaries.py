@@ -21,8 +21,8 @@ from energymargin._core import (
     Scene,
     Tree,
 )
-from energymargin.futures import future_rows, plan_rows
-from energymargin.metrics import ANY, unit, value_text
+from energymargin.futures import disturbance_in_words, future_rows, plan_rows
+from energymargin.metrics import ANY, TIMED, unit, value_text
 from energymargin.summary import MOST_ROWS, Picture, Summary
 from energymargin.table_text import DASH
 
@@ -331,7 +331,7 @@ def score_store(store: ScoreStore) -> Summary:
 
 def run(one: Run) -> Summary:
     """How many states have scores, and with which settings."""
-    rows = [
+    rows: list[Row] = [
         ("task", one.task),
         ("parameters", "unknown" if one.parameters is None else _parameters(one.parameters)),
         ("states scored", _scored(one)),
@@ -339,8 +339,12 @@ def run(one: Run) -> Summary:
         ("asked about", _asked(one)),
         ("settings", _settings(one)),
         ("algorithm", one.algorithm),
-        ("time of a state", f"{one.seconds():.3g} s"),
+        ("time of a state", _times(one)),
     ]
+    if any(metric in TIMED for metric in one.metrics):
+        rows.append(("probabilities", disturbance_in_words(one.settings)))
+    if one.sampling is not None:
+        rows.append(("not known", f"{one.sampling}; each score is the mean of its particles"))
     return Summary(f"Run {one.number} of {one.store.path.name}", rows)
 
 
@@ -351,6 +355,13 @@ def _scored(one: Run) -> str:
 
 def _asked(one: Run) -> str:
     return "the state as it is" if one.future is None else str(one.future)
+
+
+def _times(one: Run) -> str:
+    """Mean of all scores, and the share of each; what a search above gives too takes no time."""
+    times = one.times()
+    shares = (f"{metric} {t / sum(times.values()):.0%}" for metric, t in times.items() if t)
+    return ": ".join(filter(None, (f"{one.seconds():.3g} s", ", ".join(shares))))
 
 
 def _settings(one: Run) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import errno
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, StrictUndefined
@@ -20,25 +21,21 @@ from energymargin.evaluation.labelled import AMONG, HORIZON, LAST_FRAMES
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
-from energymargin.report.pictures import Along, Picture, along, curves, distributions
+from energymargin.report.pictures import along, curves, distributions
 from energymargin.report.subject import (
     Data,
-    Fact,
-    Notice,
     Subject,
-    facts,
     notices,
     read_data,
     read_subject,
-    time_facts,
-    version_facts,
     view_command,
 )
-from energymargin.report.worst import Worst, worst
+from energymargin.report.worst import worst
 from energymargin.summary import Summary, summary
 
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
+PACKAGES = ("energymargin", "numpy", "scikit-learn", "matplotlib")
 ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too narrow
 
 Progress = Callable[[str, float], None]
@@ -129,76 +126,65 @@ def write(
         subject = read_subject(scores, run)
         with read_data(subject, data) as found:
             page = _page(subject, found, chosen, output, tell)
-        file.write_text(rendered(page), encoding="utf-8")
+        file.write_text(_rendered(page), encoding="utf-8")
         raise_if_interrupted()
-    return [" ".join(filter(None, (n.text, n.command))) for n in page.notices]
+    return [" ".join(filter(None, notice)) for notice in page["notices"]]
 
 
 def _page(
     subject: Subject, data: Data, options: Options, output: Path, tell: Progress
-) -> ReportPage:
-    """Computes the content of the page."""
-    labelled, last = subject.labelled, options.last
-    future = subject.future
-    horizon = options.horizon_of(
-        int(subject.ahead.max()), None if future is None else future.horizon
-    )
-    result, of_captured = (
+) -> dict[str, Any]:
+    """Computes what the template shows, by its names there."""
+    labelled, last, future = subject.labelled, options.last, subject.future
+    scored = None if future is None else future.horizon
+    horizon = options.horizon_of(int(subject.ahead.max()), scored)
+    results = [
         _evaluated(labelled, options, among, place, tell) for place, among in enumerate(AMONG)
-    )
-    every = wrongness(subject.labelled, horizon, last)
+    ]
+    every = wrongness(labelled, horizon, last)
     wrong = by_trajectory(every, len(subject.members))
-    lacking = {metric: int(np.isnan(own).sum()) for metric, own in labelled.scores.items()}
-    return ReportPage(
-        title=f"Scores of {labelled.task}",
-        notices=notices(subject, data, result, output),
-        facts=facts(subject, data),
-        times=time_facts(subject),
-        versions=version_facts(subject),
-        result=result,
-        draws=options.draws,
-        enough=ENOUGH,
-        target=target_name(horizon=horizon),
-        tables=list(tables((result, of_captured))),
-        along=along(subject, data, wrong, options.trajectories),
-        view=view_command(subject, data),
-        curves=curves(labelled, horizon, last),
-        distributions=distributions(every),
-        pictures=options.pictures,
-        worst=worst(
-            *(subject, data, every),
-            each=options.pictures,
-            progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
-        ),
-        several=labelled.captured_any is not None,
-        timed=any(metric in TIMED for metric in subject.metrics),
-        asks=None if future is None else str(future),
-        states=len(labelled.captured),
-        unscored={metric: count for metric, count in lacking.items() if count},
+    mistakes, lacking = worst(
+        *(subject, data, every),
+        each=options.pictures,
+        progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
     )
+    return {
+        "title": f"Scores of {labelled.task}",
+        "notices": notices(subject, data, results[0], output),
+        "facts": [*subject.rows, ("labels", summary(labelled).notes[0])],
+        "versions": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
+        "algorithm": subject.algorithm,
+        "last": last,
+        "draws": options.draws,
+        "enough": ENOUGH,
+        "target": target_name(horizon=horizon),
+        "tables": list(tables(results)),
+        "along": along(subject, data, wrong, options.trajectories),
+        "scored": len(subject.scored),
+        "unscored": len(wrong) - len(subject.scored),
+        "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
+        "view": view_command(subject, data),
+        "curves": curves(labelled, horizon, last),
+        "distributions": distributions(every),
+        "pictures": options.pictures,
+        "mistakes": mistakes,
+        "lacking": lacking,
+        "several": labelled.captured_any is not None,
+        "timed": any(metric in TIMED for metric in subject.metrics),
+        "asks": future,
+    }
 
 
 def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
     """Checks the output before anything is computed; it must not replace the files in `read`."""
     if output.suffix not in SUFFIXES:
         raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
-    if output.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(output))
-    if not output.parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
     for name, path in read.items():
-        if path is not None and _same(output, Path(path)):
+        if path is not None and output.resolve() == Path(path).resolve():
             raise ValueError(
                 f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
                 "expected another place for the page"
             )
-
-
-def _same(one: Path, other: Path) -> bool:
-    """Whether both are one file, be it by a link."""
-    if one.exists() and other.exists():
-        return one.samefile(other)
-    return one.resolve() == other.resolve()
 
 
 def _evaluated(
@@ -230,47 +216,12 @@ def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
             table = table.further
 
 
-@dataclass(frozen=True, eq=False)
-class ReportPage:
-    """The content of the page."""
-
-    title: str
-    notices: Sequence[Notice]
-    facts: Sequence[Fact]
-    times: Sequence[Fact]
-    versions: Sequence[Fact]
-    result: Evaluation
-    draws: int
-    enough: int
-    """Trajectories, below which the page warns of its intervals."""
-    target: str
-    """What the scores of states are held against, in words."""
-    tables: Sequence[Summary]
-    along: Along
-    view: str
-    """The command that shows a frame with its numbers; empty without a dataset."""
-    curves: Picture | None
-    distributions: Picture | None
-    pictures: int
-    """How many were asked for of each score and label."""
-    worst: Worst
-    several: bool
-    """Whether there are labels of at least one of several objects."""
-    timed: bool
-    """Whether there are probabilities over a horizon."""
-    asks: str | None
-    """What the scores ask about each state's future, in words; None: they have no clock."""
-    states: int
-    unscored: dict[str, int]
-    """States without a score, of each metric that has such."""
-
-
-def rendered(page: ReportPage) -> str:
+def _rendered(page: Mapping[str, Any]) -> str:
     """The page as HTML. Whatever comes from files is escaped by the template."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    return environment.from_string(_text("page.html")).render(page=page, style=_text("style.css"))
+    return environment.from_string(_text("page.html")).render(page, style=_text("style.css"))
 
 
 def _text(name: str) -> str:

@@ -7,7 +7,6 @@ import io
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,8 +46,7 @@ class Image(NamedTuple):
     """A data URI."""
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(NamedTuple):
     """A place in the page: one image, or several to choose from."""
 
     name: str
@@ -58,50 +56,16 @@ class Picture:
     chooser: str = ""
     """The name of the choice."""
 
-    def groups(self) -> dict[str, list[tuple[int, str]]]:
-        """Numbers and titles of the images, by group."""
-        groups: dict[str, list[tuple[int, str]]] = {}
-        for number, image in enumerate(self.images):
-            groups.setdefault(image.group, []).append((number, image.title))
-        return groups
 
-
-@dataclass(frozen=True)
-class Along:
-    """The trajectories that a page shows."""
-
-    picture: Picture | None
-    """None if no trajectory has a score."""
-    shown: int
-    scored: int
-    """How many have scores, of which these are shown."""
-    unscored: int
-    """How many have none at all."""
-    worst: int
-    """How many are shown because their scores are most wrong."""
-    endless: bool
-    """Whether there are infinite efforts."""
-
-
-def along(subject: Subject, data: Data, wrong: NDArray[np.float64], most: int) -> Along:
+def along(subject: Subject, data: Data, wrong: NDArray[np.float64], most: int) -> Picture | None:
     """At most so many trajectories: half those whose scores are most wrong, `wrong` (T,), and of
-    the others some that are evenly spaced. Those without any score are left out."""
-    every = subject.labelled.scores.values()
-    lacks = np.all([np.isnan(values) for values in every], axis=0)
-    scored = np.array([t for t, own in enumerate(subject.members) if not lacks[own].all()], int)
-    worst, others = chosen(scored, wrong, most)
-    rest = ALL if len(worst) + len(others) == len(scored) else OTHERS
+    the others some that are evenly spaced; None if no trajectory has a score."""
+    worst, others = chosen(np.array(subject.scored), wrong, most)
+    rest = ALL if len(worst) + len(others) == len(subject.scored) else OTHERS
     images = [_trajectory(subject, data, t, WORST) for t in worst]
     images += [_trajectory(subject, data, t, rest) for t in others]
     label = "Each score along the chosen trajectory, over time"
-    return Along(
-        Picture("along", label, images, "Trajectory") if images else None,
-        shown=len(images),
-        scored=len(scored),
-        unscored=len(wrong) - len(scored),
-        worst=len(worst),
-        endless=any(bool(np.isposinf(values).any()) for values in every),
-    )
+    return Picture("along", label, images, "Trajectory") if images else None
 
 
 def chosen(

@@ -1,18 +1,15 @@
-"""The subject of a report: a run of a file of scores and its dataset, the facts about them, and
-what is missing with the command that adds it."""
+"""The subject of a report: a run of a file of scores and its dataset, and what is missing with the
+command that adds it."""
 
 from __future__ import annotations
 
-import json
 import os
-import platform
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,20 +22,15 @@ from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import Evaluation, LabelledScores
 from energymargin.evaluation.curves import SUCCESS, target_name
 from energymargin.evaluation.labelled import FORCE, SUCCESSES
-from energymargin.futures import disturbance_in_words
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.plots.trajectories import BAND
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, algorithm
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
+from energymargin.summary import summary
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
-Fact = tuple[str, str]
-"""What it is, and its value."""
-
-PACKAGES = ("numpy", "scikit-learn", "matplotlib")
-
 # Of `energymargin score`, where they are not the names of the settings.
 OPTIONS = {"common_random_numbers": "--common"}
 
@@ -57,15 +49,13 @@ class Subject:
     """How many the file has."""
     digest: str | None
     """Of the dataset; None in a file of an older version."""
-    parameters: dict[str, Any] | None
-    """Of the task; None in a file of an older version."""
+    rows: Sequence[Sequence[object]]
+    """What is said of the run: labels and values."""
     settings: dict[str, Any]
     future: Future | None
     """What is asked of each state's future; None: it is asked about as it is."""
     algorithm: str
     up_to_date: bool
-    seconds: dict[str, float]
-    """Computing time of each metric, of all states [s]."""
     labelled: LabelledScores
     sampling: Sampling | None
     """What is not known of each state's model; None: each score is of the model as it is."""
@@ -87,6 +77,12 @@ class Subject:
     def ahead(self) -> NDArray[np.int64]:
         """How many frames of its trajectory were recorded after each state, shape (N,)."""
         return np.concatenate([np.arange(len(states))[::-1] for states in self.members])
+
+    @cached_property
+    def scored(self) -> list[int]:
+        """Places of the trajectories that have a score."""
+        lacks = np.all([np.isnan(values) for values in self.labelled.scores.values()], axis=0)
+        return [t for t, own in enumerate(self.members) if not lacks[own].all()]
 
     def scores(self, metric: str) -> NDArray[np.float64]:
         """Of a metric as it is named in tables, shape (N,): there one force score is held against
@@ -136,12 +132,11 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             number=run.number,
             runs=len(store.runs()),
             digest=run.digest,
-            parameters=run.parameters,
+            rows=summary(run).rows,
             settings=run.settings,
             future=run.future,
             algorithm=run.algorithm,
             up_to_date=run.up_to_date,
-            seconds=run.times(),
             labelled=run.labelled_scores(),
             sampling=run.sampling,
             bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
@@ -153,35 +148,20 @@ def read_data(subject: Subject, path: str | os.PathLike[str] | None) -> Data:
 
     Raises ValueError if `path` is given and it is another dataset, and what `datasets.open` does.
     """
-    if path is not None:
-        dataset = datasets.open(path)
-        lacking = _other(dataset, subject, Path(path))
+    place = Path(path or subject.path.with_name(f"{subject.path.stem.removesuffix(SUFFIX)}.h5"))
+    if path is None and not place.exists():
+        return Data(None, f"there is no {place.name} beside {subject.path.name}")
+    try:
+        dataset = datasets.open(place)
+        lacking = why_not_of(dataset, str(place), subject.digest, subject.path.name, subject.number)
         if lacking:
             dataset.close()
             raise ValueError(lacking)
-        return Data(dataset, path=Path(path))
-    beside = subject.path.with_name(f"{subject.path.stem.removesuffix(SUFFIX)}.h5")
-    if not beside.exists():
-        return Data(None, f"there is no {beside.name} beside {subject.path.name}")
-    try:
-        dataset = datasets.open(beside)
-        lacking = _other(dataset, subject, Path(beside.name))
     except (ValueError, OSError) as error:
-        return Data(None, str(error))
-    if lacking:
-        dataset.close()
-        return Data(None, lacking)
-    return Data(dataset, path=beside)
-
-
-def _other(dataset: Dataset, subject: Subject, path: Path) -> str:
-    """Why this is not the run's dataset; empty if it is."""
-    return why_not_of(dataset, str(path), subject.digest, subject.path.name, subject.number)
-
-
-def facts(subject: Subject, data: Data) -> list[Fact]:
-    """Which run it is, of which states, with which settings."""
-    return list(_facts(subject, data))
+        if path is None:
+            return Data(None, str(error))
+        raise
+    return Data(dataset, path=place)
 
 
 def view_command(subject: Subject, data: Data) -> str:
@@ -192,72 +172,7 @@ def view_command(subject: Subject, data: Data) -> str:
     return shlex.join([*words, *(["--run", str(subject.number)] if subject.runs > 1 else [])])
 
 
-def time_facts(subject: Subject) -> list[Fact]:
-    """The mean computing time of a state, by metric."""
-    found, total = [], 0.0
-    for metric, seconds in subject.seconds.items():
-        scored = int((~np.isnan(subject.labelled.scores[metric])).sum())
-        if scored:
-            mean = seconds / scored
-            found.append((metric, _duration(mean) if mean else "from a search above"))
-            total += mean
-    return [*found, ("all of them", _duration(total))] if found else []
-
-
-def version_facts(subject: Subject) -> list[Fact]:
-    """Of the scores, and of what made this page."""
-    packages = [f"{name} {version(name)}" for name in PACKAGES]
-    page = [f"energymargin {version('energymargin')}", f"Python {platform.python_version()}"]
-    return [
-        ("Scores", f"algorithm {subject.algorithm} (the version since which they have these bits)"),
-        ("This page", ", ".join([*page, *packages])),
-    ]
-
-
-def _facts(subject: Subject, data: Data) -> Iterator[Fact]:
-    labelled = subject.labelled
-    yield "Task", labelled.task
-    if subject.parameters is not None:
-        yield "Parameters", ", ".join(map(_parameter, subject.parameters.items())) or "none"
-    last = [states[-1] for states in subject.members]
-    won = int(labelled.success[last].sum())
-    yield "Trajectories", f"{len(last)}, of which {won} are successful"
-    captured = int(labelled.captured.sum())
-    yield "States", f"{len(labelled.captured)}, of which {captured} lie in their capture set"
-    if labelled.captured_any is not None:
-        yield "At least one object", f"is captured in {int(labelled.captured_any.sum())} states"
-    yield "Scores", ", ".join(subject.metrics)
-    if subject.future is not None:
-        yield "Asked about", f"the frames to come: {subject.future}"
-    if any(metric in TIMED for metric in subject.metrics):
-        yield "Probabilities", disturbance_in_words(subject.settings)
-    yield "Settings", ", ".join(map(_setting, subject.settings.items()))
-    if subject.sampling is not None:
-        yield "Not known for sure", f"{subject.sampling}; each score is the mean of its particles"
-    yield "Run", f"{subject.number} of {subject.path.name}"
-    if data.path is not None:
-        yield "Dataset", data.path.name
-
-
-def _parameter(named: tuple[str, object]) -> str:
-    """Of a task; what it has not, is drawn for each trajectory."""
-    name, value = named
-    return _setting(named) if value is not None else f"{name} drawn at random"
-
-
-def _setting(named: tuple[str, object]) -> str:
-    name, value = named
-    return f"{name} = {json.dumps(value)}"
-
-
-def _duration(seconds: float) -> str:
-    """ "1.03 s", "12.5 ms"; never as a power of ten."""
-    value, unit = (seconds, "s") if seconds >= 1 else (1e3 * seconds, "ms")
-    return f"{value:.3g} {unit}" if value < 999.5 else f"{value:.0f} {unit}"
-
-
-@dataclass(frozen=True)
-class Notice:
+class Notice(NamedTuple):
     """One thing that is not there."""
 
     text: str

@@ -9,11 +9,10 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
+from matplotlib import pyplot
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from PIL import Image
 
 from energymargin import plots, tasks
@@ -26,29 +25,23 @@ from energymargin._core import (
 )
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation.curves import CAPTURED, Wrongness
-from energymargin.metrics import KINDS, metric_kind, with_unit
+from energymargin.metrics import with_unit
 from energymargin.outlines import Plan
-from energymargin.plots.styles import LEGEND_SIZE
 from energymargin.report.subject import Data, Subject, view_command
 from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
 
-WIDTH = 5.4  # inch
-HEIGHTS = (3.0, 7.5)  # inch
-BESIDE, AROUND = 1.6, 1.7  # inch, that colour bar and legend take of the width and of the height
-CURVE = 2.4  # inch, of the height of a probability's curve
 RESOLUTION = 130  # dots an inch
 COLORS = 256
 
 
-@dataclass(frozen=True)
-class Card:
+class Card(NamedTuple):
     """One state, and why it is shown."""
 
     title: str
     text: str
-    image: str | None
-    """A data URI; None if there is no picture."""
+    images: Sequence[str]
+    """Data URIs."""
     view: str = ""
     """The command that shows the state in the viewer; empty without a dataset."""
     why: str = ""
@@ -56,23 +49,13 @@ class Card:
     score is uncertain."""
 
 
-@dataclass(frozen=True, eq=False)
-class Mistakes:
+class Mistakes(NamedTuple):
     """The most wrong states of one metric."""
 
     metric: str
     cards: list[Card]
     none: str
     """Why there is none, if so."""
-
-
-@dataclass(frozen=True, eq=False)
-class Worst:
-    """The most wrong states of all metrics."""
-
-    metrics: list[Mistakes]
-    lacking: str
-    """Why there are no pictures at all; empty if there are."""
 
 
 def worst(
@@ -82,8 +65,9 @@ def worst(
     *,
     each: int,
     progress: Callable[[float], None],
-) -> Worst:
-    """Of each metric and label up to `each` states; progress(share) has the share that is done."""
+) -> tuple[list[Mistakes], str]:
+    """Of each metric and label up to `each` states; and why there are no pictures, empty if there
+    are. progress(share) has the share that is done."""
     chosen = [
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
     ]
@@ -97,7 +81,7 @@ def worst(
             cards.append(drawer.card(one, place))
             done += 1
         found.append(Mistakes(one.metric, cards, _none(one)))
-    return Worst(found, drawer.lacking)
+    return found, drawer.lacking
 
 
 class _Drawer:
@@ -120,13 +104,13 @@ class _Drawer:
         title = _title(one, place)
         text = f"{self._where(number)}. {_why(one, place)}"
         if self._repeater is None:
-            return Card(title, text, None, self._view(number))
+            return Card(title, text, [], self._view(number))
         try:
             repeated = self._repeater.repeat(number, one.metric)
-            image = picture(repeated, self._repeater.plane)
+            images = pictures(repeated, self._repeater.plane)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
-            return Card(title, text, None, self._view(number), f"No picture: {error}.")
-        return Card(title, text, image, self._view(number), self._notes(one, number, repeated))
+            return Card(title, text, [], self._view(number), f"No picture: {error}.")
+        return Card(title, text, images, self._view(number), self._notes(one, number, repeated))
 
     def _number(self, one: Wrongness, place: int) -> int:
         """Of the state that stands for a place in what is compared."""
@@ -196,8 +180,7 @@ def _percent(share: float) -> str:
     return "less than 1 %" if text == "0" else f"{text} %"
 
 
-@dataclass(frozen=True)
-class RepeatedSearch:
+class RepeatedSearch(NamedTuple):
     """A state's problem, the search for one of its scores, and that score."""
 
     problem: Problem
@@ -207,7 +190,7 @@ class RepeatedSearch:
 
 
 class SearchRepeater:
-    """Repeats the searches of a dataset's states, each once."""
+    """Repeats the searches of a dataset's states."""
 
     def __init__(
         self, dataset: Dataset, settings: dict[str, Any], future: Future | None = None
@@ -223,75 +206,34 @@ class SearchRepeater:
         self._dataset, self._future = dataset, future
         self.plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
         """In which pictures show the task."""
-        self._kept: dict[tuple[int, str], tuple[Problem, Any]] = {}
 
     def repeat(self, number: int, metric: str) -> RepeatedSearch:
         """The search behind a metric of the state of this number. Raises ValueError if its problem
         cannot be made."""
-        search = _shared(metric)
-        if (number, search) not in self._kept:
-            (problem,) = self._dataset.problems([number], future=self._future)
-            found = metric_search(problem, metric, self._settings, number, warn=False)
-            self._kept[number, search] = problem, found
-        problem, found = self._kept[number, search]
+        (problem,) = self._dataset.problems([number], future=self._future)
+        found = metric_search(problem, metric, self._settings, number, warn=False)
         shown = None if isinstance(found, ForceScore) else found
         return RepeatedSearch(problem, shown, value_of(metric, found))
 
 
-def _shared(metric: str) -> str:
-    """The same for metrics that one search answers."""
-    return "tree" if metric_kind(metric) is KINDS["likelihood"] else metric
+def pictures(repeated: RepeatedSearch, plane: Plan) -> list[str]:
+    """The state and its search, as data URIs; of a probability the undisturbed future and the
+    curve."""
+    problem, search = repeated.problem, repeated.search
+    with pyplot.ioff():
+        if isinstance(search, CaptureProbability):
+            which = "captured" if search.any is None else "any"
+            future = plots.plot_future(problem, plane=plane)
+            return [_png(future), _png(plots.plot_probability(search, which=which))]
+        return [_png(plots.plot_state(problem, search, plane=plane))]
 
 
-def picture(repeated: RepeatedSearch, plane: Plan) -> str:
-    """A data URI of a picture, with a legend. Of a probability it is the undisturbed future, and
-    the curve below it."""
-    if isinstance(repeated.search, CaptureProbability):
-        made = _of_probability(repeated.problem, repeated.search, plane)
-    else:
-        made = Figure(figsize=(WIDTH, HEIGHTS[1]), dpi=RESOLUTION, layout="constrained")
-        ax = made.subplots()
-        plots.plot_state(repeated.problem, repeated.search, ax=ax, plane=plane, legend=True)
-        _move_legend_below(ax, made)
-        made.set_size_inches(WIDTH, _height(ax))
-    return f"data:image/png;base64,{base64.b64encode(_png(made)).decode()}"
-
-
-def _of_probability(problem: Problem, found: CaptureProbability, plane: Plan) -> Figure:
-    made = Figure(figsize=(WIDTH, HEIGHTS[1]), dpi=RESOLUTION, layout="constrained")
-    rows = made.add_gridspec(2)
-    ax, curve = made.add_subplot(rows[0]), made.add_subplot(rows[1])
-    plots.plot_future(problem, ax=ax, plane=plane, legend=True)
-    _move_legend_below(ax, made)
-    plots.plot_probability(found, ax=curve, which="captured" if found.any is None else "any")
-    height = _height(ax)
-    rows.set_height_ratios((height - AROUND, CURVE))
-    made.set_size_inches(WIDTH, height + CURVE)
-    return made
-
-
-def _move_legend_below(ax: Axes, figure: Figure) -> None:
-    """From the axes to the figure, which makes room for it."""
-    legend = ax.get_legend()
-    assert legend is not None  # it was asked for
-    names = [text.get_text() for text in legend.get_texts()]
-    handles = [handle for handle in legend.legend_handles if handle is not None]
-    legend.remove()
-    figure.legend(
-        handles, names, loc="outside lower center", ncols=3, frameon=False, fontsize=LEGEND_SIZE
-    )
-
-
-def _height(ax: Axes) -> float:
-    """Of a figure that leaves its axes, whose scales are equal, no room to spare."""
-    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
-    height = (WIDTH - BESIDE) * (y1 - y0) / (x1 - x0) + AROUND
-    return min(max(height, HEIGHTS[0]), HEIGHTS[1])
-
-
-def _png(figure: Figure) -> bytes:
-    """A third of the bytes of matplotlib's own: these pictures have few colours."""
+def _png(ax: Axes) -> str:
+    """A data URI with a third of the bytes of matplotlib's own: these pictures have few colours."""
     drawn, small = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format="png", bbox_inches="tight")
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    figure.savefig(drawn, format="png", dpi=RESOLUTION, bbox_inches="tight")
+    pyplot.close(figure)
     Image.open(drawn).convert("RGB").quantize(COLORS).save(small, format="png", optimize=True)
-    return small.getvalue()
+    return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode()}"
