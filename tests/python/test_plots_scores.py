@@ -219,12 +219,6 @@ def test_a_bad_argument_of_scores_is_named_with_what_was_expected(ax, arguments,
         plots.plot_scores(**given, ax=ax)
 
 
-@pytest.mark.parametrize("columns", [["a"], {"a": {"capture": [0.1]}}])
-def test_columns_that_are_not_along_trajectories_are_refused(columns):
-    with pytest.raises(ValueError, match="expected TrajectoryScores by title"):
-        plots.figure_scores(columns)
-
-
 def test_the_columns_of_a_figure_are_checked_as_scores_are():
     with pytest.raises(ValueError, match="capture has 7, expected 0 to 1"):
         plots.figure_scores({"a": plots.TrajectoryScores(None, {"capture": np.array([7.0])}, None)})

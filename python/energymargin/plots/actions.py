@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from textwrap import wrap
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from energymargin.actions import Improvement, Ranking
@@ -19,10 +16,10 @@ from energymargin.actions.ranking import Standing
 from energymargin.arguments import shown
 from energymargin.metrics import axis_label, is_likelihood
 from energymargin.plots.styles import (
-    LEGEND_SIZE,
     axes_or_new,
     curve_style,
     draw_bounded,
+    legend_below,
     light_grid,
 )
 
@@ -34,7 +31,6 @@ BETWEEN = 0.14  # inch, between two candidates
 LONGEST, MOST_LINES = 32, 3  # letters and lines of a name
 EDGE = 0.97  # of the width or height of axes: where marks stand for infinity
 FREE = 0.12  # of the width or height: beyond the largest finite number
-LEGEND_BELOW = 38.0  # points: tick labels and the axis label are above it
 ENDLESS = "no escape found"
 
 
@@ -62,7 +58,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     ax.set_ylim(len(ranking) - 0.5, -0.5)
     ax.set_xlabel(axis_label(ranking.metric))
     light_grid(ax)
-    _legend_below(ax, _ranking_handles(ranking, colors))
+    legend_below(ax, _ranking_handles(ranking, colors))
     return ax
 
 
@@ -175,7 +171,7 @@ def _draw_scores(ax: Axes, improvement: Improvement) -> None:
         beside.step(numbers, factors, where="mid", color=DISTURBANCE_COLOR, linewidth=1.2)
         beside.set_ylabel("disturbance, times the stated one", color=DISTURBANCE_COLOR)
         beside.set_ylim(bottom=0.0)
-    _legend_below(ax, handles)
+    legend_below(ax, handles)
 
 
 def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
@@ -198,7 +194,7 @@ def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
     ax.set(ylabel="share of the parameter's range", ylim=(-0.02, 1.02))
     _count_generations(ax, len(points))
     handles, _ = ax.get_legend_handles_labels()
-    _legend_below(ax, handles, "last value")
+    legend_below(ax, handles, columns=1, title="last value")
 
 
 def _count_generations(ax: Axes, count: int) -> None:
@@ -219,23 +215,6 @@ def _median(scores: NDArray[np.float64]) -> float:
 
 def _mark(color: str, marker: str, label: str) -> Line2D:
     return Line2D([], [], color=color, linestyle="", marker=marker, markersize=5, label=label)
-
-
-def _legend_below(ax: Axes, handles: Sequence[Artist], title: str | None = None) -> None:
-    """Below the label of the x axis, where no data are."""
-    inches = ax.figure.dpi_scale_trans
-    below = ScaledTranslation(0.0, -LEGEND_BELOW / 72.0, inches)
-    ax.legend(
-        handles=handles,
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0.0),
-        bbox_transform=ax.transAxes + below,
-        ncols=2 if title is None else 1,
-        frameon=False,
-        fontsize=LEGEND_SIZE,
-        title=title,
-        title_fontsize=LEGEND_SIZE,
-    )
 
 
 def _folded(name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from energymargin.checks import yes_or_no
-from energymargin.evaluation import Among, LabelledScores, curves
+from energymargin.evaluation import Among, curves
 from energymargin.evaluation.curves import (
     CAPTURED,
     OneLabelError,
@@ -76,15 +76,9 @@ def plot_roc(
         ValueError: as `curves.roc` does, or if the file has several runs.
         FileNotFoundError: if there is no such file.
     """
-    labelled = labelled_scores(scores)
     yes_or_no("legend", legend)
     found, lacking = _curves(
-        labelled,
-        metrics,
-        target,
-        lambda metric: curves.roc(
-            labelled, metric, target=target, horizon=horizon, last=last, among=among
-        ),
+        curves.roc, scores, metrics, target=target, horizon=horizon, last=last, among=among
     )
     inside = None if ax is None else "lower right"
     ax = axes_or_new(ax, *SIZE)
@@ -93,10 +87,9 @@ def plot_roc(
         label = f"{metric} {short(curve.auc)}"
         _draw(ax, curve.false_positive_rate, curve.true_positive_rate, metric, label)
     ax.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
-    _finish(ax, lacking, target_name(target, horizon, last))
-    if legend:
-        draw_legend(ax, inside, "AUC")
-    return ax
+    return _finished(
+        ax, lacking, target_name(target, horizon, last), "AUC" if legend else None, inside
+    )
 
 
 def plot_precision_recall(
@@ -134,15 +127,15 @@ def plot_precision_recall(
         ValueError: as `curves.precision_recall` does, or if the file has several runs.
         FileNotFoundError: if there is no such file.
     """
-    labelled = labelled_scores(scores)
     yes_or_no("legend", legend)
     found, lacking = _curves(
-        labelled,
+        curves.precision_recall,
+        scores,
         metrics,
-        target,
-        lambda metric: curves.precision_recall(
-            labelled, metric, target=target, horizon=horizon, last=last, among=among
-        ),
+        target=target,
+        horizon=horizon,
+        last=last,
+        among=among,
     )
     inside = None if ax is None else "lower left"
     ax = axes_or_new(ax, *SIZE)
@@ -153,10 +146,9 @@ def plot_precision_recall(
         label = f"{metric} {short(curve.ap)}"
         _draw(ax, curve.recall, curve.steps, metric, label, steps=True)
     ax.set(xlabel="recall [0..1]", ylabel="precision [0..1]")
-    _finish(ax, lacking, target_name(target, horizon, last))
-    if legend:
-        draw_legend(ax, inside, "AP")
-    return ax
+    return _finished(
+        ax, lacking, target_name(target, horizon, last), "AP" if legend else None, inside
+    )
 
 
 def plot_distribution(one: Wrongness, *, ax: Axes | None = None) -> Axes:
@@ -204,22 +196,20 @@ def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _curves(
-    labelled: LabelledScores,
-    metrics: Sequence[str] | None,
-    target: Target,
-    curve: Callable[[str], Curve],
+    curve: Callable[..., Curve], scores: Scores, metrics: Sequence[str] | None, **terms: Any
 ) -> tuple[dict[str, Curve], dict[str, str]]:
     """The curve of each metric; of the metrics that have none, why."""
+    labelled = labelled_scores(scores)
     if isinstance(metrics, str):
         raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
-    chosen = metrics_against(labelled, target) if metrics is None else list(metrics)
+    chosen = metrics_against(labelled, terms["target"]) if metrics is None else list(metrics)
     if not chosen:
         there = ", ".join(labelled.scores) or "none"
         raise ValueError(f"metrics is empty, expected some that have scores: {there}")
     found, lacking = {}, {}
     for metric in chosen:
         try:
-            found[metric] = curve(metric)
+            found[metric] = curve(labelled, metric, **terms)
         except OneLabelError as error:
             lacking[metric] = error.brief
     return found, lacking
@@ -252,7 +242,10 @@ def _draw(
     )
 
 
-def _finish(ax: Axes, lacking: Mapping[str, str], target: str) -> None:
+def _finished(
+    ax: Axes, lacking: Mapping[str, str], target: str, legend: str | None, place: str | None
+) -> Axes:
+    """With what has no curve, and a legend of that title at that place."""
     for metric, why in lacking.items():
         ax.plot([], [], linestyle="", label=f"{metric}: {why}")
     if lacking and len(ax.get_lines()) <= len(lacking) + 1:
@@ -260,3 +253,6 @@ def _finish(ax: Axes, lacking: Mapping[str, str], target: str) -> None:
     ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
     ax.set_title(target, fontsize=10)
     light_grid(ax)
+    if legend:
+        draw_legend(ax, place, legend)
+    return ax

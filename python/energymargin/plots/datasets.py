@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
@@ -73,7 +72,6 @@ def figure_qualitative(
     nodes: int = 100,
     seed: int = 0,
     first_states: Mapping[str, int] | None = None,
-    pairs: bool = False,
 ) -> Figure:
     """Search trees in some frames of each trajectory: a row a trajectory, with its name.
 
@@ -85,34 +83,27 @@ def figure_qualitative(
         seed: of the searches.
         first_states: the numbers of the trajectories' first states in their dataset. With them the
             trees, and so the scores, are those that the dataset gets from these nodes and seed.
-        pairs: writes the scores as (success, capture) under each frame, as the paper does, instead
-            of above it.
 
     Raises:
-        ValueError: for what is no task or no trajectory, a frame that a trajectory does not have,
-            or first states that lack a trajectory.
+        ValueError: for no trajectories, or a frame that a trajectory does not have.
     """
-    chosen = _checked(task, trajectories, frames)
+    if not trajectories:
+        raise ValueError("trajectories is empty, expected some by name: {'failed': ...}")
     numbers = dict.fromkeys(trajectories, 0) if first_states is None else first_states
-    lacking = [name for name in trajectories if name not in numbers]
-    if lacking:
-        raise ValueError(f"first_states is {first_states!r}, expected {lacking[0]!r} in it, too")
     rows = {
         name: [
             _panel(task, trajectory, k, nodes, stream(seed, numbers[name] + k))
-            for k in chosen[name]
+            for k in _frames(trajectory, frames)
         ]
         for name, trajectory in trajectories.items()
     }
     scene = next(iter(rows.values()))[0].problem.scene
     plane = plane_of(task)
     states = np.concatenate([trajectory.states for trajectory in trajectories.values()])
-    return _figure(rows, plane, view_of(scene, states, plane), pairs=pairs)
+    return _figure(rows, plane, view_of(scene, states, plane))
 
 
-def _figure(
-    rows: Mapping[str, Sequence[_Panel]], plane: Plan, limits: Limits, *, pairs: bool
-) -> Figure:
+def _figure(rows: Mapping[str, Sequence[_Panel]], plane: Plan, limits: Limits) -> Figure:
     panels = [panel for row in rows.values() for panel in row]
     most = max(most_cost(panel.problem, panel.score.tree) for panel in panels)
     lines = max(score_title(panel.score).count("\n") + 2 for panel in panels)
@@ -122,33 +113,19 @@ def _figure(
     for (name, row), row_axes in zip(rows.items(), axes, strict=True):
         for panel, ax in zip(row, row_axes, strict=False):
             plot_state(panel.problem, panel.score, ax=ax, color_bar=False, ghosts=3, **look)
-            _write_scores(ax, panel, pairs=pairs)
+            ax.set_title(f"t = {panel.time:.2f} s\n{score_title(panel.score)}", fontsize=9)
+            ax.label_outer()
         row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
     _explain(figure, axes, most, panels)
     return figure
 
 
-def _checked(
-    task: Task, trajectories: Mapping[str, Trajectory], frames: Sequence[int] | None
-) -> dict[str, list[int]]:
-    """The numbers of the frames of each trajectory."""
-    if not callable(getattr(task, "problem", None)):
-        raise ValueError(f"task is {task!r}, expected a Task such as tasks.make('push')")
-    if not (isinstance(trajectories, Mapping) and trajectories):
-        kind = "empty" if isinstance(trajectories, Mapping) else f"a {type(trajectories).__name__}"
-        raise ValueError(f"trajectories is {kind}, expected some by name: {{'failed': ...}}")
-    for name, trajectory in trajectories.items():
-        if not isinstance(trajectory, Trajectory):
-            found = type(trajectory).__name__
-            raise ValueError(f"trajectories has a {found} as {name!r}, expected a Trajectory")
+def _frames(trajectory: Trajectory, frames: Sequence[int] | None) -> list[int]:
+    """The chosen ones; of None the first, and those at one and two thirds, each once."""
+    count = len(trajectory)
     if frames is None:
-        return {name: _three(len(trajectory)) for name, trajectory in trajectories.items()}
-    if not (isinstance(frames, (Sequence, np.ndarray)) and len(frames)):
-        raise ValueError(f"frames is {frames!r}, expected some numbers of frames, or None")
-    return {
-        name: [whole_number("frame", k, 0, len(trajectory) - 1) for k in frames]
-        for name, trajectory in trajectories.items()
-    }
+        return sorted({0, count // 3, 2 * count // 3})
+    return [whole_number("frame", k, 0, count - 1) for k in frames]
 
 
 class _Panel(NamedTuple):
@@ -163,16 +140,6 @@ def _panel(task: Task, trajectory: Trajectory, k: int, nodes: int, seed: int) ->
     return _Panel(float(trajectory.times[k]), problem, score)
 
 
-def _write_scores(ax: Axes, panel: _Panel, *, pairs: bool) -> None:
-    """Beside the time of a frame: under it as a pair, or above it by their names."""
-    time, score = f"t = {panel.time:.2f} s", panel.score
-    ax.set_title(time if pairs else f"{time}\n{score_title(score)}", fontsize=9)
-    ax.label_outer()
-    if pairs:
-        success = "-" if score.success is None else f"{score.success:.2f}"
-        ax.set_xlabel(f"{ax.get_xlabel()}\n({success}, {score.capture:.2f})".lstrip())
-
-
 def _explain(figure: Figure, axes: Any, most: float, panels: Sequence[_Panel]) -> None:
     """A colour bar and a legend for all panels."""
     highest = max(float(panel.score.tree.costs.max()) for panel in panels)
@@ -182,11 +149,6 @@ def _explain(figure: Figure, axes: Any, most: float, panels: Sequence[_Panel]) -
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8
     )
-
-
-def _three(frames: int) -> list[int]:
-    """The first frame, and those at one and two thirds, each once."""
-    return sorted({0, frames // 3, 2 * frames // 3})
 
 
 def _grid(rows: int, columns: int, limits: Limits, title: float) -> tuple[Figure, Any]:

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
-from energymargin.checks import one_of, yes_or_no
+from energymargin.checks import not_negative_number, one_of, yes_or_no
 from energymargin.futures import Undisturbed, undisturbed
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_ghost, leaving_objects
@@ -60,7 +60,7 @@ def plot_effort(
     `known` is negative or not finite.
     """
     searches = _by_name(results, EscapeEffort, alone="search")
-    known = None if known is None else _energy("known", known)
+    known = None if known is None else not_negative_number("known", known)
     yes_or_no("legend", legend)
     inside = None if ax is None else "best"
     ax = axes_or_new(ax, 6.0, 3.6)
@@ -80,13 +80,6 @@ def plot_effort(
     if legend:
         draw_legend(ax, inside)
     return ax
-
-
-def _energy(name: str, value: float) -> float:
-    number = isinstance(value, (int, float, np.integer, np.floating))
-    if not number or isinstance(value, bool) or not 0 <= value < math.inf:
-        raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0 [J]")
-    return float(value)
 
 
 def _draw_effort(ax: Axes, name: str, result: EscapeEffort, number: int) -> None:

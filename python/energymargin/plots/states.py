@@ -14,7 +14,6 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene, Tree
@@ -28,6 +27,7 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
     axes_or_new,
+    legend_below,
     nodes_in_words,
 )
 from energymargin.plots.trees import (
@@ -50,7 +50,6 @@ DETAIL = 400  # cells of the sets
 SAME = 1e-9  # of the numbers of two states that are the same
 PLANES = [(a, b) for a in "xyz" for b in "xyz" if a != b]
 MOST_NAMES = 3  # of bodies without a role
-NAMES = 30  # points that the numbers and the name of the x axis are high
 Notes = tuple[str, str, str]
 
 
@@ -67,7 +66,6 @@ def plot_state(
     color_bar: bool = True,
     legend: bool | None = None,
     ghosts: int = 0,
-    seed: int = 0,
     detail: int = DETAIL,
 ) -> Axes:
     """A state, the search tree of a result from there, and the cheapest escape on top.
@@ -99,7 +97,6 @@ def plot_state(
         legend: whether there is a legend, below the axes. None draws one if `ax` is None.
             `state_legend` has its entries, for another place.
         ghosts: how many random nodes have their bodies drawn, half transparent.
-        seed: of these random nodes.
         detail: cells of the sets along the view's longer side.
 
     Returns:
@@ -111,13 +108,13 @@ def plot_state(
     result, escaping = _checked(problem, result, escape)
     way = escape_of(problem, escaping) if escaping is not None and path else None
     view = _view(problem, None if result is None else result.tree, way, plane, limits)
-    _check_looks(view.limits, most, ghosts, seed, detail)
+    _check_looks(view.limits, most, ghosts, detail)
     own_figure = ax is None
     legend = own_figure if legend is None else yes_or_no("legend", legend)
     title = state_title(result, escaping, way)
     ax = axes_or_new(ax, WIDTH, _height(view.limits, title))
     notes = _draw_sets(ax, view, detail)
-    _draw_bodies(ax, view, _random_nodes(len(view.states), ghosts, seed))
+    _draw_bodies(ax, view, _random_nodes(len(view.states), ghosts))
     costs = Normalize(0.0, view.most_cost if most is None else most)
     crosses = _draw_tree(ax, view, costs)
     _finish_axes(ax, view, title)
@@ -222,11 +219,10 @@ def _known(plane: Plan) -> Plan:
     raise ValueError(f"plane is {plane!r}, expected two axes such as ('x', 'z')")
 
 
-def _check_looks(limits: Limits, most: float | None, ghosts: int, seed: int, detail: int) -> None:
+def _check_looks(limits: Limits, most: float | None, ghosts: int, detail: int) -> None:
     if most is not None:
         positive_number("most", most)
     whole_number("ghosts", ghosts, 0)
-    whole_number("seed", seed, 0)
     whole_number("detail", detail, 2)
     try:
         view = np.asarray(limits, dtype=float)
@@ -299,9 +295,9 @@ def _draw_color_bar(ax: Axes, tree: Tree, costs: Normalize) -> None:
         draw_color_bar(ax.figure, ax, costs, highest, shrink=0.85)
 
 
-def _random_nodes(nodes: int, number: int, seed: int) -> list[int]:
-    """Rows of random nodes, without the root."""
-    return [int(row) for row in np.random.default_rng(seed).permutation(nodes - 1)[:number] + 1]
+def _random_nodes(nodes: int, number: int) -> list[int]:
+    """Rows of random nodes, without the root; the same ones of each tree of that size."""
+    return [int(row) for row in np.random.default_rng(0).permutation(nodes - 1)[:number] + 1]
 
 
 def _finish_axes(ax: Axes, view: _View, title: str) -> None:
@@ -406,16 +402,14 @@ def _unfinished(result: Result) -> str:
 def draw_state_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bool) -> None:
     """Draws a legend below the axes. A caller's own axes do not move: their layout engine or the
     caller makes room."""
-    figure = ax.get_figure()
-    assert figure is not None
-    options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
     if own_figure:
+        figure = ax.get_figure()
+        assert figure is not None
+        options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
         outside = partial(figure.legend, loc="outside lower center", **options)
         _as_wide_as(figure.bbox.width, outside)
     else:
-        below = ax.transAxes + ScaledTranslation(0.0, -NAMES / 72, figure.dpi_scale_trans)
-        options |= {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
-        ax.legend(loc="upper center", ncols=2, **options)
+        legend_below(ax, handles)
 
 
 def _as_wide_as(width: float, make: Callable[..., Legend]) -> Legend:

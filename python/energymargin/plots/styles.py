@@ -7,12 +7,13 @@ the rest. No two things differ in colour alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from energymargin.metrics import ANY
@@ -24,6 +25,7 @@ LOST_COLOR = "#D55E00"
 BODY_COLORS = {"object": "#E69F00", "effector": "#009E73", "none": "#3A3A3A"}
 CHANCE_COLOR = "0.55"
 LEGEND_SIZE = 8  # points
+BELOW = 34.0  # points that the numbers and the name of the x axis are high
 TOP = 0.95  # of the height of axes: where marks stand for infinity
 
 Dashes = tuple[int, tuple[float, ...]]
@@ -115,6 +117,26 @@ def draw_legend(
             alignment="left",
             handlelength=3.2,
         )
+
+
+def legend_below(
+    ax: Axes, handles: Sequence[Artist], *, columns: int = 2, title: str | None = None
+) -> None:
+    """A legend below the label of the x axis, where no data are."""
+    figure = ax.get_figure()
+    assert figure is not None
+    below = ScaledTranslation(0.0, -BELOW / 72, figure.dpi_scale_trans)
+    ax.legend(
+        handles=handles,
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=ax.transAxes + below,
+        ncols=columns,
+        frameon=False,
+        fontsize=LEGEND_SIZE,
+        title=title,
+        title_fontsize=LEGEND_SIZE,
+    )
 
 
 def shade_frames(

@@ -209,12 +209,6 @@ def figure_scores(columns: Mapping[str, TrajectoryScores], *, width: float = 4.2
     `columns`: by title; `width`: of each column [inch]. Raises ValueError as `plot_scores` does, or
     if there is nothing to draw.
     """
-    if not (
-        isinstance(columns, Mapping)
-        and all(isinstance(each, TrajectoryScores) for each in columns.values())
-    ):
-        kind = type(columns).__name__
-        raise ValueError(f"columns is a {kind}, expected TrajectoryScores by title: {{...}}")
     columns = {title: _checked(*data) for title, data in columns.items()}
     rows = _rows({metric: None for data in columns.values() for metric in data.scores})
     if not rows:

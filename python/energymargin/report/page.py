@@ -150,7 +150,7 @@ def _page(
     )
     return {
         "title": f"Scores of {labelled.task}",
-        "notices": notices(subject, data, results[0], output),
+        "notices": notices(subject, data, output),
         "facts": [*subject.rows, ("labels", summary(labelled).notes[0])],
         "versions": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
         "algorithm": subject.algorithm,

@@ -6,8 +6,7 @@ import base64
 import io
 import math
 from collections.abc import Sequence
-from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
@@ -15,16 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from energymargin.evaluation import LabelledScores
-from energymargin.evaluation.curves import (
-    CAPTURED,
-    SUCCESS,
-    OneLabelError,
-    Target,
-    Wrongness,
-    metrics_against,
-    roc,
-    target_name,
-)
+from energymargin.evaluation.curves import TARGETS, Wrongness, metrics_against, target_name
 from energymargin.plots.curves import plot_distribution, plot_precision_recall, plot_roc
 from energymargin.plots.trajectories import figure_scores, trajectory_scores
 from energymargin.report.subject import Data, Subject
@@ -95,32 +85,18 @@ def _trajectory(subject: Subject, data: Data, t: int, group: str) -> Image:
     return Image(group, title, _svg(figure_scores({title: scores}, width=WIDE)))
 
 
-def curves(labelled: LabelledScores, horizon: int, last: int) -> Picture | None:
-    """ROC and precision over recall of the states, and of whole trajectories; None if no score has
-    labels of both kinds."""
-    targets: tuple[Target, ...] = (CAPTURED, SUCCESS)
+def curves(labelled: LabelledScores, horizon: int, last: int) -> Picture:
+    """ROC and precision over recall of the states, and of whole trajectories."""
     images = []
-    for target in targets:
-        metrics = _told_apart(labelled, target, horizon, last)
-        if metrics:
+    for target in TARGETS:
+        if metrics_against(labelled, target):
             figure = Figure(figsize=CURVES, layout="constrained")
             left, right = figure.subplots(1, 2)
-            asked: dict[str, Any] = {"metrics": metrics, "target": target, "horizon": horizon}
-            plot_roc(labelled, ax=left, last=last, **asked)
-            plot_precision_recall(labelled, ax=right, last=last, **asked)
+            plot_roc(labelled, ax=left, target=target, horizon=horizon, last=last)
+            plot_precision_recall(labelled, ax=right, target=target, horizon=horizon, last=last)
             images.append(Image("", target_name(target, horizon, last), _svg(figure)))
     label = "ROC, and precision over recall, of each score"
-    return Picture("roc", label, images, "Held against") if images else None
-
-
-def _told_apart(labelled: LabelledScores, target: Target, horizon: int, last: int) -> list[str]:
-    """The metrics whose labels are of both kinds."""
-    metrics = []
-    for metric in metrics_against(labelled, target):
-        with suppress(OneLabelError):
-            roc(labelled, metric, target=target, horizon=horizon, last=last)
-            metrics.append(metric)
-    return metrics
+    return Picture("roc", label, images, "Held against")
 
 
 def distributions(every: Sequence[Wrongness]) -> Picture | None:

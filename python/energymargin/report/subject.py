@@ -19,9 +19,8 @@ from energymargin.beliefs.uncertainty import Sampling
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
-from energymargin.evaluation import Evaluation, LabelledScores
-from energymargin.evaluation.curves import SUCCESS, target_name
-from energymargin.evaluation.labelled import FORCE, SUCCESSES
+from energymargin.evaluation import LabelledScores
+from energymargin.evaluation.labelled import FORCE
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.plots.trajectories import BAND
 from energymargin.reprs import short_repr
@@ -180,12 +179,11 @@ class Notice(NamedTuple):
     """What would put it there."""
 
 
-def notices(subject: Subject, data: Data, result: Evaluation, output: Path) -> list[Notice]:
+def notices(subject: Subject, data: Data, output: Path) -> list[Notice]:
     """All that is missing, for the top of the page, which will be at `output`."""
     return [
         *_unscored(subject, data),
         *_unasked(subject, data),
-        *_one_label(subject, result),
         *_no_dataset(subject, data, output),
         *_other_algorithm(subject),
     ]
@@ -217,25 +215,6 @@ def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
             f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
             "this adds a run with all scores, and computes only what is new:",
             _command(subject, data, None),
-        )
-
-
-def _one_label(subject: Subject, result: Evaluation) -> Iterator[Notice]:
-    """Scores that have no AUC, for want of a second label."""
-    cells = {(score, h): cell for score, of in result.states.items() for h, cell in of.items()}
-    without: dict[str, list[str]] = {}  # by label
-    for (score, horizon), cell in cells.items():
-        if cell is None and not np.isnan(subject.scores(score)).all():
-            without.setdefault(target_name(horizon=horizon), []).append(score)
-    for score in SUCCESSES:
-        lacks = score in subject.metrics and score not in result.trajectories
-        if lacks and not np.isnan(subject.scores(score)).all():
-            without.setdefault(target_name(SUCCESS, last=result.last), []).append(score)
-    if without:
-        listed = "; ".join(f"{label}: {', '.join(scores)}" for label, scores in without.items())
-        yield Notice(
-            "No AUC and no AP where all that are scored are of one kind, for these compare two. "
-            f"So it is with {listed}."
         )
 
 
