@@ -344,7 +344,9 @@ def run(one: Run) -> Summary:
     if any(metric in TIMED for metric in one.metrics):
         rows.append(("probabilities", disturbance_in_words(one.settings)))
     if one.sampling is not None:
-        rows.append(("not known", f"{one.sampling}; each score is the mean of its particles"))
+        rows.append(
+            ("not known for sure", f"{one.sampling}; each score is the mean of its particles")
+        )
     return Summary(f"Run {one.number} of {one.store.path.name}", rows)
 
 

@@ -140,7 +140,7 @@ def test_the_report_shows_how_far_the_particles_lie_apart(dataset, path, tmp_pat
     document = Document(page)
     assert all("capture: 0.1 to 0.9 quantile" in one.texts for one in document.pictures["along"])
     text = document.text
-    assert "Not known for sure" in text and "3 particles; each score is the mean" in text
+    assert "not known for sure" in text and "3 particles; each score is the mean" in text
 
 
 def test_the_viewer_shows_a_low_quantile_beside_the_mean(dataset, path):
