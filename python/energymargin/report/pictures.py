@@ -50,7 +50,7 @@ class Picture(NamedTuple):
 def along(subject: Subject, data: Data, wrong: NDArray[np.float64], most: int) -> Picture | None:
     """At most so many trajectories: half those whose scores are most wrong, `wrong` (T,), and of
     the others some that are evenly spaced; None if no trajectory has a score."""
-    worst, others = chosen(np.array(subject.scored), wrong, most)
+    worst, others = chosen(np.array(subject.scored, int), wrong, most)
     rest = ALL if len(worst) + len(others) == len(subject.scored) else OTHERS
     images = [_trajectory(subject, data, t, WORST) for t in worst]
     images += [_trajectory(subject, data, t, rest) for t in others]
