@@ -41,7 +41,7 @@ UNFINISHED = "Not complete: it was stopped before its end."
 NOISE = 1e-12  # N, or m; what is less is left of numbers that cancel out
 EQUAL = 1e-9  # of their number: weights that differ by less do not
 DETAIL = 150  # cells of the sets along the longer side of a state's picture, which is quick
-COLORS = "object orange, effector green; capture set blue, success set grey with dashed edge"
+STATE = "the state: object orange, effector green, capture set blue, success set grey and dashed"
 MOST_NAMES = 4  # of bodies
 
 Row = tuple[str, object]
@@ -151,7 +151,7 @@ def capture_probability(found: CaptureProbability) -> Summary:
     for number, each in enumerate(found.by_object):
         rows.append((f"captured, object {number}", f"{each.captured:.3f}"))
     rows.append(("rollouts", _rollouts(found)))
-    curve = Picture("plot_probability", found, "its curve", {"legend": False}, size=(4.5, 3.0))
+    curve = Picture("plot_probability", found, "its curve", {"legend": False})
     return Summary("Probability", rows, notes=_notes(found), picture=curve)
 
 
@@ -199,7 +199,7 @@ def problem(asked: Problem) -> Summary:
         ("measured contacts", "none" if contacts is None else len(contacts)),
         *future_rows(asked),
     ]
-    state = Picture("plot_state", asked, "the state", {"detail": DETAIL}, COLORS)
+    state = Picture("plot_state", asked, STATE, {"detail": DETAIL})
     return Summary("Problem", rows, picture=state)
 
 

@@ -26,6 +26,7 @@ __all__ = ["MOST_ROWS", "Picture", "Summary", "attach", "html_or_text", "summary
 
 MOST_ROWS = 12  # of a long table in a notebook
 CELL = "text-align:left;padding:0.1em 1em 0.1em 0;white-space:pre-wrap"
+SIZE = (4.5, 3.2)  # inch, of a picture
 RESOLUTION = 80  # dots an inch
 COMPILED = (
     *("CaptureProbability", "CaptureScore", "EscapeEffort", "EscapeEnergy", "ForceScore"),
@@ -41,11 +42,8 @@ class Picture(NamedTuple):
     thing: object
     """Its argument."""
     shows: str
-    """What it shows, for who cannot see it."""
+    """What it shows, below it and for who cannot see it."""
     options: Mapping[str, Any] = {}
-    note: str = ""
-    size: tuple[float, float] = (4.5, 3.2)
-    """[inch]"""
 
 
 @dataclass(frozen=True)
@@ -96,8 +94,8 @@ class Summary:
         table = f"<div>{''.join(parts)}</div>"
         image = None if self.picture is None else _drawn(self.picture)
         if self.picture is not None and image is not None:
-            drawn = f'<div><img alt="{self.picture.shows}" src="{image}"><br>'
-            drawn += f"{_small(self.picture.note)}</div>"
+            shows = self.picture.shows
+            drawn = f'<div><img alt="{shows}" src="{image}"><br>{_small(shows)}</div>'
             table = f'<div style="display:flex;flex-wrap:wrap;gap:1em">{table}{drawn}</div>'
         return table + ("" if self.further is None else self.further.to_html())
 
@@ -193,7 +191,7 @@ def _drawn(picture: Picture) -> str | None:
     try:
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=picture.size, dpi=RESOLUTION, layout="constrained")
+        figure = Figure(figsize=SIZE, dpi=RESOLUTION, layout="constrained")
         plot = getattr(import_module("energymargin.plots"), picture.plot)
         plot(picture.thing, ax=figure.subplots(), **picture.options)
         image = io.BytesIO()

@@ -301,7 +301,7 @@ class _Run:
         return Improvement(
             values=box.values(chosen),
             start=box.values(box.start),
-            problem=self.maker.required(chosen),
+            problem=self._there({None: chosen})[None],
             ranking=ranking,
             generations=tuple(generations),
             ranges=box.ranges,

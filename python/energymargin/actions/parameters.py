@@ -105,13 +105,6 @@ class Maker:
         found = [_constrained(one, k, values) for k, one in enumerate(self.constraints)]
         return float(sum(max(0.0, -value) for value in found))
 
-    def required(self, point: Point) -> Problem:
-        """The problem of a point that was made before; ValueError if it cannot be any more."""
-        made = self.make(point)
-        if made is None:
-            raise ValueError("make_plan returned None for values that it made a plan of before")
-        return made
-
     def make(self, point: Point) -> Problem | None:
         """The problem of a point in the unit cube; None if it cannot be."""
         values = self.box.values(point)

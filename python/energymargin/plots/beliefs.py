@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 from energymargin.beliefs import Belief, BeliefScore
 from energymargin.metrics import axis_label, is_likelihood, value_text
 from energymargin.outlines import Plan, body_poses, outlines_of, plane_for, view_of
-from energymargin.plots.scenes import draw_bodies
+from energymargin.plots.scenes import draw_bodies, set_plane
 from energymargin.plots.styles import light_grid
 
 COLORS = "viridis"
@@ -65,8 +65,7 @@ def _draw_particles(
                         outline, fill=False, edgecolor=color, linewidth=0.8, alpha=0.7, zorder=5
                     )
                 )
-    ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
-    ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
+    set_plane(ax, plane, limits)
     ax.set_title(f"{len(score.values)} particles", fontsize=10)
 
 

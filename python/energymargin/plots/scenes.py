@@ -44,6 +44,12 @@ def draw_bodies(
     _draw_joints(ax, scene, poses, plane)
 
 
+def set_plane(ax: Axes, plane: Plan, limits: Limits) -> None:
+    """The names and limits of axes that show a plane."""
+    ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
+    ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
+
+
 def draw_ghost(ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan) -> None:
     """Object and effector as they are in another state."""
     poses = body_poses(scene, state)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene, Tree
 from energymargin.checks import positive_number, whole_number, yes_or_no
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
-from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, sets_of
+from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
 from energymargin.plots.styles import (
     BODY_COLORS,
     CAPTURED_COLOR,
@@ -301,8 +301,7 @@ def _random_nodes(nodes: int, number: int) -> list[int]:
 
 
 def _finish_axes(ax: Axes, view: _View, title: str) -> None:
-    ax.set(xlim=view.limits[0], ylim=view.limits[1], aspect="equal")
-    ax.set(xlabel=f"{view.plane[0]} [m]", ylabel=f"{view.plane[1]} [m]")
+    set_plane(ax, view.plane, view.limits)
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_major_locator(MaxNLocator(5))
     ax.set_title(title, fontsize=10)
