@@ -222,9 +222,7 @@ def test_a_weld_and_a_connection_of_what_moves_are_named():
         built(inside, sections={"equality": ends})
 
 
-def test_an_unknown_name_to_ignore_is_refused():
-    with pytest.raises(ValueError, match=r"ignore has 'tendons', expected one of .*tendon"):
-        built(link("a"), ignore=["tendons"])
+def test_a_word_alone_to_ignore_is_refused():
     with pytest.raises(ValueError, match=r"ignore is 'tendon', expected a tuple: \('tendon',\)"):
         built(link("a"), ignore="tendon")
 
@@ -540,9 +538,9 @@ def hand(**options):
 @pytest.mark.parametrize(
     "message",
     [
-        "'actuator/tendon' leaves joints without a drive: 'a', 'b'",
-        "'actuator/motor' leaves joints without a drive: 'c'",
-        "'equality/connect' leaves bodies without what held them: 'd', 'c'",
+        "without 'actuator/tendon' nothing drives or holds a, b",
+        "without 'actuator/motor' nothing drives or holds c",
+        "without 'equality/connect' nothing drives or holds body 'd', body 'c'",
     ],
 )
 def test_what_is_ignored_is_told_with_what_it_leaves_loose(message, monkeypatch):

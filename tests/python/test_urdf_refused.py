@@ -166,9 +166,9 @@ def test_an_undeclared_namespace_that_is_ignored_is_no_warning(tmp_path):
 
 def test_a_declared_namespace_is_refused_by_a_name_that_can_be_ignored(tmp_path):
     text = ARM.replace("</robot>", '<a:b xmlns:a="http://a"/></robot>')
-    with pytest.raises(ValueError, match=r"ignore=\('http://a:b',\)"):
+    with pytest.raises(ValueError, match=r"ignore=\('a:b',\)"):
         built(tmp_path, text)
-    assert names(built(tmp_path, text, ignore=("http://a:b",))) == names(built(tmp_path))
+    assert names(built(tmp_path, text, ignore=("a:b",))) == names(built(tmp_path))
 
 
 @pytest.mark.parametrize("namespace", ["", ' xmlns:xacro="http://www.ros.org/wiki/xacro"'])
@@ -196,9 +196,3 @@ def test_elements_that_are_nested_without_end_are_refused(tmp_path, element):
     deep = f"<{element}>" * 200_000 + f"</{element}>" * 200_000
     with pytest.raises(ValueError, match="nested deeper than 100 in line 1"):
         built(tmp_path, f'<robot name="r">{deep}</robot>')
-
-
-def test_an_undefined_entity_is_refused(tmp_path):
-    text = '<!DOCTYPE robot SYSTEM "none.dtd">' + ARM.replace("</robot>", "&arm;</robot>")
-    with pytest.raises(ValueError, match="undefined entity &arm;"):
-        built(tmp_path, text)

@@ -29,7 +29,6 @@ CONTROL = (
 )
 Control = Mapping[str, Mapping[str, Any]]
 
-NO_DRIVE = "joints without a drive"
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 Pair = tuple[str, str]
 
@@ -54,17 +53,10 @@ def counted(features: Mapping[str, int]) -> str:
     return ", ".join(f"{name} ({count})" for name, count in features.items())
 
 
-def warn_of_loose(
-    source: str,
-    ignored: str,
-    names: Collection[str],
-    fingerprint: str,
-    *,
-    leaves: str = NO_DRIVE,
-) -> None:
+def warn_of_loose(source: str, ignored: str, names: Collection[str], fingerprint: str) -> None:
     """Warns, once for a fingerprint, of what moves freely without what is ignored."""
     if names:
-        text = f"{source}: ignore={ignored!r} leaves {leaves}: {', '.join(map(repr, names))}."
+        text = f"{source}: without {ignored!r} nothing drives or holds {', '.join(names)}."
         warn([(text, f"{text} joints={{name: ...}} drives or holds a joint.")], fingerprint)
 
 

@@ -178,7 +178,7 @@ def _held(selection: Selection, equality: int, ends: list[int]) -> list[str]:
     if selection.root in ends and not all(body in selection.lump for body in ends):
         return []  # where the base is, and how it moves, the caller says
     moving = [body for body in ends if body in selection.lump and body not in selection.static]
-    return [name_of(model, "body", body) for body in moving]
+    return [f"body {name_of(model, 'body', body)!r}" for body in moving]
 
 
 def linear_tendon(model: Any, tendon: int) -> Linear | None:

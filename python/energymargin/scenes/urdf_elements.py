@@ -9,15 +9,14 @@ import math
 import warnings
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers import expat
 
 from energymargin.limits import Limit
-from energymargin.plausibility import levels_to_user
+from energymargin.plausibility import levels_to_user, warn
 from energymargin.scenes.additions import NotSimulatedError, counted
-from energymargin.scenes.urdf_origins import warn_of_origins
 
 # How many numbers an attribute holds; the others are words.
 NUMBERS = {
@@ -27,7 +26,7 @@ NUMBERS = {
     **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
     **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
 }
-XACRO = "xacro:"  # its elements make others, so they are never left out for want of a declaration
+XACRO = "xacro"  # its elements make others, so they are never left out for want of a declaration
 EXPRESSIONS = ("${", "$(")  # of xacro, in attributes
 LOOKS = ("visual", "material")
 # What asks for nothing at this value.
@@ -47,9 +46,8 @@ HINTS = {
 }
 MIMIC = "joint/mimic"
 MAX_DEPTH = 100  # of nested elements; a shape is the fifth
-# Marks a name whose prefix the file does not declare; no name in XML begins so.
-UNDECLARED = "?"
-NAMESPACES = {"": "", "xml": "xml"}  # by prefix, where a file declares none
+TURN = 6.2832  # rad; a full turn, with room for a rounded 2 pi
+FARTHEST = 20.0  # m; no part of a robot is farther from the one before it
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,6 @@ def checked(
 
     Beside it the names of the joints whose <mimic> is left out.
 
-
     `subtree`: the link that is kept with all that hangs on it; other links and joints are not read.
     `ignore`: elements by tag or by "parent/tag", attributes as "tag.attribute" or
     "parent/tag.attribute"; what is simulated somewhere is ignored with its parent alone. Warns
@@ -113,16 +110,14 @@ def checked(
     mistake, and TimeoutError or Cancelled at the limit.
     """
     _require_places(ignore)
-    root = parsed(path, limit)
+    root, declared = parsed(path, limit)
     if root.tag != "robot":
-        tag = root.tag.removeprefix(UNDECLARED)
-        raise ValueError(f"{path} is no URDF file: its root is <{tag}>, expected <robot>")
+        raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>")
     if subtree is not None:
         keep_subtree(root, subtree)
-    warn_of_origins(path, root)
     loose = tuple(joint.get("name", "") for joint in root.iterfind("joint[mimic]"))
     undeclared: Counter[str] = Counter()
-    _strip(root, "", {*LOOKS, *ignore}, undeclared)
+    _strip(root, "", {*LOOKS, *ignore}, declared, undeclared)
     unknown: Counter[str] = Counter()
     _walk(root, "robot", unknown)
     if unknown:
@@ -136,6 +131,7 @@ def checked(
             f"{counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
             stacklevel=levels_to_user(),
         )
+    warn(_units(path, root), str(path))
     return root, loose if MIMIC in ignore else ()
 
 
@@ -154,31 +150,37 @@ def _require_places(ignore: Collection[str]) -> None:
 
 
 def _strip(
-    element: ET.Element, parent: str, left_out: Collection[str], undeclared: Counter[str]
+    element: ET.Element,
+    parent: str,
+    left_out: Collection[str],
+    declared: Collection[str],
+    undeclared: Counter[str],
 ) -> None:
     """Takes out elements and attributes, and what asks for nothing; counts the undeclared."""
     for name in list(element.attrib):
-        foreign = name.startswith(UNDECLARED)
-        what = f"{element.tag}.{name.removeprefix(UNDECLARED)}"
+        foreign = _prefix(name) not in declared
+        what = f"{element.tag}.{name}"
         ignored = what in left_out or f"{parent}/{what}" in left_out
         if foreign and not ignored:
             undeclared[what] += 1
         if foreign or ignored or _nothing(element, name):
             del element.attrib[name]
     for child in list(element):
-        foreign = child.tag.startswith(UNDECLARED)
-        child.tag = child.tag.removeprefix(UNDECLARED)
+        foreign = _prefix(child.tag) not in declared
         ignored = child.tag in left_out or f"{element.tag}/{child.tag}" in left_out
-        foreign = foreign and not child.tag.startswith(XACRO)
         if foreign and not ignored:
             undeclared[child.tag] += 1
         if foreign or ignored:
             element.remove(child)
             continue
-        _strip(child, element.tag, left_out, undeclared)
+        _strip(child, element.tag, left_out, declared, undeclared)
         neutral = (child.tag, "value") in NOTHING and not child.attrib and not len(child)
         if neutral:
             element.remove(child)
+
+
+def _prefix(name: str) -> str:
+    return name.rpartition(":")[0] or "xml"
 
 
 def _nothing(element: ET.Element, name: str) -> bool:
@@ -242,54 +244,62 @@ def _check_numbers(tag: str, name: str, text: str, where: str) -> None:
         raise ValueError(f"{where}: <{tag} {name}={text!r}>, expected {expected}")
 
 
-def parsed(path: Path, limit: Limit) -> ET.Element:
-    """The root of a file's elements, with attributes and without text.
+def _units(path: Path, robot: ET.Element) -> Iterator[tuple[str, str]]:
+    """Yields, for `warn`, each origin that looks like one in degrees or in millimetres."""
+    for item in robot:
+        for place in item.iter():
+            part = "" if place is item else f", {place.tag}"
+            where = f"{item.tag} {item.get('name')!r}{part}:"
+            for origin in place.findall("origin"):
+                for name, unit, most, other in (
+                    ("rpy", "rad", TURN, "degrees"),
+                    ("xyz", "m", FARTHEST, "millimetres"),
+                ):
+                    text = origin.get(name, "0")
+                    if max(abs(float(word)) for word in text.split()) > most:
+                        yield (
+                            f"{where} {name}",
+                            f"{path.name}: {where} {name} is '{text}' {unit}, expected at most "
+                            f"{most:.4g}: was it meant in {other}?",
+                        )
 
-    A name in a namespace is "namespace:name", or `UNDECLARED` and "prefix:name" where the file
-    declares none for its prefix, which ElementTree would refuse. Raises FileNotFoundError,
-    ValueError if the file is no XML or its
-    elements are nested deeper than `MAX_DEPTH`, and TimeoutError or Cancelled at the limit.
+
+def parsed(path: Path, limit: Limit) -> tuple[ET.Element, set[str]]:
+    """The root of a file's elements, with attributes and without text, and the prefixes of the
+    namespaces that the file declares. Names keep their prefixes: ElementTree's own parser refuses
+    those that are not declared.
+
+    Raises FileNotFoundError, ValueError if the file is no XML or its elements are nested deeper
+    than `MAX_DEPTH`, and TimeoutError or Cancelled at the limit.
     """
     builder, parser = ET.TreeBuilder(), expat.ParserCreate()
-    scopes = [NAMESPACES]  # namespaces by prefix, of each element that is open
+    declared, depth = {"xml", XACRO}, 0
 
     def start(name: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
         limit.require(f"{path} was read")
-        if len(scopes) > MAX_DEPTH:
+        if depth > MAX_DEPTH:
             raise ValueError(
                 f"{path} has elements nested deeper than {MAX_DEPTH} in line "
                 f"{parser.CurrentLineNumber}, expected a URDF file: a shape is the fifth"
             )
-        declared = {k: uri for k, uri in attributes.items() if f"{k}:".startswith("xmlns:")}
-        scope = scopes[-1] | {k.removeprefix("xmlns")[1:]: uri for k, uri in declared.items()}
-        scopes.append(scope)
-        own = {k: value for k, value in attributes.items() if k not in declared}
-        known = {_full(k, scope) if ":" in k else k: value for k, value in own.items()}
-        builder.start(_full(name, scope), known)
+        depth += 1
+        spaces = [key for key in attributes if f"{key}:".startswith("xmlns:")]
+        declared.update(key.removeprefix("xmlns:") for key in spaces)
+        builder.start(name, {key: attributes[key] for key in attributes if key not in spaces})
 
     def end(name: str) -> None:
-        builder.end(_full(name, scopes.pop()))
-
-    def other(text: str) -> None:
-        if text.startswith("&"):  # of a document type that is not read
-            raise ValueError(f"{path} is no XML file: undefined entity {text}")
+        nonlocal depth
+        depth -= 1
+        builder.end(name)
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.DefaultHandlerExpand = other
     try:
         with open(path, "rb") as file:
             parser.ParseFile(file)
     except (expat.ExpatError, LookupError) as error:  # LookupError: an unknown encoding
         raise ValueError(f"{path} is no XML file: {error}") from error
-    return builder.close()
-
-
-def _full(name: str, scope: dict[str, str]) -> str:
-    """A name with its namespace in place of its prefix."""
-    prefix, _, rest = name.rpartition(":")
-    if prefix not in scope:
-        return UNDECLARED + name
-    return f"{scope[prefix]}:{rest}" if scope[prefix] else rest
+    return builder.close(), declared
 
 
 def keep_subtree(robot: ET.Element, root: str) -> None:

@@ -30,9 +30,19 @@ APART = 10.0  # of the larger of two links, by which a joint may hold them apart
 # An inertia that differs by the first is that of the shapes, and from the second on another one.
 SAME = 0.1
 OTHER = 0.3
-NAMED = 3  # links in a warning; a robot has many
 
-WAY_OUT = "inertia='shapes' takes it from the collision shapes"
+# What is wrong with links of a kind; the way out of wrong inertias is inertia='shapes'.
+TOO_LARGE = (
+    "more inertia than bodies of their mass and size can have: wrong units, or a placeholder"
+)
+TOO_SMALL = "the inertia of a point beside their size: wrong units, or a mesh in millimetres"
+OTHER_AXES = (
+    "the inertia of their shapes about other axes: is the rpy of the inertial's origin wrong"
+)
+ORIGIN = "the inertia of their shapes about the link's origin, expected about the centre of mass"
+OUTSIDE_SHAPES = "a centre of mass far outside of their shapes: is an origin wrong"
+FAR = "shapes far from their parent's: is the origin of the joint or of the collision wrong"
+WAY_OUT = "inertia='shapes' takes the inertias from the shapes"
 
 
 class _Warning(NamedTuple):
@@ -42,21 +52,6 @@ class _Warning(NamedTuple):
     """What is wrong with this link, behind its name."""
 
 
-# What is wrong with all links of a kind.
-KINDS = {
-    "too large": "more than bodies of their mass and size can have: wrong units, or a placeholder? "
-    + WAY_OUT,
-    "too small": "that of a point beside their size: wrong units, or a mesh in millimetres? "
-    + WAY_OUT,
-    "other axes": "that of their shapes about other axes: is the rpy of the inertial's origin "
-    "wrong? " + WAY_OUT,
-    "origin": "that of their shapes about the link's origin, expected about the centre of mass. "
-    + WAY_OUT,
-    "outside": "far outside of their shapes: is the inertial's or the collision's origin wrong?",
-    "apart": "far from the parent: is the origin of the joint or of the collision wrong?",
-}
-
-
 def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, Any]]) -> None:
     """Warns once of each kind of contradiction, with the links that have it.
 
@@ -64,21 +59,17 @@ def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, An
     may reach beyond its collision shapes.
     """
     points = {name: corners(body["shape"]) for name, body in bodies.items()}
-    found: dict[str, list[_Warning]] = {}
-    for warning in (*_of_masses(bodies, points), *_of_places(robot, points)):
-        found.setdefault(warning.kind, []).append(warning)
-    texts = [(f"{path}: {kind}", f"{path.name}: {_text(of)}") for kind, of in found.items()]
+    found: dict[str, list[str]] = {}
+    for kind, link, text in (*_of_masses(bodies, points), *_of_places(robot, points)):
+        found.setdefault(kind, []).append(f"{link!r} ({text})")
+    texts = [
+        (
+            f"{path}: {kind}",
+            f"{path.name} has links with {kind}? {', '.join(links)}. {WAY_OUT}.",
+        )
+        for kind, links in found.items()
+    ]
     warn(texts, f"{path} {found}")
-
-
-def _text(warnings: list[_Warning]) -> str:
-    kind = warnings[0].kind
-    more = f", and {len(warnings) - NAMED} more" if len(warnings) > NAMED else ""
-    listed = ", ".join(f"{warning.link!r} ({warning.text})" for warning in warnings[:NAMED])
-    what = {"outside": "the centre of mass of", "apart": ""}.get(kind, "the inertia of")
-    links = "link" if len(warnings) == 1 else "links"
-    verb = "are" if kind == "apart" and len(warnings) > 1 else "is"
-    return f"{what} {links} {listed}{more} {verb} {KINDS[kind]}".strip()
 
 
 def _of_masses(
@@ -93,23 +84,18 @@ def _of_masses(
         extent = float((high - low).max())
         away = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - center, center - high))))
         if away > OUTSIDE * extent:
-            yield _Warning("outside", name, f"{away:.3g} m away from shapes of {extent:.3g} m")
+            yield _Warning(OUTSIDE_SHAPES, name, f"{away:.3g} m away from shapes of {extent:.3g} m")
         gyration = float(np.sqrt(0.5 * np.sum(inertial.moments) / mass))
         reach = float(np.linalg.norm(points[name] - center, axis=1).max())
         if gyration > MOST_GYRATION * reach:
-            yield _Warning("too large", name, _radius(gyration, reach))
+            kind = TOO_LARGE
         elif gyration < LEAST_GYRATION * reach:
-            yield _Warning("too small", name, _radius(gyration, reach))
-        elif kind := _of_other_axes(body["shape"], mass, inertial):
-            yield _Warning(kind, name, _moments(inertial))
-
-
-def _radius(gyration: float, reach: float) -> str:
-    return f"radius of gyration {gyration:.3g} m, shapes within {reach:.3g} m"
-
-
-def _moments(inertial: Inertial) -> str:
-    return "moments " + ", ".join(f"{moment:.3g}" for moment in inertial.moments) + " kg m^2"
+            kind = TOO_SMALL
+        else:
+            kind = _of_other_axes(body["shape"], mass, inertial)
+        if kind:
+            text = f"radius of gyration {gyration:.3g} m, shapes within {reach:.3g} m"
+            yield _Warning(kind, name, text)
 
 
 def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
@@ -120,10 +106,10 @@ def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
     if not solid.volume > 0.0 or _difference(own, expected) < OTHER:
         return ""
     if _difference(np.sort(inertial.moments), np.sort(solid.moments)) < SAME:
-        return "other axes"
+        return OTHER_AXES
     center = np.asarray(inertial.center)
     moved = expected + mass * (center @ center * np.eye(3) - np.outer(center, center))
-    return "origin" if _difference(own, moved) < SAME else ""
+    return ORIGIN if _difference(own, moved) < SAME else ""
 
 
 def _difference(own: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
@@ -149,7 +135,7 @@ def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Itera
         largest = max(float((high - low).max()) for low, high in boxes)
         if gap > APART * largest:
             text = f"{gap:.3g} m from {joint.parent!r} by joint {joint.name!r}"
-            yield _Warning("apart", joint.child, text)
+            yield _Warning(FAR, joint.child, text)
 
 
 def corners(shape: Any) -> NDArray[np.float64]:
