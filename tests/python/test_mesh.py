@@ -181,12 +181,13 @@ def test_parts_are_cached_in_the_users_cache_folder(monkeypatch):
     assert cache_folder() == Path.home() / ".cache" / "energymargin"
 
 
-def test_a_long_wait_is_logged_and_nowhere_else(tmp_path, monkeypatch, caplog, capfd):
-    monkeypatch.setattr(convex, "PATIENCE", 0.0)
+def test_a_decomposition_is_logged_once_and_nowhere_else(tmp_path, monkeypatch, caplog, capfd):
+    monkeypatch.setenv("ENERGYMARGIN_CACHE", str(tmp_path))
     with caplog.at_level(logging.WARNING, logger="energymargin"):
-        mesh(angle(tmp_path), threshold=0.3)
+        for _ in range(2):
+            mesh(angle(tmp_path), threshold=0.3)
     assert [r.levelname for r in caplog.records] == ["WARNING"]
-    assert "angle.stl is still being decomposed" in caplog.text
+    assert "angle.stl into convex parts, once" in caplog.text
     assert capfd.readouterr().out == ""
 
 

@@ -12,17 +12,6 @@ from energymargin.bars import bar, bars_by
 from energymargin.cli import application
 from energymargin.cli.progress import inner_bar, progress_bar
 from energymargin.meshes import mesh
-from energymargin.meshes.progress import Tally, pieces
-
-LOG = """ - Preprocess
- - Decomposition (MCTS)
-iter 0 ---- waiting pool: 1
-Processing [0.0%]
-Processing [100.0%]
-iter 1 ---- waiting pool: 4
-Processing [50.0%]
-Processing [25.0%]
-"""
 
 
 @pytest.fixture
@@ -30,77 +19,32 @@ def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("ENERGYMARGIN_CACHE", str(tmp_path / "cache"))
 
 
-class Reports(list):
-    def __call__(self, done, total):
-        self.append((done, total))
-
-    def are_whole(self):
-        """Counts never fall, and end where all is done."""
-        counts = [done for done, _ in self]
-        return counts == sorted(counts) and self[-1][0] == self[-1][1]
-
-
-@pytest.mark.parametrize(
-    ("log", "count"),
-    [
-        ("", (0, 1)),
-        (" - Preprocess\n", (0, 1)),
-        ("iter 0 ---- waiting pool: 1\nProcessing [0.0%]\n", (0, 2)),
-        (LOG, (3, 6)),
-        (LOG + "Processing [100.0%]\niter 2 ---- waiting pool: 2\n", (5, 8)),
-        (LOG + "Processing [100.0%]\n - Merge Convex Hulls\n", (5, 6)),
-        ("iter 0 ---- waiting pool: 1\nProcessing [0.0", (0, 2)),  # a line that is being written
-    ],
-)
-def test_pieces_are_counted_as_far_as_the_log_of_coacd_goes(log, count):
-    assert pieces(log) == count
-
-
-def test_a_tally_adds_up_works_that_follow_one_another():
-    reports = Reports()
-    tally = Tally(reports, 3)
-    first = tally.begin()
-    first(0, 1)
-    first(4, 4)
-    tally.begin()  # one that has nothing to report
-    last = tally.begin()
-    last(1, 2)
-    last(2, 2)
-    assert reports == [(0, 3), (4, 6), (6, 7), (7, 7)]
-
-
 @pytest.mark.usefixtures("own_cache")
-def test_a_decomposition_reports_its_pieces_and_one_from_the_cache_that_it_is_there(tmp_path):
-    file, reports = angle(tmp_path), Reports()
-    mesh(file, progress=reports)
-    assert reports.are_whole() and reports[-1][1] >= 3  # coacd's log is understood
-    again = Reports()
-    mesh(file, progress=again)
-    assert again == [(1, 1)]
-
-
-@pytest.mark.usefixtures("own_cache")
-def test_two_solids_in_a_file_are_one_count(tmp_path):
+def test_the_solids_of_a_file_are_counted(tmp_path):
     far = bars()
     far.apply_translation((1, 0, 0))
-    reports = Reports()
-    mesh(written(tmp_path, bars() + far), progress=reports)
-    assert reports.are_whole() and reports[-1][1] >= 5
+    reports = []
+    mesh(written(tmp_path, bars() + far), progress=lambda *counts: reports.append(counts))
+    assert reports == [(0, 2), (1, 2), (2, 2)]
 
 
 @pytest.mark.usefixtures("own_cache")
-def test_meshes_of_a_robot_are_one_count(tmp_path):
+def test_the_links_of_a_robot_are_counted(tmp_path):
     angle(tmp_path)
-    shape = '<collision><geometry><mesh filename="solid.stl"/></geometry></collision>'
-    mesh_link = INERTIAL + shape.replace("solid", "angle")
-    text = chain(joint("ab", "a", "b"), joint("bc", "b", "c"), links="a").replace(
-        "</robot>", link("b", mesh_link) + link("c", mesh_link) + "</robot>"
+    shape = '<collision><geometry><mesh filename="angle.stl"/></geometry></collision>'
+    text = chain(joint("ab", "a", "b"), links="a").replace(
+        "</robot>", link("b", INERTIAL + shape) + "</robot>"
     )
-    reports = Reports()
-    scene = built(tmp_path, text, progress=reports, inertia="shapes", self_collision=False)
-    assert len(scene.bodies[2].shape.parts) >= 2
-    assert reports.are_whole()
-    assert reports[0][1] >= 2  # the other one has not begun
+    reports = []
+    scene = built(
+        tmp_path,
+        text,
+        progress=lambda *counts: reports.append(counts),
+        inertia="shapes",
+        self_collision=False,
+    )
+    assert len(scene.bodies[1].shape.parts) >= 2
+    assert reports == [(0, 2), (1, 2), (2, 2)]
 
 
 @pytest.mark.usefixtures("own_cache")

@@ -1,7 +1,7 @@
 """A process of its own that decomposes one mesh, so that Ctrl-C can end it at any time.
 
-Run by path with a folder, it reads `mesh.npz` there and writes `parts.npz`; coacd's log goes to
-stdout. It does not import the package, which would take it longer than most meshes do.
+Run by path with a folder, it reads `mesh.npz` there and writes `parts.npz`. It does not import
+the package, which would take it longer than most meshes do.
 """
 
 import json
@@ -21,7 +21,7 @@ def main(folder: Path) -> None:
     import coacd
     import numpy as np
 
-    coacd.set_log_level("info")
+    coacd.set_log_level("error")
     with np.load(folder / "mesh.npz") as mesh:
         solid = coacd.Mesh(mesh["vertices"], mesh["faces"])
         settings = json.loads(str(mesh["settings"]))

@@ -16,7 +16,6 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
@@ -26,17 +25,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from energymargin.bars import bar
 from energymargin.limits import Limit
-from energymargin.meshes.progress import Progress, pieces
 from energymargin.replacing import replaced
-
-__all__ = ["cache_folder", "corners", "decomposed", "hull_volume", "inside"]
 
 log = logging.getLogger("energymargin")
 
 # A fifth of coacd's own effort in the search for cuts: parts as good, in a quarter of the time.
 SEARCH = {"mcts_iterations": 30, "mcts_max_depth": 2}
-PATIENCE = 5.0  # s; a longer wait is logged
 POLL = 0.02  # s; Ctrl-C is answered within it
 # Parts with less than this share of the whole hull's volume are flat but for rounding.
 NOTHING = 1e-9
@@ -54,16 +50,14 @@ def decomposed(
     threshold: float,
     max_points: int,
     seed: int,
-    name: str,
+    path: Path,
     limit: Limit,
-    progress: Progress | None = None,
 ) -> list[NDArray[np.float64]]:
     """Points of convex parts of a mesh, shapes (k, 3) with k up to `max_points`.
 
     A mesh that is not `closed` is made so first. `threshold`: the concavity that a part may have,
-    as a share of the mesh's size. `name` is for messages. progress(done, total) counts
-    pieces while coacd runs. Raises RuntimeError if coacd fails, and TimeoutError or Cancelled if it
-    reaches the limit.
+    as a share of the mesh's size. `path` is for messages. Raises RuntimeError if coacd fails, and
+    TimeoutError or Cancelled if it reaches the limit.
     """
     settings = {
         **SEARCH,
@@ -78,12 +72,21 @@ def decomposed(
     )
     parts = _load(key)
     if parts is None:
-        log.info("decomposing %s into convex parts", name)
-        raw = _run(vertices, faces, settings, _Watch(name, limit, progress))
+        with bar(f"Decomposing {path.name}", "meshes") as update:
+            if update is not None:
+                update(0, 1)
+            else:
+                log.warning(
+                    "decomposing %s into convex parts, once: they are cached in %s. A greater "
+                    "threshold is faster, and decompose=False takes the hull at once",
+                    path,
+                    cache_folder(),
+                )
+            raw = _run(vertices, faces, settings, path, limit)
         least = NOTHING * hull_volume(vertices)
         parts = [corners(points, max_points) for points in raw if hull_volume(points) > least]
         if not parts:
-            raise RuntimeError(f"coacd found no part in {name}; decompose=False takes its hull")
+            raise RuntimeError(f"coacd found no part in {path}; decompose=False takes its hull")
         _store(key, parts)
     return parts
 
@@ -92,7 +95,8 @@ def _run(
     vertices: NDArray[np.float64],
     faces: NDArray[np.int64],
     settings: dict[str, Any],
-    watch: _Watch,
+    path: Path,
+    limit: Limit,
 ) -> list[NDArray[np.float64]]:
     """The parts that coacd makes, in a process that ends with this call, whatever ends it."""
     script = Path(__file__).with_name("coacd_process.py")
@@ -103,76 +107,28 @@ def _run(
         np.savez(folder / "mesh.npz", vertices=vertices, faces=faces, settings=text)
         with (
             open(folder / "messages", "wb") as messages,
-            open(folder / "log", "wb") as log_of_coacd,
             subprocess.Popen(
                 [sys.executable, str(script), str(folder)],
                 env=environment,
                 stdin=subprocess.PIPE,  # open as long as this process is: the other one watches it
-                stdout=log_of_coacd,
+                stdout=subprocess.DEVNULL,
                 stderr=messages,
             ) as process,
         ):
             try:
-                watch.wait(process, folder / "log")
+                while process.poll() is None:
+                    time.sleep(POLL)
+                    limit.require(f"{path} was decomposed")
             except BaseException:
                 process.kill()
                 process.wait()
                 raise
         if process.returncode != 0:
-            lines = _text(folder / "messages").strip().splitlines()
+            lines = (folder / "messages").read_text(errors="replace").strip().splitlines()
             why = lines[-1] if lines else f"it ended with {process.returncode}"
-            raise RuntimeError(
-                f"coacd fails on {watch.name}: {why}; decompose=False takes its hull"
-            )
-        watch.end(folder / "log")
+            raise RuntimeError(f"coacd fails on {path}: {why}; decompose=False takes its hull")
         with np.load(folder / "parts.npz") as parts:
             return [np.asarray(parts[f"arr_{i}"], float) for i in range(len(parts.files))]
-
-
-@dataclass(frozen=True)
-class _Watch:
-    """Waits for coacd, and says how far it is."""
-
-    name: str
-    limit: Limit
-    progress: Progress | None
-
-    def wait(self, process: subprocess.Popen[bytes], log_of_coacd: Path) -> None:
-        """Until the process ends; logs a warning if that takes long."""
-        start = time.monotonic()
-        warned = False
-        last = (0, 0)
-        while process.poll() is None:
-            time.sleep(POLL)
-            self.limit.require(f"{self.name} was decomposed")
-            last = self._report(log_of_coacd, last)
-            if not warned and time.monotonic() - start > PATIENCE:
-                log.warning(
-                    "%s is still being decomposed into convex parts, once: they are cached in %s. "
-                    "A greater threshold is faster, and decompose=False takes the hull at once",
-                    self.name,
-                    cache_folder(),
-                )
-                warned = True
-
-    def _report(self, log_of_coacd: Path, last: tuple[int, int]) -> tuple[int, int]:
-        """Pieces, done and in total; reported if they are not those of the last time."""
-        if self.progress is None:
-            return last
-        now = pieces(_text(log_of_coacd))
-        if now != last:
-            self.progress(*now)
-        return now
-
-    def end(self, log_of_coacd: Path) -> None:
-        """Reports that all pieces are done."""
-        if self.progress is not None:
-            total = pieces(_text(log_of_coacd))[1]
-            self.progress(total, total)
-
-
-def _text(file: Path) -> str:
-    return file.read_text(errors="replace")
 
 
 def hull_volume(points: NDArray[np.float64]) -> float:

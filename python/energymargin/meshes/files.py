@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,16 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
-from energymargin.bars import bar
+from energymargin.bars import Update
 from energymargin.limits import Limit
-from energymargin.meshes.progress import Progress, Tally
 from energymargin.meshes.solids import Solid, solids, winding_numbers
 from energymargin.plausibility import warn
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
-
-__all__ = ["mesh", "needs_extra"]
 
 Corners = NDArray[np.float64]
 
@@ -46,7 +43,7 @@ def mesh(
     threshold: float = THRESHOLD,
     max_points: int = MAX_POINTS,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Update | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> Compound:
@@ -75,8 +72,7 @@ def mesh(
         threshold: the concavity that a part may have, as a share of the mesh's size.
         max_points: corners of a part at most.
         seed: of coacd's search.
-        progress: progress(done, total) counts pieces of the mesh that coacd has looked at, of those
-            that it knows of: the total grows as it cuts pieces in two. At the end both are equal.
+        progress: progress(done, total) counts the solids of the file.
         timeout: [s].
         cancel: ends it once it is set.
 
@@ -91,18 +87,7 @@ def mesh(
     sizes = _scale(scale)
     _check(threshold, max_points, seed)
     path = Path(path)
-    with nullcontext(progress) if progress else bar(f"Decomposing {path.name}", "pieces") as update:
-        tally = Tally(update)
-        how = _Decomposition(path, threshold, max_points, seed, limit, tally)
-        made = _made(how, sizes, scale, decompose=decompose)
-    if progress is not None:
-        progress(tally.total, tally.total)
-    return made
-
-
-def _made(how: _Decomposition, sizes: Corners, scale: Any, *, decompose: bool) -> Compound:
-    """`scale` is as it was given, for messages."""
-    path, limit = how.path, how.limit
+    how = _Decomposition(path, threshold, max_points, seed, limit)
     with needs_extra():
         from energymargin.meshes.convex import corners
     pieces = _read(path, sizes)
@@ -113,18 +98,20 @@ def _made(how: _Decomposition, sizes: Corners, scale: Any, *, decompose: bool) -
     shells = _shells(pieces, limit)
     if not decompose:
         solid = _solid_of_hull(shells, path, limit) if shells else None
-        return Compound([ConvexHull(corners(vertices, how.max_points))], solid=solid)
+        return Compound([ConvexHull(corners(vertices, max_points))], solid=solid)
+    report = progress or (lambda done, total: None)
+    bodies, solid = [], None
     if shells is None:
         _require_no_cavity(whole, path, limit)
-        return Compound([ConvexHull(part) for part in how.parts(whole, closed=False)])
-    bodies = solids(shells, path, limit)
-    solid = _solid(_joined(shells))
-    if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
-        parts = how.parts(whole, closed=False)
     else:
-        how.tally.expect(len(bodies))
-        size = float(whole.extents.max())
-        parts = [part for body in bodies for part in how.parts_of(body, size)]
+        bodies, solid = solids(shells, path, limit), _solid(_joined(shells))
+        if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
+            bodies = []  # the mesh is decomposed as a whole
+    report(0, max(1, len(bodies)))
+    parts = [] if bodies else how.parts(whole, closed=False)
+    for done, body in enumerate(bodies, 1):
+        parts += how.parts_of(body, float(whole.extents.max()))
+        report(done, len(bodies))
     return Compound([ConvexHull(part) for part in parts], solid=solid)
 
 
@@ -264,7 +251,6 @@ class _Decomposition:
     max_points: int
     seed: int
     limit: Limit
-    tally: Tally
 
     def parts_of(self, body: Solid, size: float) -> list[Corners]:
         """Corners (k, 3) of a solid's convex parts; the threshold is of the whole mesh's `size`.
@@ -298,7 +284,6 @@ class _Decomposition:
         vertices = np.asarray(surface.vertices, float)
         solid = closed and not hollow
         convex = solid and surface.volume >= CONVEX * hull_volume(vertices)
-        report = self.tally.begin()
         if convex or self.threshold >= 1.0:
             return [corners(vertices, self.max_points)]
         return decomposed(
@@ -308,9 +293,8 @@ class _Decomposition:
             threshold=self.threshold,
             max_points=self.max_points,
             seed=self.seed,
-            name=str(self.path),
+            path=self.path,
             limit=self.limit,
-            progress=report,
         )
 
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from energymargin import meshes
 from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene
+from energymargin.bars import Update
 from energymargin.checks import one_of
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
-from energymargin.meshes.progress import Progress, Tally
 from energymargin.scenes import additions
 from energymargin.scenes.additions import Additions, Control, Pair
 from energymargin.scenes.files import found
@@ -50,7 +50,7 @@ def from_urdf(
     packages: Sequence[str | Path] = (),
     ignore: Iterable[str] = (),
     subtree: str | None = None,
-    progress: Progress | None = None,
+    progress: Update | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> Scene:
@@ -100,8 +100,7 @@ def from_urdf(
         subtree: a link by name: that one and what hangs on it become bodies, and the others, with
             their joints and meshes, are not read. It is the root then: `base`, `position` and
             `orientation` are its own.
-        progress: progress(done, total) counts pieces of meshes, as in `em.mesh`; a mesh that has
-            not begun counts as one.
+        progress: progress(done, total) counts links, whose meshes are decomposed.
         timeout: [s].
         cancel: ends it once it is set.
 
@@ -136,11 +135,18 @@ def from_urdf(
         threshold,
         tuple(packages),
         limit,
-        None if progress is None else Tally(progress, robot.mesh_count),
     )
     loose = [name for name in robot.loose if name not in additions.driven_by(joints or {})]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
-    bodies = _bodies(robot, shaping, prefix, fixed=base == "fixed")
+    bodies: dict[str, dict[str, Any]] = {}
+    for name, link in robot.links.items():
+        limit.require(f"link {name!r} was made a body")
+        if progress is not None:
+            progress(len(bodies), len(robot.links))
+        made = body(link, shaping, fixed=base == "fixed" and name == robot.root)
+        bodies[name] = {"name": prefix + name, **made}
+    if progress is not None:
+        progress(len(bodies), len(bodies))
     warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
     for name, link in robot.links.items():
@@ -152,18 +158,6 @@ def from_urdf(
         _disabled_pairs(robot, pairs, prefix, self_collision=self_collision),
     )
     return additions.added(scene, new, prefix, limit, self_collision=self_collision)
-
-
-def _bodies(
-    robot: Robot, shaping: Shaping, prefix: str, *, fixed: bool
-) -> dict[str, dict[str, Any]]:
-    """Keywords of `Scene.add_body` by link, without role and friction; `fixed`: the root."""
-    bodies = {}
-    for name, link in robot.links.items():
-        shaping.limit.require(f"link {name!r} was made a body")
-        keywords = body(link, shaping, fixed=fixed and name == robot.root)
-        bodies[name] = {"name": prefix + name, **keywords}
-    return bodies
 
 
 def _check_links(robot: Robot, **named: Iterable[str]) -> None:
@@ -190,7 +184,6 @@ class Shaping:
     threshold: float
     packages: tuple[str | Path, ...]
     limit: Limit
-    tally: Tally | None = None
 
 
 def body(link: Link, how: Shaping, *, fixed: bool) -> dict[str, Any]:
@@ -240,7 +233,6 @@ def _placed(geometry: Geometry, how: Shaping) -> Compound:
         scale=shape.scale,
         decompose=how.decompose,
         threshold=how.threshold,
-        progress=None if how.tally is None else how.tally.begin(),
         **how.limit.rest(),
     )
     return moved(mesh, geometry.pose)

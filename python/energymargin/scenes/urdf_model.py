@@ -89,12 +89,6 @@ class Robot:
     loose: tuple[str, ...] = ()
     """Joints that follow no other, since their <mimic> is left out."""
 
-    @property
-    def mesh_count(self) -> int:
-        """How often a link has the shape of a mesh file."""
-        shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
-        return sum(isinstance(shape, MeshFile) for shape in shapes)
-
 
 def without_frames(robot: Robot, limit: Limit, *, free: bool) -> Robot:
     """A robot with a mass for each link that can move.
