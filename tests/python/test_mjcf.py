@@ -462,7 +462,7 @@ def test_links_that_overlap_at_the_start_are_refused_and_may_be_let_through():
         {"self_collision": False},
     ):
         assert ("a", "b") in built(inside, **options).disabled_collisions
-    with pytest.raises(ValueError, match="disable_collisions has 'c', expected one of"):
+    with pytest.raises(ValueError, match="body is 'c', expected one of"):
         built(inside, disable_collisions=[("a", "c")])
 
 

@@ -149,7 +149,8 @@ def test_a_frame_without_a_place_stays_as_measured_and_is_counted():
     made = dataset(Gap(), [recording], {"a.csv": True}, notice=told.append)
     assert made.size == 3
     assert told == [
-        "a.csv: in 1 of 3 frames bodies overlap wherever they are moved to, and stay as measured"
+        "a.csv: in 0 of 3 frames bodies overlapped and were moved apart, by at most 0 mm; "
+        "1 found no place and stay as measured"
     ]
     with pytest.raises(ValueError, match=r"a.csv, frame 0: .*so it is in every frame: do the sha"):
         placed(in_gap(1.0, 1.0), Gap().scene({}))
@@ -188,10 +189,16 @@ def test_heights_are_those_of_the_scene_and_rates_those_of_the_recording(tmp_pat
         ("", "labels.csv: No columns to parse from file; expected a CSV file"),
         ("recording,success\n", "has no labels"),
         ("name,success\na.csv,1\n", "line 1: the header is name,success, expected recording,succ"),
-        ("recording,success\na.csv,1\n\nb.csv,maybe\n", "line 4: success is 'maybe', expected one"),
-        ("recording,success\na.csv,1\na.csv,0\n", "line 3: 'a.csv' has a label already"),
+        (
+            "recording,success\na.csv,1\n\nb.csv,maybe\n",
+            "line 4: has 'b.csv,maybe', expected",
+        ),
+        (
+            "recording,success\na.csv,1\na.csv,0\n",
+            "line 3: has 'a.csv,0', expected",
+        ),
         ("recording,success\na.csv\n", "line 2: has 1 cells, expected 2"),
-        ("recording,success\n,1\n", "line 2: has no name"),
+        ("recording,success\n,1\n", "line 2: has ',1', expected"),
     ],
 )
 def test_wrong_labels_are_refused_with_their_line(tmp_path, text, message):
@@ -229,8 +236,8 @@ def test_labels_of_frames_come_from_a_file(task, recordings, tmp_path):
     assert labelled.trajectories[0].captured.tolist() == [k < 21 for k in range(FRAMES)]
     for change, message in (
         (lines[1:], r"captured lacks frame 0 of '0\.csv'"),
-        ([*lines, "0.csv,3,1"], "line 84: '0.csv 3' has a label already"),
-        ([*lines, "0.csv,x,1"], "line 84: frame is 'x', expected a whole number"),
+        ([*lines, "0.csv,3,1"], "line 84: has '0.csv,3,1', expected"),
+        ([*lines, "0.csv,x,1"], "line 84: has '0.csv,x,1', expected"),
     ):
         path.write_text("\n".join(["recording,frame,captured", *change]))
         with pytest.raises(ValueError, match=message):

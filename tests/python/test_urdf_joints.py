@@ -155,7 +155,7 @@ def test_looks_and_what_asks_for_nothing_are_left_out(tmp_path):
         ),
         (
             (joint("ab", "a", "b", kind="fixed"), joint("bc", "b", "c", follower("ab", 1, 0))),
-            "'bc' mimics 'ab', expected a joint that moves",
+            "'bc' mimics 'ab', expected one that moves",
         ),
         ((joint("ab", "a", "b"), joint("ab", "b", "c")), "two joints 'ab'"),
     ],

@@ -14,7 +14,6 @@ from energymargin.limits import Limit
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
-__all__ = ["Solid", "solids", "winding_numbers"]
 
 Points = NDArray[np.float64]
 

@@ -87,7 +87,7 @@ def replay(
     player = Player(problem, region, model, data, cancel)
     _require_same(problem, player.start)
     _require_targets(problem, model, data)
-    played = player.play(edges, stop=False)
+    played = player.play(edges)
     distance, angle = _apart(problem.scene, played.end, ours)
     scale, effort = (1.0, played.last.effort) if played.escaped else (None, None)
     if escape is not None and scale is None:
@@ -209,7 +209,7 @@ class Played(NamedTuple):
     last: Instant
     """The exit, or the end."""
     end: Vector
-    """State at the end of the edges, or at the exit if it stopped there, shape (n,)."""
+    """State at the end of the edges, shape (n,)."""
 
 
 class Player:
@@ -247,41 +247,21 @@ class Player:
         """The state of the data, shape (n,)."""
         return self._start.state()
 
-    def play(self, edges: Iterable[Edge], *, stop: bool = True) -> Played:
-        """`stop`: at the exit; else it goes on to the end of the edges.
-
-        Raises RuntimeError if MuJoCo diverges, Cancelled once `cancel` is set.
-        """
+    def play(self, edges: Iterable[Edge]) -> Played:
+        """Raises RuntimeError if MuJoCo diverges, Cancelled once `cancel` is set."""
         simulation, until, horizon = self._start.branch(), 0.0, self._problem.horizon
         first = self._exit(simulation)
         for edge in edges:
-            until = (
-                until + edge.duration if horizon is None else min(until + edge.duration, horizon)
-            )
-            first = self._go(simulation, edge.wrenches, until, first, stop=stop)
+            until = min(until + edge.duration, math.inf if horizon is None else horizon)
+            self._begin_edge(simulation, edge.wrenches)
+            while self._go_to_look(simulation, until):
+                first = first or self._exit(simulation)
         end = simulation.state()
         over = until + self._problem.duration if horizon is None else horizon
-        first = self._go(simulation, self._none, over, first, stop=True)
+        self._begin_edge(simulation, self._none)
+        while first is None and self._go_to_look(simulation, over):
+            first = self._exit(simulation)
         return Played(first is not None, first or _instant(simulation), end)
-
-    def _go(
-        self,
-        simulation: Simulation,
-        wrenches: Vector,
-        until: float,
-        first: Instant | None,
-        *,
-        stop: bool,
-    ) -> Instant | None:
-        """Goes on to a time [s], or to the exit; returns the exit, if there is one by then."""
-        if first and stop:
-            return first
-        self._begin_edge(simulation, wrenches)
-        while self._go_to_look(simulation, until):
-            first = first or self._exit(simulation)
-            if first and stop:
-                break
-        return first
 
     def _go_to_look(self, simulation: Simulation, until: float) -> bool:
         """To the next look, or to a time [s]; False if it is there already."""

@@ -46,8 +46,7 @@ def state(
             model does not have. None refuses them.
 
     Raises ValueError on bodies and joints that the model does not have, and on a body that is fixed
-    in the scene and elsewhere in the model, with what moves it there: the base, a ball joint or a
-    mocap body. ImportError without MuJoCo.
+    in the scene and elsewhere in the model. ImportError without MuJoCo.
     """
     states = States(scene, model, prefix=prefix, others=others)
     own = _copy(model, data)

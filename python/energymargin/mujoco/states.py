@@ -16,9 +16,10 @@ from energymargin.scenes.mjcf_model import engine
 Vector = NDArray[np.float64]
 
 PLACED = 1e-6  # [m], [rad]: what is further off is somewhere else
-FIXED = "and it is fixed in the scene"
-BASE = f"{FIXED}; base='free' makes a base that moves"
-START = "; from_mjcf(..., data=data) makes the scene with it where it is now"
+FIXED = (
+    "and it is fixed in the scene; from_mjcf takes it where it is now, data=data, or as a base "
+    "that moves, base='free'"
+)
 CANNOT = "whose joints do not reach it, and it is no mocap body: MuJoCo cannot place it"
 
 
@@ -104,22 +105,10 @@ class States:
         links on fixed joints where their parents have them."""
         for body, number in self.names.fixed():
             there = {"position": body.position, "orientation": body.orientation}
-            self._require(data, body.name, number, there, self._moved_by(number, BASE))
+            self._require(data, body.name, number, there, FIXED)
         for joint, parent, child in self.names.rigid():
             there = _welded_at(data, joint, parent)
-            self._require(data, joint.child, child, there, self._moved_by(child, FIXED))
-
-    def _moved_by(self, number: int, otherwise: str) -> str:
-        """What moves a body in the model that is fixed in the scene."""
-        model, ball = self._model, self._mujoco.mjtJoint.mjJNT_BALL
-        while number:
-            first = int(model.body_jntadr[number])
-            if ball in model.jnt_type[first : first + int(model.body_jntnum[number])]:
-                return f"where a ball joint moves it, {FIXED}, which simulates none{START}"
-            if model.body_mocapid[number] >= 0:
-                return f"where it is a mocap body, {FIXED}{START}"
-            number = int(model.body_parentid[number])
-        return otherwise
+            self._require(data, joint.child, child, there, FIXED)
 
     def _others(self, given: ArrayLike | None) -> Vector:
         """The numbers of what the model does not have."""

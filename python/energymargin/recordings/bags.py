@@ -34,7 +34,6 @@ from energymargin.recordings.recording import Recording
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
 
-__all__ = ["bag_topics", "is_bag", "read_bag"]
 
 SUFFIXES = (".mcap", ".db3", ".bag")
 MOST_TILT = 0.2  # rad, of a body that moves in a plane; 11 deg, more than a camera's error
@@ -43,7 +42,7 @@ UNIT = 1e-3  # by so much a quaternion of single precision is not of length one
 FLAT = 0.1  # length of the x axis seen from above, from which on its heading is known
 CLEARLY = 1.1  # times as rare; else the frames are the object's
 NANOSECONDS = 1_000_000_000
-UNITS = "Poses are in m and quaternions (REP 103)"
+HINT = "Poses are in m and quaternions (REP 103)"
 
 TRANSFORM = "geometry_msgs/msg/TransformStamped"
 SEVERAL = "tf2_msgs/msg/TFMessage"  # has TransformStamped
@@ -113,7 +112,7 @@ def read_bag(
     """
     rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
     place = frame_origin(origin)
-    source = SourceFile(Path(path), "message", UNITS)
+    source = SourceFile(Path(path), "message", HINT)
     wanted = {"object": _topic("object", object), "effector": _topic("effector", effector)}
     if wanted["object"] == wanted["effector"]:
         raise ValueError(f"object and effector are both {object!r}, expected two bodies")
@@ -168,8 +167,8 @@ def _sightings(
 ) -> dict[str, list[_Sighting]]:
     """Those of both bodies, each pose once, in the order of their times and in the same frame."""
     topics = bag_topics(source.path)
-    for topic, frame in wanted.values():
-        _require_poses(source, topic, frame, topics)
+    for topic, _ in wanted.values():
+        _require_poses(source, topic, topics)
     by_topic = _read(source, {topic for topic, _ in wanted.values()})
     found, parents = {}, set()
     for body, (topic, frame) in wanted.items():
@@ -183,14 +182,12 @@ def _sightings(
     return found
 
 
-def _require_poses(source: SourceFile, topic: str, frame: str, topics: dict[str, str]) -> None:
+def _require_poses(source: SourceFile, topic: str, topics: dict[str, str]) -> None:
     kind = topics.get(topic)
     if kind not in POSES:
         known = ", ".join(f"{name} ({kind})" for name, kind in topics.items()) or "none"
         what = f"there is no topic {topic!r}" if kind is None else f"topic {topic!r} is of {kind}"
         raise source.error(f"{what}, expected one of {', '.join(POSES)}; its topics are {known}")
-    if frame and kind not in (TRANSFORM, SEVERAL):
-        raise source.error(f"topic {topic!r} is of {kind}, which has no frame {frame!r}")
 
 
 def _read(source: SourceFile, topics: set[str]) -> dict[str, list[_Sighting]]:

@@ -38,20 +38,6 @@ from energymargin.recordings.recording import Motion
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-__all__ = [
-    "LEAST_FRAMES",
-    "LEAST_JUMP",
-    "LEAST_TURN",
-    "SIGMA_OF_MAD",
-    "SMOOTHING",
-    "causally_smoothed",
-    "diagonal",
-    "gap_limits",
-    "jumps",
-    "lost",
-    "smoothed",
-    "unit_variances",
-]
 
 USUAL = 1.5  # median steps of time; with a shorter one, no frame is missing
 JITTER = 0.25  # of the median step of time: so much times are rounded, or late
@@ -86,7 +72,8 @@ def lost(poses: NDArray[np.float64], least_jump: float) -> NDArray[np.bool_]:
     They are those of zeros that the motion does not lead to: before or behind them the body is
     farther away than it usually goes in a step, and than `least_jump` [m].
     """
-    seen, at_zero = np.asarray(np.isfinite(poses).all(axis=1)), _zeros(poses)
+    seen = np.asarray(np.isfinite(poses).all(axis=1))
+    at_zero = np.asarray((poses == 0.0).all(axis=1))
     moving = seen & ~at_zero
     steps = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1)[moving[1:] & moving[:-1]]
     usual = float(np.percentile(steps, USUAL_STEPS)) if len(steps) else 0.0
@@ -96,10 +83,6 @@ def lost(poses: NDArray[np.float64], least_jump: float) -> NDArray[np.bool_]:
         before, after = np.flatnonzero(seen[:first])[-1:], end + np.flatnonzero(seen[end:])[:1]
         found[first:end] = far[before].any() or far[after].any()
     return found
-
-
-def _zeros(poses: NDArray[np.float64]) -> NDArray[np.bool_]:
-    return np.asarray((poses == 0.0).all(axis=1))
 
 
 def _runs(rows: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Collection, Container, Iterable, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +31,6 @@ from energymargin.recordings.recording import Recording
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Columns", "read_cells", "read_csv"]
 
 UNITS = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -43,7 +42,6 @@ UNITS = {
 FIELDS = ("frame", "time", *(f"{body}_{axis}" for body in BODIES for axis in (*POSE, *VELOCITY)))
 """All columns, in the order of the documented header."""
 
-MOST_NAMED = 100  # columns that an error lists
 NOT_SEEN = ("", "nan", "NaN", "NAN")
 LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbers
 
@@ -89,21 +87,18 @@ class Columns:
 
     def __post_init__(self) -> None:
         """Checks what can be checked without a file."""
-        for what, known in (("columns", FIELDS), ("units", tuple(UNITS))):
-            given = getattr(self, what)
-            if not isinstance(given, Mapping):
-                raise ValueError(f"{what} is {given!r}, expected an object")
-            _require_known(what, given, known)
+        _require_keys("columns", self.columns, FIELDS)
+        _require_keys("units", self.units, tuple(UNITS))
         for kind, unit in self.units.items():
             one_of(f"the unit of {kind}", unit, list(UNITS[kind]))
+        places = list(self.columns.values())
         for name, column in self.columns.items():
-            number = isinstance(column, int) and not isinstance(column, bool) and column >= 0
-            if not (number or isinstance(column, str)):
+            whole = type(column) is int and column >= 0
+            if not (whole or isinstance(column, str)) or places.count(column) > 1:
                 raise ValueError(
-                    f"columns has {column!r} for {name!r}, expected a name or a number from 0 on"
+                    f"columns has {column!r} for {name!r}, expected a name or a number from 0 on "
+                    "that no other field has"
                 )
-            if list(self.columns.values()).count(column) > 1:
-                raise ValueError(f"columns has {column!r} for {name!r} and for another one")
         one_character = isinstance(self.delimiter, str) and len(self.delimiter) == 1
         if not one_character or self.delimiter in '\n\r"':
             raise ValueError(f"delimiter is {self.delimiter!r}, expected one character")
@@ -122,16 +117,15 @@ class Columns:
         if given is None or isinstance(given, Columns):
             return given or cls()
         if isinstance(given, Mapping):
-            _require_known("the mapping of columns", given, [known.name for known in fields(cls)])
+            _require_keys("the layout", given, [known.name for known in fields(cls)])
             return cls(**given)
         if not (isinstance(given, (str, os.PathLike)) and os.fspath(given)):
             raise ValueError(f"columns is {given!r}, expected a mapping or a JSON file of one")
         path = Path(given)
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
-            if not isinstance(content, dict):
-                raise ValueError(f"is a {type(content).__name__}, expected a JSON object")
-            return cls.of(content)
+            _require_keys("the layout", content, [known.name for known in fields(cls)])
+            return cls(**content)
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{path}: {error}") from error
 
@@ -180,11 +174,8 @@ class Columns:
             return given
         if not self.has_header:
             raise ValueError(f"columns names {given!r}, but the file is to have no header")
-        if first.count(given) > 1:
-            raise ValueError(f"the header has {given!r} more than once")
-        if given not in first:
-            known = ", ".join(first[:MOST_NAMED])
-            raise ValueError(f"there is no column {given!r}, expected one of {known}")
+        if first.count(given) != 1:
+            raise ValueError(f"expected one column {given!r}, the header is {', '.join(first)}")
         return first.index(given)
 
     def _factor(self, name: str, unit: str = "") -> float:
@@ -237,10 +228,10 @@ def read_csv(
     return recording_of(_table(SourceFile(Path(path)), layout), rules, place)
 
 
-def _require_known(what: str, given: Iterable[str], known: Collection[str]) -> None:
-    unknown = [name for name in given if name not in known]
-    if unknown:
-        raise ValueError(f"{what} has {unknown[0]!r}, expected {', '.join(known)}")
+def _require_keys(what: str, given: Any, known: Collection[str]) -> None:
+    """Raises ValueError unless it is a mapping of some of these keys."""
+    if not (isinstance(given, Mapping) and set(given) <= set(known)):
+        raise ValueError(f"{what} is {given!r}, expected an object with {', '.join(known)}")
 
 
 def _require_whole(what: str, given: Container[str], needed: Sequence[str]) -> None:

@@ -26,19 +26,6 @@ from energymargin.recordings.cleaning import (
 from energymargin.recordings.recording import Motion, Recording, Repairs
 from energymargin.reprs import short_repr
 
-__all__ = [
-    "BODIES",
-    "LONGEST_GAP",
-    "POSE",
-    "VELOCITY",
-    "FrameTable",
-    "Rules",
-    "SourceFile",
-    "frame_origin",
-    "recording_of",
-    "require_rising",
-]
-
 BODIES = ("object", "effector")
 POSE = ("x", "y", "yaw")
 VELOCITY = ("vx", "vy", "yaw_rate")
@@ -62,8 +49,8 @@ class SourceFile:
     path: Path
     row: str = "line"
     """What one of its rows is called."""
-    of_units: str = "Say so: columns="
-    """What to do about numbers in other units."""
+    hint: str = "Are columns swapped, or units others (mm, deg, ms)? columns= says so"
+    """What to do about numbers that no camera sees."""
 
     def error(self, text: str, line: int | None = None) -> ValueError:
         """A ValueError that names the file and the line."""
@@ -189,8 +176,8 @@ def _require_clock(table: FrameTable, smoothing: float) -> None:
     step, length = float(np.median(np.diff(table.times))), float(np.ptp(table.times))
     if not STEPS[0] <= step <= STEPS[1]:
         raise table.source.error(
-            f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s: is the "
-            f"time in milliseconds, microseconds or nanoseconds? {table.source.of_units}"
+            f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s. "
+            f"{table.source.hint}"
         )
     if smoothing > length:
         raise ValueError(
@@ -221,23 +208,17 @@ def _require_units(table: FrameTable, body: str) -> None:
     steps[:, 2] = np.angle(np.exp(1j * steps[:, 2]))
     rates = np.abs(steps) / np.diff(table.times)[:, None]
     for k, axis in enumerate(POSE):
-        unit, others = ("rad", "degrees") if axis == "yaw" else ("m", "millimetres or centimetres")
-        hint = f"is it in {others}? {table.source.of_units}"
+        unit, hint = "rad" if axis == "yaw" else "m", table.source.hint
         column = table.poses[body][:, k]
         far = np.abs(column) > FARTHEST[k]
         if far.any():
             row = int(np.argmax(far))
-            raise table.error(
-                f"{body}_{axis} is {column[row]:.6g} {unit}, expected at most "
-                f"{FARTHEST[k]:.4g}: {hint}",
-                row,
-            )
+            is_far = f"{column[row]:.6g} {unit}, expected at most {FARTHEST[k]:.4g}"
+            raise table.error(f"{body}_{axis} is {is_far}. {hint}", row)
         seen = rates[np.isfinite(rates[:, k]), k]
-        if len(seen) and np.percentile(seen, USUAL) > FASTEST[k]:
-            raise table.source.error(
-                f"{body}_{axis} changes by {np.percentile(seen, USUAL):.3g} {unit}/s from frame to "
-                f"frame, expected at most {FASTEST[k]:g}: {hint}"
-            )
+        if len(seen) and (rate := np.percentile(seen, USUAL)) > FASTEST[k]:
+            is_fast = f"{rate:.3g} {unit}/s, expected at most {FASTEST[k]:g}"
+            raise table.source.error(f"{body}_{axis} changes by {is_fast}. {hint}")
 
 
 def _require_short_gaps(table: FrameTable, track: _Track, longest_gap: float) -> None:
@@ -248,12 +229,10 @@ def _require_short_gaps(table: FrameTable, track: _Track, longest_gap: float) ->
     if (gaps > longest + jitter).any():
         k = int(np.argmax(gaps > longest + jitter))
         before, after = rows[k], rows[k + 1]
-        at_zero = (table.poses[track.body][before:after] == 0.0).all(axis=1).any()
         raise table.error(
             f"the {track.body} was not seen for {gaps[k]:.3g} s, from frame {table.frames[before]} "
-            f"to {table.frames[after]}{' (its pose is 0, 0, 0 there)' if at_zero else ''}, "
-            f"expected at most {longest:g} s: cut the recording there, or allow a larger "
-            "longest_gap",
+            f"to {table.frames[after]}, expected at most {longest:g} s: cut the recording there, "
+            "or allow a larger longest_gap",
             after,
         )
 
@@ -348,10 +327,8 @@ def _require_agreement(
         if apart > DISAGREEMENT * max(own, of_poses) + least:
             rates = ", ".join(f"{body}_{axis}" for axis in VELOCITY[columns])
             raise source.error(
-                f"{rates} contradict the changes of the poses: {own:.3g} a second (root mean "
-                f"square) in the file, {of_poses:.3g} by the poses, {apart:.3g} apart; expected "
-                "the same. Are columns or bodies swapped, or units others? Velocities may be left "
-                "out"
+                f"{rates} contradict the poses: {own:.3g} a second (root mean square), "
+                f"{of_poses:.3g} by the poses, {apart:.3g} apart. {source.hint}"
             )
 
 

@@ -14,8 +14,6 @@ from energymargin.checks import positive_number, whole_number
 from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 
-__all__ = ["MOST_OVERLAP", "Motion", "Placed", "Recording", "Repairs", "placed"]
-
 MOST_OVERLAP = 0.01  # m; an arm's error of 5 to 8 mm, and a camera's
 UPRIGHT = 1e-6
 PLANE = [0, 1, 5]  # x, y and the turn about z, of six errors

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -19,9 +19,6 @@ from energymargin.recordings.reading import SourceFile
 from energymargin.recordings.recording import MOST_OVERLAP, Placed, Recording, placed
 from energymargin.tasks.base import Params, Regions, Task, parameters_of
 from energymargin.trajectories import Trajectory
-
-__all__ = ["RecordedTask", "dataset", "read_frame_labels", "read_labels"]
-
 
 FRAME = re.compile(r"0|[1-9][0-9]{,14}")
 WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
@@ -94,9 +91,8 @@ def dataset(
             part=part,
             most_overlap=most_overlap,
         )
-        if notice is not None:
-            for text in _overlaps(in_scene):
-                notice(f"{recording.name}: {text}")
+        if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
+            notice(f"{recording.name}: {_overlaps(in_scene)}")
         states = in_scene.states
         trajectories.append(
             Trajectory(
@@ -157,19 +153,13 @@ def _scene(task: RecordedTask, params: Params) -> Scene:
         ) from error
 
 
-def _overlaps(in_scene: Placed) -> Iterator[str]:
-    """Yields a text for frames that were moved apart, and one for those that found no place."""
-    frames, stuck = len(in_scene.states), int(in_scene.stuck.sum())
-    if in_scene.moved.any():
-        yield (
-            f"in {in_scene.moved.any(axis=1).sum()} of {frames} frames bodies overlapped and were "
-            f"moved apart, by at most {1e3 * in_scene.moved.max():.2g} mm"
-        )
-    if stuck:
-        yield (
-            f"in {stuck} of {frames} frames bodies overlap wherever they are moved to, and stay as "
-            "measured"
-        )
+def _overlaps(in_scene: Placed) -> str:
+    """How many frames were moved apart, and how many found no place."""
+    return (
+        f"in {in_scene.moved.any(axis=1).sum()} of {len(in_scene.states)} frames bodies overlapped "
+        f"and were moved apart, by at most {1e3 * in_scene.moved.max():.2g} mm; "
+        f"{in_scene.stuck.sum()} found no place and stay as measured"
+    )
 
 
 def _inside(scene: Scene, sets: Regions, state: NDArray[np.float64]) -> bool:
@@ -219,16 +209,13 @@ def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tup
         raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
     labels: dict[tuple[str, ...], bool] = {}
     for line, (*key, word) in zip(lines, rows, strict=True):
-        frame = "".join(key[1:])
-        if not key[0]:
-            raise source.error("has no name, expected that of a recording's file", line)
-        if word.lower() not in WORDS:
-            expected = ", ".join(WORDS)
-            raise source.error(f"{header[-1]} is {word!r}, expected one of {expected}", line)
-        if key[1:] and not FRAME.fullmatch(frame):
-            raise source.error(f"frame is {frame!r}, expected a whole number", line)
-        if tuple(key) in labels:
-            raise source.error(f"{' '.join(key)!r} has a label already", line)
+        known = key[0] and all(map(FRAME.fullmatch, key[1:])) and word.lower() in WORDS
+        if not known or tuple(key) in labels:
+            raise source.error(
+                f"has {','.join([*key, word])!r}, expected {','.join(header)}: the name of a "
+                f"recording's file, a frame's number, one of {', '.join(WORDS)}; each once",
+                line,
+            )
         labels[tuple(key)] = WORDS[word.lower()]
     if not labels:
         raise source.error("has no labels")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from energymargin._core import Cancel, Scene
 from energymargin.checks import one_of
 from energymargin.limits import Limit
 from energymargin.scenes import additions
-from energymargin.scenes.additions import Additions, Control
+from energymargin.scenes.additions import Control
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import couplings
@@ -144,8 +144,12 @@ def from_mjcf(
         joint_drives(selection, coupled, driven, control, prefix), self_collision=self_collision
     )
     overlapping = disable_collisions == OVERLAPPING
-    if not overlapping:
-        new.disabled.extend(_pairs(disable_collisions, new, prefix))
+    if isinstance(disable_collisions, str) and not overlapping:
+        raise ValueError(
+            f"disable_collisions is {disable_collisions!r}, expected {OVERLAPPING!r} or pairs"
+        )
+    for a, b in () if overlapping else additions.pairs_of(disable_collisions, "bodies"):
+        new.disabled.append((prefix + a, prefix + b))
     into = Scene(gravity, friction_rule=FRICTION_RULE) if scene is None else scene
     return additions.added(
         into, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
@@ -216,20 +220,3 @@ def _held(model: Any, driven: Mapping[int, Drive], control: Control) -> set[str]
     """Joints that a control of the model or the caller drives or holds."""
     controlled = [joint for joint, drive in driven.items() if drive.controls]
     return {name_of(model, "joint", joint) for joint in controlled} | additions.driven_by(control)
-
-
-def _pairs(
-    pairs: str | Iterable[Sequence[str]], new: Additions, prefix: str
-) -> Iterator[tuple[str, str]]:
-    if isinstance(pairs, str):
-        raise ValueError(
-            f"disable_collisions is {pairs!r}, expected {OVERLAPPING!r} or pairs of bodies"
-        )
-    known = [keywords["name"].removeprefix(prefix) for keywords in new.bodies]
-    for pair in additions.pairs_of(pairs, "bodies"):
-        for name in pair:
-            if name not in known:
-                raise ValueError(
-                    f"disable_collisions has {name!r}, expected one of {', '.join(known)}"
-                )
-        yield prefix + pair[0], prefix + pair[1]

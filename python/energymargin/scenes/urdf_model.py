@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from energymargin._core import Box, Cylinder, Sphere
 from energymargin.limits import Limit
 from energymargin.scenes.poses import Pose, from_rpy
-from energymargin.scenes.urdf_elements import checked, reached
+from energymargin.scenes.urdf_elements import MIMIC, checked, reached
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
@@ -199,7 +199,7 @@ def read(
     links = _by_name("link", [_link(link) for link in element.findall("link")])
     joints = _by_name("joint", [_joint(joint) for joint in element.findall("joint")])
     limit.require(f"{path} was read")
-    followed = _followed(joints, limit, subtree)
+    followed = _followed(joints, limit)
     robot = Robot(_root(links, joints), links, followed, loose=loose)
     return without_frames(robot, limit, free=free)
 
@@ -338,19 +338,17 @@ def _require_tree(root: str, links: dict[str, Link], joints: dict[str, Joint]) -
             raise ValueError(f"the joints above link {name!r} form a loop, expected a tree")
 
 
-def _followed(joints: dict[str, Joint], limit: Limit, subtree: str | None) -> dict[str, Joint]:
+def _followed(joints: dict[str, Joint], limit: Limit) -> dict[str, Joint]:
     """The joints, each mimic joint with the moving joint at the end of its chain."""
     followed = {}
     for name, joint in joints.items():
         limit.require(f"joint {name!r} was read")
-        mimic = _source(joint, joints, subtree) if joint.mimic else None
+        mimic = _source(joint, joints) if joint.mimic else None
         followed[name] = replace(joint, mimic=mimic)
     return followed
 
 
-def _source(
-    joint: Joint, joints: dict[str, Joint], subtree: str | None
-) -> tuple[str, float, float]:
+def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
     seen, multiplier, offset, at = {joint.name}, 1.0, 0.0, joint
     if joint.type == "fixed":
         raise ValueError(f"joint {joint.name!r} is fixed, and yet a mimic; expected one of the two")
@@ -359,15 +357,9 @@ def _source(
         offset += multiplier * shift
         multiplier *= factor
         if name not in joints or joints[name].type == "fixed" or name in seen:
-            outside = subtree is not None and name not in joints
             raise ValueError(
-                f"joint {at.name!r} mimics {name!r}, expected a joint "
-                + (
-                    f"below the link {subtree!r}; a subtree of a link further up has both, and "
-                    "ignore=('joint/mimic',) makes each joint one of its own"
-                    if outside
-                    else "that moves, without a circle"
-                )
+                f"joint {at.name!r} mimics {name!r}, expected one that moves, without a circle, "
+                f"below the root of a subtree; ignore=({MIMIC!r},) makes each one of its own"
             )
         seen.add(name)
         at = joints[name]

@@ -79,7 +79,7 @@ def _in_mujoco(problem: Problem, rows: NDArray[np.float64], cancel: Cancel) -> O
         Edge(rows[first].reshape(-1, 6), len(rows[first : first + size]) * problem.scene.step)
         for first in range(0, len(rows), size)
     ]
-    played = player.play(edges, stop=False)
+    played = player.play(edges)
     assert problem.succeeded is not None
     success = problem.succeeded.contains(problem.scene, played.end)
     return Outcome(lost=played.escaped, success=bool(success))
