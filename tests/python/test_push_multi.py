@@ -12,11 +12,10 @@ from energymargin.tasks.push_multi import (
     FORCE_BOUND,
     GOAL,
     PushMultiTask,
-    scene,
 )
 
 TASK = PushMultiTask()
-SCENE = scene(0.3)
+SCENE = PushMultiTask().scene({"friction": 0.3})
 FRICTION = {"friction": 0.3}
 END = BAR_SIZE[0] / 2
 

@@ -15,11 +15,10 @@ from energymargin.tasks.scoop import (
     SUCCESS_HEIGHT,
     WIDTH,
     ScoopTask,
-    scene,
 )
 
 TASK = ScoopTask()
-SCENE = scene(0.2)
+SCENE = ScoopTask().scene({"friction": 0.2})
 SMOOTH = {"friction": 0.2}
 FRONT = LENGTH + RAMP  # of the scoop, in its frame
 
@@ -35,7 +34,11 @@ def pushed(friction, seconds=0.6, speed=0.25):
     """Where a box ends, in the scoop's frame, that stood in its way."""
     start = state_of((FRONT + 0.03, 0, BOX_EDGE / 2), speed)
     steps = round(seconds / TASK.step)
-    end = World(scene(friction)).simulate(start, steps, record=[steps]).states[0]
+    end = (
+        World(ScoopTask().scene({"friction": friction}))
+        .simulate(start, steps, record=[steps])
+        .states[0]
+    )
     bodies = SCENE.unpack(end)
     return bodies[BOXES[0]]["position"] - bodies["scoop"]["position"]
 

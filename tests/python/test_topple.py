@@ -5,7 +5,7 @@ import pytest
 
 import energymargin as em
 from energymargin import World, datasets, tasks
-from energymargin.tasks.topple import FORCE_WEIGHTS, FRICTION_RANGE, ToppleTask, scene
+from energymargin.tasks.topple import FORCE_WEIGHTS, FRICTION_RANGE, ToppleTask
 
 STICKS, SLIDES = 0.9, 0.5  # friction
 
@@ -14,22 +14,26 @@ def state_of(pitch=0.0, velocity=(0, 0, 0), pitch_rate=0.0):
     """The box turned about its far lower edge, which stays on the ground at x = 3."""
     height = 0.5 * (math.cos(pitch) + math.sin(pitch))
     back = 0.5 * (math.cos(pitch) - math.sin(pitch))
-    return scene(STICKS).pack(
-        object={
-            "position": (3.0 - back, 0.0, height),
-            "orientation": (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)),
-            "velocity": velocity,
-            "angular_velocity": (0.0, pitch_rate, 0.0),
-        }
+    return (
+        ToppleTask()
+        .scene({"friction": STICKS})
+        .pack(
+            object={
+                "position": (3.0 - back, 0.0, height),
+                "orientation": (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)),
+                "velocity": velocity,
+                "angular_velocity": (0.0, pitch_rate, 0.0),
+            }
+        )
     )
 
 
 def captured(state):
-    return ToppleTask().captured(state).contains(scene(STICKS), state)
+    return ToppleTask().captured(state).contains(ToppleTask().scene({"friction": STICKS}), state)
 
 
 def succeeded(state):
-    return ToppleTask().succeeded().contains(scene(STICKS), state)
+    return ToppleTask().succeeded().contains(ToppleTask().scene({"friction": STICKS}), state)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +47,7 @@ def pushed_away():
 
 
 def test_the_scene_is_a_light_box_and_a_springy_finger_on_a_rail():
-    made = scene(0.7)
+    made = ToppleTask().scene({"friction": 0.7})
     box, base, tip = made.bodies[1:]
     assert (made.step, made.bodies[0].friction, box.friction, tip.friction) == (
         1 / 240,
@@ -74,13 +78,13 @@ def test_a_seed_gives_the_same_trajectory_and_another_seed_another():
 def test_a_box_that_sticks_to_the_ground_topples(toppled):
     assert toppled.success
     assert toppled.captured[0] and toppled.captured[-1]
-    end = scene(STICKS).unpack(toppled.states[-1])["object"]
+    end = ToppleTask().scene({"friction": STICKS}).unpack(toppled.states[-1])["object"]
     assert end["position"][0] == pytest.approx(3.5, abs=0.05)  # over its edge at x = 3
 
 
 def test_a_box_that_slides_is_pushed_away_upright(pushed_away):
     assert not pushed_away.success and not pushed_away.captured[2:].any()
-    end = scene(SLIDES).unpack(pushed_away.states[-1])["object"]
+    end = ToppleTask().scene({"friction": SLIDES}).unpack(pushed_away.states[-1])["object"]
     assert end["position"][0] > 2.6
     assert end["orientation"][3] == pytest.approx(1.0, abs=1e-4)
 
@@ -113,7 +117,7 @@ def test_success_is_a_quarter_turn_within_3_degrees():
 
 
 def test_the_disturbance_alone_moves_no_box_at_rest():
-    world = World(scene(STICKS))
+    world = World(ToppleTask().scene({"friction": STICKS}))
     problem = ToppleTask(friction=STICKS).problem(world.scene.pack())
     wrench = np.concatenate([problem.force, problem.torque])
     far = world.scene.pack(base={"position": (-3, 0, 0.9)}, fingertip={"position": (-2, 0, 0.9)})

@@ -122,11 +122,9 @@ def test_frames_in_a_long_row_are_part_of_the_link_that_carries_them(tmp_path, b
     assert only.shape.parts[-1].position == pytest.approx([0.3 * 1499, 0, 0])
 
 
-@pytest.mark.parametrize(
-    ("element", "hint"), [("capsule", "a cylinder with a sphere"), ("plane", "Scene.add_plane")]
-)
-def test_an_unknown_shape_is_refused_with_another_way(tmp_path, element, hint):
-    with pytest.raises(ValueError, match=f"{element}.*{hint}"):
+@pytest.mark.parametrize("element", ["capsule", "plane"])
+def test_an_unknown_shape_is_refused(tmp_path, element):
+    with pytest.raises(ValueError, match=element):
         built(tmp_path, ARM.replace('<box size="0.1 0.1 0.1"/>', f"<{element}/>"))
 
 

@@ -174,7 +174,7 @@ def test_a_declared_namespace_is_refused_by_a_name_that_can_be_ignored(tmp_path)
 @pytest.mark.parametrize("namespace", ["", ' xmlns:xacro="http://www.ros.org/wiki/xacro"'])
 def test_xacro_is_refused_whether_or_not_its_namespace_is_declared(tmp_path, namespace):
     text = f'<robot name="r"{namespace}>{link("a")}<xacro:hand name="b"/></robot>'
-    with pytest.raises(ValueError, match=r"xacro:hand \(1\).*xacro turns such a file into URDF"):
+    with pytest.raises(ValueError, match="<xacro:hand> is of xacro: expected a URDF file"):
         built(tmp_path, text)
 
 
@@ -187,7 +187,7 @@ def test_xacro_is_refused_whether_or_not_its_namespace_is_declared(tmp_path, nam
     ],
 )
 def test_an_expression_of_xacro_is_refused_by_its_place(tmp_path, old, new, place):
-    with pytest.raises(ValueError, match=rf"{place}'\$.* expression of xacro, .*into URDF"):
+    with pytest.raises(ValueError, match=rf"{place}'\$.* expression of xacro: expected a URDF"):
         built(tmp_path, ARM.replace(old, new, 1))
 
 

@@ -198,11 +198,9 @@ def _load(name: str) -> list[NDArray[np.float64]] | None:
     """The point sets of a name, each (k, 3); None if there are none, or the file is damaged."""
     try:
         with np.load(_file(name), allow_pickle=False) as file:
-            found = [np.asarray(file[f"arr_{i}"], float) for i in range(len(file.files))]
+            return [np.asarray(file[f"arr_{i}"], float) for i in range(len(file.files))]
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         return None
-    whole = all(p.ndim == 2 and p.shape[1] == 3 and np.isfinite(p).all() for p in found)
-    return found if found and whole else None
 
 
 def _store(name: str, points: Sequence[NDArray[np.float64]]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +25,6 @@ from energymargin.scenes.mjcf_model import (
 )
 
 Vector = NDArray[np.float64]
-PLACES = ("qpos", "qvel", "act", "ctrl", "mocap_pos", "mocap_quat")
 
 
 def state(
@@ -49,7 +49,7 @@ def state(
     in the scene and elsewhere in the model. ImportError without MuJoCo.
     """
     states = States(scene, model, prefix=prefix, others=others)
-    own = _copy(model, data)
+    own = copy(data)
     states.refresh(own)
     states.require_fixed(own)
     return states.read(own)
@@ -67,11 +67,11 @@ def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: 
     Raises ValueError on a body that MuJoCo cannot place, and then changes nothing. ImportError
     without MuJoCo.
     """
-    own = _copy(model, data)
+    own = copy(data)
     States(scene, model, prefix=prefix, others=scene.pack()).write(own, state)
     for servo in servos(Names(scene, model, prefix), model).values():
         servo.write(own)
-    _move(own, data)
+    engine().mj_copyData(data, model, own)
     engine().mj_forward(model, data)
 
 
@@ -89,18 +89,6 @@ def targets(scene: Scene, model: Any, data: Any, *, prefix: str = "") -> dict[st
         for name, servo in found.items()
         if servo.drive.stiffness > 0
     }
-
-
-def _copy(model: Any, data: Any) -> Any:
-    """Data of one's own, at the same place."""
-    own = engine().MjData(model)
-    _move(data, own)
-    return own
-
-
-def _move(one: Any, other: Any) -> None:
-    for name in PLACES:
-        getattr(other, name)[:] = getattr(one, name)
 
 
 FILTERS = ("filter", "filterexact")  # activations that follow the control

@@ -39,11 +39,11 @@ class NotSimulatedError(EnergyMarginError, ValueError):
     features: dict[str, int]
     """How many there are, by the name that `ignore` takes."""
 
-    def __init__(self, source: str, features: Mapping[str, int], hints: str = "") -> None:
-        """Names all of them; `hints`: other ways out."""
+    def __init__(self, source: str, features: Mapping[str, int]) -> None:
+        """Names all of them."""
         super().__init__(
             f"{source} asks for what is not simulated: {counted(features)}; "
-            f"ignore={tuple(features)!r} does without{hints}"
+            f"ignore={tuple(features)!r} does without"
         )
         self.features = dict(features)
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -23,9 +22,10 @@ from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
 from energymargin.scenes.urdf_elements import MIMIC
 from energymargin.scenes.urdf_inertias import warn_of_links
-from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
+from energymargin.scenes.urdf_model import Joint, Link, MeshFile, Robot, read
 
 UNLIMITED = (-math.inf, math.inf)
+MeshOf = Callable[[MeshFile], Compound]
 SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
 
 
@@ -128,14 +128,16 @@ def from_urdf(
     pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)
-    shaping = Shaping(
-        Path(path),
-        inertia == "shapes",
-        decompose,
-        threshold,
-        tuple(packages),
-        limit,
-    )
+
+    def mesh_of(file: MeshFile) -> Compound:
+        return meshes.mesh(
+            found(file.filename, Path(path), packages),
+            scale=file.scale,
+            decompose=decompose,
+            threshold=threshold,
+            **limit.rest(),
+        )
+
     loose = [name for name in robot.loose if name not in additions.driven_by(joints or {})]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
     bodies: dict[str, dict[str, Any]] = {}
@@ -143,7 +145,7 @@ def from_urdf(
         limit.require(f"link {name!r} was made a body")
         if progress is not None:
             progress(len(bodies), len(robot.links))
-        made = body(link, shaping, fixed=base == "fixed" and name == robot.root)
+        made = body(link, mesh_of, fixed=base == "fixed" and name == robot.root, inertia=inertia)
         bodies[name] = {"name": prefix + name, **made}
     if progress is not None:
         progress(len(bodies), len(bodies))
@@ -174,24 +176,12 @@ def _check_links(robot: Robot, **named: Iterable[str]) -> None:
                 raise ValueError(f"{argument} has {name!r}, expected one of {known}")
 
 
-@dataclass(frozen=True)
-class Shaping:
-    """How the links of a file become bodies."""
-
-    path: Path
-    inertia_from_shapes: bool
-    decompose: bool
-    threshold: float
-    packages: tuple[str | Path, ...]
-    limit: Limit
-
-
-def body(link: Link, how: Shaping, *, fixed: bool) -> dict[str, Any]:
+def body(link: Link, mesh_of: MeshOf, *, fixed: bool, inertia: str) -> dict[str, Any]:
     """The keywords shape, mass and inertial of `Scene.add_body`, in the link's frame."""
-    shape = _shape(link, how)
+    shape = _shape(link, mesh_of)
     keywords = {"shape": shape, "mass": 0.0 if fixed else link.mass}
     empty = isinstance(shape, Compound) and not shape.parts
-    if not fixed and (empty or not how.inertia_from_shapes):
+    if not fixed and (empty or inertia == "file"):
         keywords["inertial"] = _inertial(link)
     return keywords
 
@@ -211,31 +201,19 @@ def _inertial(link: Link) -> Inertial:
         ) from error
 
 
-def _shape(link: Link, how: Shaping) -> Any:
+def _shape(link: Link, mesh_of: MeshOf) -> Any:
     """One solid in the link's frame as itself, all else as a compound."""
     if len(link.geometries) == 1 and not isinstance(link.geometries[0].shape, MeshFile):
         shape, pose = link.geometries[0]
         if np.array_equal(pose, np.eye(4)):
             return shape
-    placed = [_placed(geometry, how) for geometry in link.geometries]
+    placed = [
+        moved(mesh_of(shape) if isinstance(shape, MeshFile) else Compound([shape]), pose)
+        for shape, pose in link.geometries
+    ]
     if len(placed) == 1:
         return placed[0]
     return Compound([part for compound in placed for part in compound.parts])
-
-
-def _placed(geometry: Geometry, how: Shaping) -> Compound:
-    shape = geometry.shape
-    if not isinstance(shape, MeshFile):
-        return moved(Compound([shape]), geometry.pose)
-    file = found(shape.filename, how.path, how.packages)
-    mesh = meshes.mesh(
-        file,
-        scale=shape.scale,
-        decompose=how.decompose,
-        threshold=how.threshold,
-        **how.limit.rest(),
-    )
-    return moved(mesh, geometry.pose)
 
 
 def _disabled_pairs(

@@ -28,6 +28,7 @@ NUMBERS = {
 }
 XACRO = "xacro"  # its elements make others, so they are never left out for want of a declaration
 EXPRESSIONS = ("${", "$(")  # of xacro, in attributes
+WAY_OUT = "expected a URDF file, which xacro makes of it"
 LOOKS = ("visual", "material")
 # What asks for nothing at this value.
 NOTHING = {
@@ -37,12 +38,6 @@ NOTHING = {
     ("spinning_friction", "value"): 0.0,
     ("restitution", "value"): 0.0,
     ("inertia_scaling", "value"): 1.0,
-}
-# Better ways out than to do without.
-HINTS = {
-    "xacro": "and xacro turns such a file into URDF",
-    "capsule": "and a capsule is a cylinder with a sphere at each end",
-    "plane": "and Scene.add_plane makes a plane",
 }
 MIMIC = "joint/mimic"
 MAX_DEPTH = 100  # of nested elements; a shape is the fifth
@@ -121,10 +116,7 @@ def checked(
     unknown: Counter[str] = Counter()
     _walk(root, "robot", unknown)
     if unknown:
-        hints = "".join(
-            f", {hint}" for word, hint in HINTS.items() if any(word in what for what in unknown)
-        )
-        raise NotSimulatedError(str(path), unknown, hints)
+        raise NotSimulatedError(str(path), unknown)
     if undeclared:
         warnings.warn(
             f"{path} leaves namespaces undeclared, and what is in them is left out: "
@@ -195,6 +187,8 @@ def _nothing(element: ET.Element, name: str) -> bool:
 
 def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
     """Counts what is not known below an element, and raises ValueError on what is wrong there."""
+    if _prefix(element.tag) == XACRO:
+        raise ValueError(f"{where}: <{element.tag}> is of xacro: {WAY_OUT}")
     rule = GRAMMAR[element.tag]
     for name in rule.needs:
         if name not in element.attrib:
@@ -207,7 +201,7 @@ def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
             unknown[f"{element.tag}.{name}"] += 1
     _check_counts(element, rule, where)
     for child in element:
-        if child.tag in rule.children:
+        if child.tag in rule.children or _prefix(child.tag) == XACRO:
             named = child.tag in ("link", "joint")
             _walk(child, f"{child.tag} {child.get('name')!r}" if named else where, unknown)
         else:
@@ -226,10 +220,7 @@ def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:
 
 def _require_no_expression(tag: str, name: str, text: str, where: str) -> None:
     if any(mark in text for mark in EXPRESSIONS):
-        raise ValueError(
-            f"{where}: <{tag} {name}={text!r}> is an expression of xacro, expected a value: xacro "
-            "turns such a file into URDF"
-        )
+        raise ValueError(f"{where}: <{tag} {name}={text!r}> is an expression of xacro: {WAY_OUT}")
 
 
 def _check_numbers(tag: str, name: str, text: str, where: str) -> None:

@@ -128,7 +128,7 @@ class BalanceTask(ScriptedTask):
             duration=LONGEST_EDGE,
             captured=self.captured(state),
             succeeded=self.succeeded(),
-            effector=self._effector,
+            effector=self.effector,
             rate=RATE,
             contacts=contacts,
             start_outside=True,

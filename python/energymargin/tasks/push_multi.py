@@ -79,7 +79,29 @@ class PushMultiTask(FrictionTask):
 
     def scene(self, params: Params) -> Scene:
         """Table, discs and bar, all of the friction in `params`."""
-        return scene(params["friction"])
+        made = Scene(gravity=GRAVITY, step=STEP, margin=MARGIN)
+        made.add_plane("table", friction=params["friction"])
+        for number, disc in enumerate(DISCS):
+            made.add_body(
+                disc,
+                Cylinder(DISC_RADIUS, DISC_HEIGHT),
+                mass=DISC_MASS,
+                position=(2 * (DISC_RADIUS + DISC_GAP) * number, DISC_AREA[1][1], DISC_HEIGHT / 2),
+                friction=params["friction"],
+                role="object",
+            )
+        made.add_body(
+            "bar",
+            Box(BAR_SIZE),
+            mass=BAR_MASS,
+            inertial=Inertial(inertia=(BAR_INERTIA,) * 3),
+            position=(0.0, 0.0, BAR_Z),
+            friction=params["friction"],
+            role="effector",
+            linear_factor=FREE_AXES,
+            angular_factor=FREE_TURNS,
+        )
+        return made
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:
         """The friction, if the task leaves it open, how hard the hand pushes, and how it turns."""
@@ -171,30 +193,3 @@ def _swept(disc: str, at: dict[str, Any] | None = None) -> regions.Region:
         disc_radius=CAPTURE_DISC_RADIUS,
         at=at,
     )
-
-
-def scene(friction: float) -> Scene:
-    """Table, discs and bar, all of one friction coefficient."""
-    made = Scene(gravity=GRAVITY, step=STEP, margin=MARGIN)
-    made.add_plane("table", friction=friction)
-    for number, disc in enumerate(DISCS):
-        made.add_body(
-            disc,
-            Cylinder(DISC_RADIUS, DISC_HEIGHT),
-            mass=DISC_MASS,
-            position=(2 * (DISC_RADIUS + DISC_GAP) * number, DISC_AREA[1][1], DISC_HEIGHT / 2),
-            friction=friction,
-            role="object",
-        )
-    made.add_body(
-        "bar",
-        Box(BAR_SIZE),
-        mass=BAR_MASS,
-        inertial=Inertial(inertia=(BAR_INERTIA,) * 3),
-        position=(0.0, 0.0, BAR_Z),
-        friction=friction,
-        role="effector",
-        linear_factor=FREE_AXES,
-        angular_factor=FREE_TURNS,
-    )
-    return made

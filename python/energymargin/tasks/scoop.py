@@ -84,7 +84,29 @@ class ScoopTask(FrictionTask):
 
     def scene(self, params: Params) -> Scene:
         """Table, boxes and scoop, with the friction in `params`."""
-        return scene(params["friction"])
+        made = Scene(gravity=GRAVITY, step=STEP)
+        made.add_plane("table", friction=TABLE_FRICTION)
+        for number, box in enumerate(BOXES):
+            made.add_body(
+                box,
+                Box((BOX_EDGE,) * 3),
+                mass=BOX_MASS,
+                position=(BOX_AREA[0][0], number * BOX_GAP, BOX_EDGE / 2),
+                friction=BOX_FRICTION,
+                role="object",
+            )
+        made.add_body(
+            "scoop",
+            scoop(),
+            mass=SCOOP_MASS,
+            friction=params["friction"],
+            role="effector",
+            linear_factor=FREE_AXES,
+            angular_factor=NO_TURNS,
+            force=tuple(-SCOOP_MASS * np.array(GRAVITY)),
+        )
+        made.disable_collisions("scoop", "table")  # it glides over the table
+        return made
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:
         """The friction, if the task leaves it open, the scoop's speed, and how long its bend is."""
@@ -205,30 +227,3 @@ def _ramp() -> Part:
         position=middle - RAMP_PLATE / 2 * up,
         orientation=(0.0, np.sin(slope / 2), 0.0, np.cos(slope / 2)),
     )
-
-
-def scene(friction: float) -> Scene:
-    """Table, boxes and scoop, with the friction coefficient of the scoop."""
-    made = Scene(gravity=GRAVITY, step=STEP)
-    made.add_plane("table", friction=TABLE_FRICTION)
-    for number, box in enumerate(BOXES):
-        made.add_body(
-            box,
-            Box((BOX_EDGE,) * 3),
-            mass=BOX_MASS,
-            position=(BOX_AREA[0][0], number * BOX_GAP, BOX_EDGE / 2),
-            friction=BOX_FRICTION,
-            role="object",
-        )
-    made.add_body(
-        "scoop",
-        scoop(),
-        mass=SCOOP_MASS,
-        friction=friction,
-        role="effector",
-        linear_factor=FREE_AXES,
-        angular_factor=NO_TURNS,
-        force=tuple(-SCOOP_MASS * np.array(GRAVITY)),
-    )
-    made.disable_collisions("scoop", "table")  # it glides over the table
-    return made

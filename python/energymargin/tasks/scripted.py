@@ -78,16 +78,12 @@ class ScriptedTask(Task):
     """Duration of a trajectory [s]."""
     step: float = STEP
     """Step of the simulation, which is that of its scene [s]."""
-    _effector: str = EFFECTORS[0]
+    effector: str = EFFECTORS[0]
+    """ "coast" or "drive", as of a Problem."""
 
     def __init__(self, effector: str = EFFECTORS[0]) -> None:
         """`effector`: "coast" or "drive", as of a Problem; raises ValueError on another word."""
-        self._effector = one_of("effector", effector, EFFECTORS)
-
-    @property
-    def effector(self) -> str:
-        """ "coast" or "drive", as of a Problem."""
-        return self._effector
+        self.effector = one_of("effector", effector, EFFECTORS)
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -391,7 +387,7 @@ class FrictionTask(ScriptedTask):
             state,
             captured=self.captured(state, known),
             succeeded=self.succeeded(known),
-            effector=self._effector,
+            effector=self.effector,
             contacts=contacts,
             start_outside=True,
             **self.question(state, known),

@@ -86,7 +86,31 @@ class ToppleTask(FrictionTask):
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction in `params`."""
-        return scene(params["friction"])
+        made = Scene(gravity=GRAVITY, step=STEP)
+        made.add_plane("ground", friction=params["friction"])
+        made.add_body(
+            "object",
+            Box(OBJECT_SIZE),
+            mass=OBJECT_MASS,
+            position=OBJECT_START,
+            friction=params["friction"],
+            role="object",
+            linear_factor=FREE_AXES,
+            angular_factor=FREE_TURNS,
+        )
+        for name, x in (("base", BASE_X), ("fingertip", TIP_X)):
+            made.add_body(
+                name,
+                Sphere(FINGER_RADIUS),
+                mass=FINGER_MASS,
+                position=(x, 0.0, FINGER_HEIGHT),
+                friction=FINGER_FRICTION,
+                role="effector",
+                linear_factor=RAIL_AXES,
+                angular_factor=NO_TURNS,
+            )
+        made.add_spring("base", "fingertip", stiffness=STIFFNESS, rest_length=REST_LENGTH)
+        return made
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """A push on the finger's base, drawn anew at each step, and then none."""
@@ -126,32 +150,3 @@ class ToppleTask(FrictionTask):
     def succeeded(self, params: Params | None = None) -> regions.Region:
         """Z_suc: the box has turned by 90 deg."""
         return regions.Tilt("object", (0.0, 0.0, 1.0), TOPPLED_AXIS, TOPPLED_SPREAD)
-
-
-def scene(friction: float) -> Scene:
-    """Ground, box and finger, with the friction coefficient of box and ground."""
-    made = Scene(gravity=GRAVITY, step=STEP)
-    made.add_plane("ground", friction=friction)
-    made.add_body(
-        "object",
-        Box(OBJECT_SIZE),
-        mass=OBJECT_MASS,
-        position=OBJECT_START,
-        friction=friction,
-        role="object",
-        linear_factor=FREE_AXES,
-        angular_factor=FREE_TURNS,
-    )
-    for name, x in (("base", BASE_X), ("fingertip", TIP_X)):
-        made.add_body(
-            name,
-            Sphere(FINGER_RADIUS),
-            mass=FINGER_MASS,
-            position=(x, 0.0, FINGER_HEIGHT),
-            friction=FINGER_FRICTION,
-            role="effector",
-            linear_factor=RAIL_AXES,
-            angular_factor=NO_TURNS,
-        )
-    made.add_spring("base", "fingertip", stiffness=STIFFNESS, rest_length=REST_LENGTH)
-    return made

@@ -87,7 +87,7 @@ class PushRealTask(ScriptedTask):
     @property
     def parameters(self) -> dict[str, Any]:
         """The keywords that make this task again."""
-        return {"object": self._object, "tool": self._tool, "effector": self._effector}
+        return {"object": self._object, "tool": self._tool, "effector": self.effector}
 
     def scene(self, params: Params) -> Scene:
         """Table, wall, object and the arm's tool."""
@@ -143,7 +143,7 @@ class PushRealTask(ScriptedTask):
             duration=LONGEST_EDGE,
             captured=self.captured(state, {}),
             succeeded=self.succeeded({}),
-            effector=self._effector,
+            effector=self.effector,
             rate=RATE,
             contacts=contacts,
             start_outside=True,
