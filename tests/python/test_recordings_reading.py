@@ -217,7 +217,7 @@ def test_a_file_without_a_header_or_text_is_refused(path):
     with pytest.raises(ValueError, match="line 1: the header has '0', expected frame, time"):
         read_csv(write(path, push(), header=()))
     path.write_bytes(b"frame,time\n1,\xff\n")
-    with pytest.raises(ValueError, match="is not text in UTF-8"):
+    with pytest.raises(ValueError, match="expected a CSV file in UTF-8"):
         read_csv(path)
     path.write_bytes(b"\n\n")
     with pytest.raises(ValueError, match="a CSV file"):

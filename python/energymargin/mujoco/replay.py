@@ -141,10 +141,8 @@ def _require_same(problem: Problem, state: Vector) -> None:
     found, wanted = problem.scene.unpack(state), problem.scene.unpack(problem.state)
     for name in wanted.keys() - {"joints"}:
         one, two = found[name], wanted[name]
-        turn = Rotation.from_quat([one["orientation"], two["orientation"]])
-        off = float((turn[0].inv() * turn[1]).magnitude())
-        for what in ("position", "velocity", "angular_velocity"):
-            off = max(off, float(np.abs(one[what] - two[what]).max()))
+        speeds = [np.abs(one[w] - two[w]).max() for w in ("velocity", "angular_velocity")]
+        off = float(max(*_between(one, two), *speeds))
         if off > SAME:
             raise ValueError(
                 f"data has '{name}' off the problem's state by {off:.3g}, expected that state: "
@@ -170,10 +168,15 @@ def _apart(scene: Scene, state: Vector, other: Vector) -> tuple[float, float]:
     """How far the objects are apart: distance [m] and angle [rad], the most of each."""
     one, two = scene.unpack(state), scene.unpack(other)
     objects = [body.name for body in scene.bodies if body.role == "object"]
-    distances = [np.linalg.norm(one[name]["position"] - two[name]["position"]) for name in objects]
-    turns = [Rotation.from_quat([one[o]["orientation"], two[o]["orientation"]]) for o in objects]
-    angles = [(turn[0].inv() * turn[1]).magnitude() for turn in turns]
-    return float(max(distances)), float(max(angles))
+    distances, angles = zip(*(_between(one[name], two[name]) for name in objects), strict=True)
+    return max(distances), max(angles)
+
+
+def _between(one: dict[str, Vector], two: dict[str, Vector]) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between two poses of a body."""
+    turn = Rotation.from_quat([one["orientation"], two["orientation"]])
+    distance = np.linalg.norm(one["position"] - two["position"])
+    return float(distance), float((turn[0].inv() * turn[1]).magnitude())
 
 
 ALMOST = 1e-6  # of the time between two looks: so close to one, it is that one

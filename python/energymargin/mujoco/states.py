@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Body, Joint, Scene
 from energymargin.mujoco.mjcf_bodies import inertia_of
-from energymargin.scenes.mjcf_model import engine
+from energymargin.scenes.mjcf_model import engine, name_of
 
 Vector = NDArray[np.float64]
 
@@ -217,51 +217,36 @@ class Names:
 
     def __init__(self, scene: Scene, model: Any, prefix: str = "") -> None:
         """`prefix`: of the scene's names, which the model's lack."""
-        self._scene, self._model, self._prefix = scene, model, prefix
+        self._scene = scene
         self._links = {joint.child for joint in scene.joints}
-
-    def _number(self, kind: str, name: str) -> int | None:
-        """Number of a body or a joint by its name, or by its number where the model has no name."""
-        if not name.startswith(self._prefix):
-            return None
-        own, mujoco = name.removeprefix(self._prefix), engine()
-        of = {"body": mujoco.mjtObj.mjOBJ_BODY, "joint": mujoco.mjtObj.mjOBJ_JOINT}[kind]
-        number = int(mujoco.mj_name2id(self._model, of, own))
-        if number >= 0:
-            return number
-        index = own.removeprefix(kind)
-        count = {"body": self._model.nbody, "joint": self._model.njnt}[kind]
-        if own.startswith(kind) and index.isdecimal() and int(index) < count:
-            nameless = not mujoco.mj_id2name(self._model, of, int(index))
-            return int(index) if nameless else None
-        return None
+        self._bodies, self._joints = (
+            {prefix + name_of(model, kind, number): number for number in range(count)}
+            for kind, count in (("body", model.nbody), ("joint", model.njnt))
+        )
 
     def body(self, name: str) -> int | None:
         """Number of any body; None if the model does not have it."""
-        return self._number("body", name)
+        return self._bodies.get(name)
 
-    def _bodies(self, *, fixed: bool) -> Iterator[tuple[Body, int]]:
+    def _at_ends(self, *, fixed: bool) -> Iterator[tuple[Body, int]]:
+        """Bodies that no joint carries and that the model has."""
         for body in self._scene.bodies:
-            if body.fixed != fixed or body.name in self._links:
-                continue
-            number = self._number("body", body.name)
-            if number is not None:
-                yield body, number
+            if body.fixed == fixed and body.name in self._bodies.keys() - self._links:
+                yield body, self._bodies[body.name]
 
     def fixed(self) -> Iterator[tuple[Body, int]]:
         """Fixed bodies that the model has; the world is where it is."""
-        return ((body, number) for body, number in self._bodies(fixed=True) if number)
+        return ((body, number) for body, number in self._at_ends(fixed=True) if number)
 
     def free(self) -> Iterator[tuple[Body, int]]:
         """Free bodies that the model has."""
-        return self._bodies(fixed=False)
+        return self._at_ends(fixed=False)
 
     def joints(self) -> Iterator[tuple[Joint, int]]:
         """Joints that the model has, also those that follow others."""
         for joint in self._scene.joints:
-            number = None if joint.type == "fixed" else self._number("joint", joint.name)
-            if number is not None:
-                yield joint, number
+            if joint.type != "fixed" and joint.name in self._joints:
+                yield joint, self._joints[joint.name]
 
     def moving(self) -> Iterator[tuple[Joint, int]]:
         """Those of them with numbers in a state."""
@@ -272,7 +257,7 @@ class Names:
         with the numbers of its parent and its child."""
         for joint, parent, child in self._between():
             own = joint.type != "fixed" and joint.mimic is None and joint.held
-            if own and self._number("joint", joint.name) is None:
+            if own and joint.name not in self._joints:
                 yield joint, parent, child
 
     def rigid(self) -> Iterator[tuple[Joint, int, int]]:

@@ -268,10 +268,8 @@ def read_cells(source: SourceFile, delimiter: str = ",") -> pd.DataFrame:
             encoding="utf-8-sig",
             engine="python",  # which tells a cell that is missing from one that is empty
         )
-    except UnicodeDecodeError as error:
-        raise source.error("is not text in UTF-8; save it as CSV in UTF-8") from error
     except ValueError as error:  # pandas' own are such
-        raise source.error(f"{error}; expected a CSV file") from error
+        raise source.error(f"{error}; expected a CSV file in UTF-8") from error
     cells.index += 1
     cells = cells.apply(lambda column: column.str.strip())
     cells = cells[(cells.fillna("") != "").any(axis=1)]

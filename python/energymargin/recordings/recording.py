@@ -117,12 +117,11 @@ class Recording:
         *,
         object: str = "object",
         effector: str = "effector",
-        part: bool = True,
         most_overlap: float = MOST_OVERLAP,
     ) -> NDArray[np.float64]:
         """States of these frames in a scene, shape (K, n). Arguments and errors: as `placed`."""
         names = {"object": object, "effector": effector}
-        return placed(self, scene, part=part, most_overlap=most_overlap, **names).states
+        return placed(self, scene, most_overlap=most_overlap, **names).states
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,13 +144,12 @@ def placed(
     *,
     object: str = "object",
     effector: str = "effector",
-    part: bool = True,
     most_overlap: float = MOST_OVERLAP,
 ) -> Placed:
     """The recording's frames as states of a scene.
 
     x, y, yaw and their rates are those of the recording, all else, as heights, is that of the
-    scene. With `part`, bodies that overlap are moved until they touch: the object out of what
+    scene. Bodies that overlap are moved until they touch: the object out of what
     stands in the scene, the effector out of the object. Raises ValueError on a body that is
     unknown, fixed or tilted in the scene, where a body would be moved by more than `most_overlap`
     [m], and if no frame at all has a place for both, as between two others.
@@ -164,9 +162,6 @@ def placed(
         _require_upright(scene, name)
     world = World(scene)
     measured = np.stack([_packed(recording, scene, names, k) for k in range(len(recording))])
-    if not part:
-        frames = len(recording)
-        return Placed(measured, np.zeros((frames, 2)), np.zeros(frames, dtype=bool))
     states, reasons = measured.copy(), {}
     for k, number in enumerate(recording.frames.tolist()):
         try:

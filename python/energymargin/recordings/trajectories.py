@@ -49,7 +49,6 @@ def dataset(
     params: Params | None = None,
     object: str = "object",
     effector: str = "effector",
-    part: bool = True,
     most_overlap: float = MOST_OVERLAP,
     notice: Callable[[str], None] | None = None,
 ) -> Dataset:
@@ -69,7 +68,6 @@ def dataset(
             that are numbers.
         object: its body in the scene.
         effector: the same.
-        part: as of `placed`.
         most_overlap: as of `placed` [m].
         notice: called with a line of text for each recording in which bodies were moved, or found
             no place.
@@ -88,7 +86,6 @@ def dataset(
             scene,
             object=object,
             effector=effector,
-            part=part,
             most_overlap=most_overlap,
         )
         if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
