@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 
-__all__ = ["bar", "bars_by"]
-
 Update = Callable[[int, int], None]
 """update(done, total)"""
 Draw = Callable[[str, str], AbstractContextManager[Update]]

@@ -13,18 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "check_shape",
-    "function_of",
-    "function_or_none",
-    "not_negative_number",
-    "one_of",
-    "positive_number",
-    "share",
-    "whole_number",
-    "yes_or_no",
-]
-
 
 def whole_number(name: str, value: int, least: int, most: int | None = None) -> int:
     """`value`, if it is a whole number from `least` to `most`; else a ValueError with `name`."""

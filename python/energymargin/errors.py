@@ -1,7 +1,5 @@
 """The base of the package's own errors, and those of them that no module of its own has."""
 
-__all__ = ["DivergedError", "EnergyMarginError"]
-
 
 class EnergyMarginError(Exception):
     """Base of the errors that have a type of their own: `em.ScoreError`, `em.tasks.TaskError`, a

@@ -12,16 +12,6 @@ from energymargin._core import Cancel, Plan, Problem, World, capture_probability
 from energymargin.disturbances import Uniform
 from energymargin.searches import SearchSettings
 
-__all__ = [
-    "MOMENTS",
-    "Undisturbed",
-    "disturbance_in_words",
-    "future_rows",
-    "plan_rows",
-    "undisturbed",
-    "uniform_in_words",
-]
-
 MOMENTS = 25  # a second of the simulation, about what the eye sees
 NOTHING = Uniform(strength=0.0)
 CHECK = "about 1/60 s"  # a problem that does not say when it looks

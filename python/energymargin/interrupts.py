@@ -9,15 +9,6 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-__all__ = [
-    "delayed_interrupts",
-    "held_interrupts",
-    "interrupted",
-    "on_interrupt",
-    "raise_if_interrupted",
-    "remembered_interrupts",
-]
-
 # Only the main thread gets signals, so there is one.
 _remembered = threading.Event()  # set once a Ctrl-C was raised
 

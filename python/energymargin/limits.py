@@ -8,8 +8,6 @@ from typing import TypedDict
 
 from energymargin._core import Cancel, Cancelled
 
-__all__ = ["Limit", "Rest"]
-
 SOON = 1e-6  # s; the shortest time that is left
 
 

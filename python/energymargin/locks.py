@@ -9,8 +9,6 @@ from pathlib import Path
 
 from energymargin.closing import Closing
 
-__all__ = ["Lock"]
-
 
 class Lock(Closing):
     """The right to write what is at a path, until it is closed, or its process is gone.

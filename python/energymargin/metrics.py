@@ -6,24 +6,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-__all__ = [
-    "ANY",
-    "CLOCKLESS",
-    "KINDS",
-    "METRICS",
-    "TIMED",
-    "Kind",
-    "axis_label",
-    "check_metrics",
-    "is_likelihood",
-    "metric_kind",
-    "of_kind",
-    "settings_of",
-    "unit",
-    "value_text",
-    "with_unit",
-]
-
 ANY = "/any"
 """Ends the name of a metric that asks for at least one of several objects, instead of all."""
 

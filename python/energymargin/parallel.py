@@ -23,8 +23,6 @@ from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.searches import algorithm
 
-__all__ = ["Function", "Items", "RemoteWorkers", "Source", "Workers", "run", "work"]
-
 POLL = 0.05  # s; how long a stop may stay unnoticed
 LAST = 0.1  # s; how long a stop waits for results that are finished
 AHEAD = 2  # chunks for each worker: one at work, one that waits

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin._core import Plan
 from energymargin.checks import positive_number
 
-__all__ = ["control_period", "in_steps", "nearest_steps", "rest_of", "whole_steps"]
-
 ROUNDING = 1e-6  # of a step
 
 

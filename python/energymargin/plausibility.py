@@ -6,8 +6,6 @@ import sys
 import warnings
 from collections.abc import Iterable
 
-__all__ = ["HOW_TO_IGNORE", "PlausibilityWarning", "levels_to_user", "warn"]
-
 MOST_KNOWN = 10_000  # warnings that are remembered, so that each warns once
 
 # Frames of these are not the user's: this package, its commands, and what calls it in between.

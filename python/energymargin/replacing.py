@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["replace_text", "replaced"]
-
 DESCRIPTORS = Path("/proc/self/fd")  # of Linux: names for files that have none
 
 

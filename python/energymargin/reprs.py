@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["compiled_repr", "short_repr"]
-
 MOST = 6  # numbers or words of a list that is shown in full
 
 

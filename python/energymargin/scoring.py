@@ -17,7 +17,7 @@ from energymargin.checks import whole_number
 from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
-from energymargin.executors.rows import PlainRow, Work, score_chunk
+from energymargin.executors.rows import Work, score_chunk
 from energymargin.limits import Limit
 from energymargin.metrics import check_metrics
 from energymargin.parallel import Items, Source, run
@@ -57,7 +57,7 @@ def run_all(
 
 
 def _given_up(work: Work, why: str) -> Row:
-    return PlainRow(work.index, error=why)
+    return Row(work.index, error=why)
 
 
 def score(

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Any
 
-__all__ = ["setting"]
-
 
 def setting(default: Any, text: str, *, shown: str | None = None) -> Any:
     """A field of a dataclass of settings that a command offers as an option.

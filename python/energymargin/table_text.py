@@ -7,8 +7,6 @@ import io
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-__all__ = ["DASH", "csv_text", "markdown_table", "short"]
-
 DASH = "—"  # a cell without a value
 RULES = {"left": "---", "right": "---:"}
 

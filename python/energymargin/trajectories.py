@@ -13,8 +13,6 @@ from energymargin.checks import check_shape
 from energymargin.reprs import short_repr
 from energymargin.summary import html_or_text
 
-__all__ = ["Trajectory"]
-
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:

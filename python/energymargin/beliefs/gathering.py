@@ -6,7 +6,7 @@ particles, and each rollout of a probability has a particle of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,17 +17,14 @@ from energymargin.beliefs.belief import Belief, Particles
 from energymargin.beliefs.uncertainty import MOST_PARTICLES
 from energymargin.checks import whole_number
 from energymargin.executors import Row
-from energymargin.executors.rows import PlainRow, Work
+from energymargin.executors.rows import Curve, Work
 from energymargin.metrics import TIMED
 from energymargin.parallel import Source
-from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings
 
 # Particle j of problem i has the stream of index i + j * 2^32: the first has that of the problem.
 PARTICLE = 2**32
 
-Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""Times [s] and the probability until each, (T,)."""
 Part = tuple[NDArray[np.float64], Particles, float, Curve | None]
 """A metric's scores of the particles (N,), the particles, computing time [s], the mean curve."""
 
@@ -72,30 +69,6 @@ class Asked:
     belief: Callable[[], Belief]
     """Makes it; ValueError if that cannot be."""
     metrics: tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class BeliefRow:
-    """The scores of one belief, as a Row: their means."""
-
-    __repr__ = short_repr
-
-    index: int
-    scores: dict[str, float]
-    values: dict[str, NDArray[np.float64]]
-    """By metric, those of the particles, shape (N,)."""
-    times: dict[str, float]
-    curves: Mapping[str, Curve]
-    steps: int
-    unconverged: int
-    lost_time: float
-    warnings: tuple[str, ...]
-    error: str | None = None
-
-    @property
-    def seconds(self) -> float:
-        """As of a Row."""
-        return sum(self.times.values())
 
 
 @dataclass(eq=False)
@@ -165,7 +138,7 @@ class ParticleSource:
             seed = stream(self._sharing.whole.seed, asked.index)
             particles = asked.belief().particles(count, seed=seed)
         except ValueError as error:
-            self._failed.append(PlainRow(asked.index, error=str(error)))
+            self._failed.append(Row(asked.index, error=str(error)))
             return
         self._beliefs[asked.index] = _Gathered(asked, particles)
         for number, problem in enumerate(particles.problems):
@@ -177,12 +150,12 @@ class ParticleSource:
         rows = [belief.rows[number] for number in sorted(belief.rows)]
         for number, row in enumerate(rows):
             if row.error:
-                return PlainRow(index, error=f"particle {number}: {row.error}")
+                return Row(index, error=f"particle {number}: {row.error}")
         parts = self._parts(belief)
-        return BeliefRow(
+        return Row(
             index,
             scores={metric: float(values.mean()) for metric, (values, *_) in parts.items()},
-            values={metric: values for metric, (values, *_) in parts.items()},
+            particles={metric: values for metric, (values, *_) in parts.items()},
             times={metric: seconds for metric, (_, _, seconds, _) in parts.items()},
             curves={metric: curve for metric, (*_, curve) in parts.items() if curve is not None},
             steps=sum(row.steps for row in rows),

@@ -22,24 +22,6 @@ from energymargin.checks import whole_number
 from energymargin.reprs import short_repr
 from energymargin.trajectories import Trajectory
 
-__all__ = [
-    "BLOCK_STATES",
-    "COLUMNS",
-    "CONTACT",
-    "NO_LABEL",
-    "ROW",
-    "Block",
-    "BodyNames",
-    "any_column",
-    "any_label",
-    "as_block",
-    "as_blocks",
-    "check_labels",
-    "cuts",
-    "joined",
-    "starts",
-]
-
 ROW = np.dtype(
     [
         ("frames", "<i8"),  # K

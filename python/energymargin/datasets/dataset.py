@@ -42,8 +42,6 @@ from energymargin.summary import html_or_text
 from energymargin.tasks.base import Task
 from energymargin.trajectories import Trajectory
 
-__all__ = ["Dataset", "Label", "StateError", "left_out_text", "load", "open"]
-
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
 """Of a state: trajectory, frame, captured, success, captured_any, success_any."""
 

@@ -42,16 +42,6 @@ from energymargin.errors import EnergyMarginError
 from energymargin.replacing import replaced
 from energymargin.trajectories import Trajectory
 
-__all__ = [
-    "FORMAT",
-    "VERSION",
-    "FileError",
-    "Recorded",
-    "opened",
-    "reading",
-    "write",
-]
-
 FORMAT = "energymargin dataset"
 VERSION = 3
 

@@ -15,8 +15,6 @@ from energymargin.tasks.base import Task
 from energymargin.tasks.scripted import Following, ScriptedTask
 from energymargin.trajectories import Trajectory
 
-__all__ = ["Future"]
-
 WHOLE = 1e-6  # of a step; a rollout's times are so near to whole steps
 
 

@@ -41,8 +41,6 @@ from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.registry import is_installed
 from energymargin.trajectories import Trajectory
 
-__all__ = ["generate", "generate_file", "load_or_generate", "trajectories_kept"]
-
 IN_MEMORY = "dataset.h5"  # what workers make, to be read into memory
 
 # At most, of a shard: 0.1 s of balance, 3 s of grasp, 20 MB.

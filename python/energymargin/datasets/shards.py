@@ -36,15 +36,6 @@ from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
 
-__all__ = [
-    "Request",
-    "ShardFolder",
-    "folder_of",
-    "generate_shard",
-    "generate_trajectory",
-    "spans_in",
-]
-
 PARTS_VERSION = 1
 SUFFIX = ".npz"
 

@@ -10,8 +10,6 @@ from typing import Protocol
 from energymargin.executors.threads import Threads
 from energymargin.parallel import RemoteWorkers, Workers
 
-__all__ = ["Executor", "chosen_executor"]
-
 
 class Executor(Protocol):
     """Where work is done: `Threads`, `Processes` or `Dask`."""

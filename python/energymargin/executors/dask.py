@@ -16,8 +16,6 @@ from energymargin.parallel import RemoteWorkers
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Dask"]
-
 CONNECT = 5.0  # s; for the first connection, during which Dask tries again and again
 LOOK = 0.5  # s; between two questions for the workers
 ANSWER = 2.0  # s; until a scheduler that is asked for its workers is asked another time

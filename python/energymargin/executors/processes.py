@@ -19,8 +19,6 @@ from typing import Any
 from energymargin.executors.threads import core_count
 from energymargin.parallel import RemoteWorkers
 
-__all__ = ["Processes"]
-
 
 @dataclass(frozen=True)
 class Processes:

@@ -3,98 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import groupby
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Problem, ScoreRun
+from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
 from energymargin.metrics import METRICS
 from energymargin.parallel import POLL
+from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings
-
-__all__ = ["PlainRow", "Row", "Work", "score_chunk"]
 
 Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times [s] and the probability until each, (T,)."""
 
 
-class Row(Protocol):
+@dataclass(frozen=True, eq=False)
+class Row:
     """The scores of one problem."""
 
-    @property
-    def index(self) -> int:
-        """The problem's stream index."""
-        ...
+    __repr__ = short_repr
 
-    @property
-    def scores(self) -> dict[str, float]:
-        """By metric."""
-        ...
-
-    @property
-    def times(self) -> dict[str, float]:
-        """By metric: computing time [s]; of metrics that share a search, at the first alone."""
-        ...
+    index: int
+    """The problem's stream index."""
+    scores: dict[str, float] = field(default_factory=dict)
+    """By metric; of a belief the means."""
+    times: dict[str, float] = field(default_factory=dict)
+    """By metric: computing time [s]; of metrics that share a search, at the first alone."""
+    curves: Mapping[str, Curve] = field(default_factory=dict)
+    """By metric, of those that have one."""
+    steps: int = 0
+    """Simulation steps of all of them."""
+    unconverged: int = 0
+    """Of these, steps whose contact solver did not converge."""
+    lost_time: float = 0.0
+    """Time in which nothing moved, as bodies would have passed through each other [s]."""
+    warnings: tuple[str, ...] = ()
+    """What speaks against the scores."""
+    error: str | None = None
+    """What went wrong, or None."""
+    particles: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """By metric, of a belief alone: the scores of its N particles, shape (N,)."""
 
     @property
     def seconds(self) -> float:
         """Computing time of all of them [s]."""
-        ...
-
-    @property
-    def curves(self) -> Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """By metric, of those that have one: times [s] and the probability until each, (T,)."""
-        ...
-
-    @property
-    def steps(self) -> int:
-        """Simulation steps of all of them."""
-        ...
-
-    @property
-    def unconverged(self) -> int:
-        """Of these, steps whose contact solver did not converge."""
-        ...
-
-    @property
-    def lost_time(self) -> float:
-        """Time in which nothing moved, as bodies would have passed through each other [s]."""
-        ...
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What speaks against the scores."""
-        ...
-
-    @property
-    def error(self) -> str | None:
-        """What went wrong, or None."""
-        ...
+        return sum(self.times.values(), 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class PlainRow:
-    """A Row that is not of a search here: of a problem that could not be scored, or of scores from
-    elsewhere."""
+_SEARCHED = [one.name for one in fields(Row) if one.name != "particles"]
 
-    index: int
-    scores: dict[str, float] = field(default_factory=dict)
-    seconds: float = 0.0
-    error: str | None = None
-    steps: int = 0
-    unconverged: int = 0
-    lost_time: float = 0.0
-    warnings: tuple[str, ...] = ()
-    curves: dict[str, Curve] = field(default_factory=dict)
 
-    @property
-    def times(self) -> dict[str, float]:
-        """The first score has all of the time."""
-        return dict.fromkeys(list(self.scores)[:1], self.seconds)
+def _row(searched: ScoreRow) -> Row:
+    return Row(**{name: getattr(searched, name) for name in _SEARCHED})
 
 
 @dataclass(frozen=True)
@@ -131,8 +95,8 @@ def score_chunk(settings: SearchSettings, work: Sequence[Work], cancel: Cancel) 
     for metrics, group in groupby(work, key=lambda one: one.metrics):
         same = list(group)
         run.add([one.problem for one in same], [one.index for one in same], list(metrics))
-    rows: list[Row] = []
+    rows: list[ScoreRow] = []
     while not (run.finished or cancel.is_set):
         rows += run.take(POLL)
     run.cancel()
-    return [*rows, *run.take(0)]
+    return [_row(one) for one in (*rows, *run.take(0))]

@@ -12,8 +12,6 @@ from energymargin._core import Cancel
 from energymargin.checks import whole_number
 from energymargin.parallel import Done, Function, Workers, work
 
-__all__ = ["Threads", "core_count", "thread_count"]
-
 
 @dataclass(frozen=True)
 class Threads:

@@ -9,8 +9,6 @@ from __future__ import annotations
 import sqlite3
 import zlib
 
-__all__ = ["TABLE", "holds", "remove", "write"]
-
 TABLE = "CREATE TABLE checksum (value INTEGER NOT NULL);"
 
 

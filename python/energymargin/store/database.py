@@ -13,8 +13,6 @@ from energymargin.closing import Closing
 from energymargin.locks import Lock
 from energymargin.store import checksum, schema
 
-__all__ = ["Database"]
-
 WAIT = 10.0  # s; how long another program may hold the file
 CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
 CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait

@@ -23,8 +23,6 @@ from energymargin.store.run import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["curves_path", "export", "load"]
-
 BLOCK = 10000  # rows in memory
 NEEDS = "pip install 'energymargin[tables]'"
 SUFFIXES = (".csv", ".parquet")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
-from energymargin.executors.rows import PlainRow
+from energymargin.executors.rows import Row
 from energymargin.searches import algorithm_of
 from energymargin.store import schema
 from energymargin.store.database import Database
@@ -21,8 +21,6 @@ from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 from energymargin.store.writing import add_rows, pose
 from energymargin.summary import html_or_text
-
-__all__ = ["Digests", "ScoreStore", "add_scores", "forget_if_changed"]
 
 LABELS = 10000  # states whose labels are inserted at a time
 SAMPLE = 100  # states whose problems are compared; of a smaller dataset, all
@@ -194,5 +192,5 @@ def add_scores(
             numbers = range(first, min(first + IMPORTED, dataset.size))
             pose(run, {n: state_digest(run.digest, n) for n in numbers})
             of_states = [{name: float(v[n]) for name, v in columns.items()} for n in numbers]
-            add_rows(run, [PlainRow(n, own) for n, own in zip(numbers, of_states, strict=True)])
+            add_rows(run, [Row(n, own) for n, own in zip(numbers, of_states, strict=True)])
         return run.number

@@ -22,8 +22,6 @@ from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE
 from energymargin.summary import html_or_text
 
-__all__ = ["FLOATS", "Run", "ScoredState", "why_not_of"]
-
 FLOATS = np.dtype("<f8")
 """Of the numbers of a curve, as they are packed."""
 

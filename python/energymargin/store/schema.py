@@ -29,17 +29,6 @@ from contextlib import closing
 
 from energymargin.store import checksum
 
-__all__ = [
-    "APPLICATION_ID",
-    "NO_FUTURE",
-    "VERSION",
-    "create",
-    "future_number",
-    "has_its_tables",
-    "migrate",
-    "state_digest",
-]
-
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
 VERSION = 7

@@ -42,8 +42,6 @@ from energymargin.store.writing import add_rows, pose
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = ["begin_run", "dataset_metrics", "score_dataset", "score_run"]
-
 SAMPLE = 20  # states that tell which metrics there are
 WINDOW = 20000  # states that are searched at a time for missing scores
 BLOCK = 16  # problems that are made before the clock is looked at

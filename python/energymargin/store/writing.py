@@ -9,11 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.beliefs.gathering import BeliefRow
 from energymargin.executors import Row
 from energymargin.store.run import FLOATS, Run
-
-__all__ = ["add_rows", "pose"]
 
 
 def pose(run: Run, digests: Mapping[int, bytes]) -> dict[int, tuple[str, ...]]:
@@ -63,7 +60,7 @@ def _inserted(asked: Mapping[str, int], row: Row) -> Iterator[tuple[str, tuple[A
     for metric, (times, curve) in row.curves.items():
         if metric in asked:
             yield "curves", (asked[metric], _packed(times), _packed(curve))
-    for metric, values in row.values.items() if isinstance(row, BeliefRow) else ():
+    for metric, values in row.particles.items():
         yield "particles", (asked[metric], _packed(values))
 
 

@@ -24,7 +24,7 @@ from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.labelled import HORIZONS, SUCCESS
 from energymargin.executors import Threads
-from energymargin.executors.rows import PlainRow
+from energymargin.executors.rows import Row
 from energymargin.limits import Limit
 from energymargin.metrics import ANY
 from energymargin.store import Run, ScoreStore
@@ -73,22 +73,22 @@ def ceiling_dataset(
     frames = dataset.frames()
     advance = progress or (lambda _done, _total: None)
 
-    def row(index: int, stop: Cancel) -> PlainRow:
+    def row(index: int, stop: Cancel) -> Row:
         start = time.perf_counter()
         t, k = frames[index]
         shares = state_ceiling(
             task, dataset.trajectories[t], k, continuations, stream(seed, index), cancel=stop
         )
-        return PlainRow(index, shares, time.perf_counter() - start)
+        return Row(index, shares, {next(iter(shares)): time.perf_counter() - start})
 
-    def of_states(numbers: Sequence[int], stop: Cancel) -> list[PlainRow]:
+    def of_states(numbers: Sequence[int], stop: Cancel) -> list[Row]:
         return [row(index, stop) for index in numbers]
 
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
         advance(*run.counts())
 
-        def keep(rows: Sequence[PlainRow]) -> None:
+        def keep(rows: Sequence[Row]) -> None:
             if rows:
                 pose(run, {row.index: state_digest(run.digest, row.index) for row in rows})
                 add_rows(run, rows)
