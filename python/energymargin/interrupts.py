@@ -14,17 +14,23 @@ _remembered = threading.Event()  # set once a Ctrl-C was raised
 
 
 @contextmanager
+def on_interrupt(act: Callable[[], object]) -> Iterator[None]:
+    """Ctrl-C calls `act` instead of raising. Only where it would raise KeyboardInterrupt: a
+    program's own handler stays in place."""
+    raises = (signal.default_int_handler, _raise_and_remember)
+    if _in_main_thread() and signal.getsignal(signal.SIGINT) in raises:
+        with _handled_by(lambda _signal, _frame: act()):
+            yield
+    else:
+        yield
+
+
+@contextmanager
 def held_interrupts() -> Iterator[threading.Event]:
-    """Ctrl-C sets the event instead of raising, so that no score is lost between workers and file.
-
-    Only where it would raise KeyboardInterrupt: a program's own handler stays in place.
-    """
+    """Ctrl-C sets the event instead of raising, so that no score is lost between workers and
+    file."""
     came = threading.Event()
-
-    def hold(_signal: int, _frame: FrameType | None) -> None:
-        came.set()
-
-    with _handled_by(hold) if _raises() else _unchanged():
+    with on_interrupt(came.set):
         yield came
 
 
@@ -74,22 +80,9 @@ def raise_if_interrupted() -> None:
         raise KeyboardInterrupt
 
 
-@contextmanager
-def on_interrupt(act: Callable[[], object]) -> Iterator[None]:
-    """Ctrl-C calls `act` instead of raising. Only where it would raise KeyboardInterrupt."""
-    with _handled_by(lambda _signal, _frame: act()) if _raises() else _unchanged():
-        yield
-
-
 def _raise_and_remember(_signal: int, _frame: FrameType | None) -> None:
     _remembered.set()
     raise KeyboardInterrupt
-
-
-def _raises() -> bool:
-    """Whether Ctrl-C raises KeyboardInterrupt in this thread."""
-    handlers = (signal.default_int_handler, _raise_and_remember)
-    return _in_main_thread() and signal.getsignal(signal.SIGINT) in handlers
 
 
 def _in_main_thread() -> bool:
@@ -103,8 +96,3 @@ def _handled_by(handler: Callable[[int, FrameType | None], Any]) -> Iterator[Non
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def _unchanged() -> Iterator[None]:
-    yield

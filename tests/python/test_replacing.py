@@ -1,4 +1,4 @@
-"""A file is there whole or as it was, and a process that dies leaves nothing behind."""
+"""A file is there whole or as it was; what a process that dies leaves, the next one removes."""
 
 import os
 import signal
@@ -8,24 +8,15 @@ import sys
 
 import pytest
 
-from energymargin import replacing
 from energymargin.replacing import replace_text, replaced
 
 KILLED = """
 import os, pathlib, signal, sys
-from energymargin.replacing import replace_text, replaced
-with replaced(pathlib.Path(sys.argv[1]), named=sys.argv[2] == "True") as file:
+from energymargin.replacing import replaced
+with replaced(pathlib.Path(sys.argv[1])) as file:
     file.write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)
 """
-
-
-@pytest.fixture(params=["without a name", "named", "where all files have names"])
-def named(request, monkeypatch, tmp_path):
-    """Whether a name is asked for; the last is a system without /proc."""
-    if request.param == "where all files have names":
-        monkeypatch.setattr(replacing, "DESCRIPTORS", tmp_path.parent / "nowhere")
-    return request.param == "named"
 
 
 @pytest.fixture
@@ -37,62 +28,48 @@ def names(path):
     return sorted(os.listdir(path.parent))
 
 
-def test_the_new_file_is_there_at_the_end_of_the_block_alone(path, named):
+def test_the_new_file_is_there_at_the_end_of_the_block_alone(path):
     path.write_text("before")
-    with replaced(path, named=named) as file:
+    with replaced(path) as file:
         file.write_text("after")
         assert path.read_text() == "before"
     assert path.read_text() == "after"
     assert names(path) == ["page.html"]
 
 
-def test_a_new_file_has_the_mode_of_any_other(path, named):
-    with replaced(path, named=named) as file:
+def test_a_new_file_has_the_mode_of_any_other(path):
+    with replaced(path) as file:
         file.write_text("after")
     (path.parent / "other").write_text("")
     assert path.stat().st_mode == (path.parent / "other").stat().st_mode
 
 
-def test_an_error_leaves_what_was_there(path, named):
+def test_an_error_leaves_what_was_there(path):
     path.write_text("before")
-    with pytest.raises(RuntimeError), replaced(path, named=named) as file:
+    with pytest.raises(RuntimeError), replaced(path) as file:
         file.write_text("half")
         raise RuntimeError
     assert path.read_text() == "before"
     assert names(path) == ["page.html"]
 
 
-def test_a_folder_that_is_not_there_is_an_error_at_once_that_names_the_file(path, named):
+def test_a_folder_that_is_not_there_is_an_error_at_once_that_names_the_file(path):
     place = path.parent / "no" / "page.html"
-    with pytest.raises(FileNotFoundError) as refused, replaced(place, named=named):
+    with pytest.raises(FileNotFoundError) as refused, replaced(place):
         pytest.fail("it began")
     assert refused.value.filename == str(place)
 
 
-def test_two_writers_of_one_file_do_not_meet(path):
-    with replaced(path) as one, replaced(path) as other:
-        one.write_text("one")
-        other.write_text("other")
-    assert path.read_text() == "one"  # the outer one ends last
-    assert names(path) == ["page.html"]
-
-
-def killed(path, *, named):
-    command = [sys.executable, "-c", KILLED, str(path), str(named)]
+def killed(path):
+    command = [sys.executable, "-c", KILLED, str(path)]
     assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
 
 
-def test_a_killed_writer_leaves_nothing(path):
+def test_what_a_killed_writer_leaves_is_gone_with_the_next(path):
     path.write_text("before")
-    killed(path, named=False)
-    assert path.read_text() == "before"
-    assert names(path) == ["page.html"]
-
-
-def test_what_a_killed_writer_of_a_named_file_leaves_is_gone_with_the_next(path):
-    killed(path, named=True)
-    assert len(names(path)) == 1
-    with replaced(path, named=True) as file:
+    killed(path)
+    assert path.read_text() == "before" and len(names(path)) == 2
+    with replaced(path) as file:
         file.write_text("after")
     assert names(path) == ["page.html"]
 
@@ -105,7 +82,7 @@ def test_files_of_other_writers_stay(path):
     )
     for name in others:
         (path.parent / name).write_text("")
-    with replaced(path, named=True) as file:
+    with replaced(path) as file:
         file.write_text("after")
     assert names(path) == sorted([*others, "page.html"])
 

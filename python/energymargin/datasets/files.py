@@ -271,7 +271,7 @@ def _written(path: Path) -> Iterator[h5py.File]:
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
     with (
-        replaced(path, named=True) as new,  # HDF5 needs a name
+        replaced(path) as new,
         _reserved(path) as reserve,
         h5py.File(new, "w", libver=_LIBRARY, rdcc_nbytes=_CACHE) as file,
     ):

@@ -8,11 +8,10 @@ from __future__ import annotations
 import csv
 import errno
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from itertools import islice
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,8 +22,6 @@ from energymargin.store.run import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-BLOCK = 10000  # rows in memory
-NEEDS = "pip install 'energymargin[tables]'"
 SUFFIXES = (".csv", ".parquet")
 QUANTILES = (0.1, 0.5, 0.9)  # of the particles of a belief
 
@@ -40,26 +37,14 @@ def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFram
     text. Of beliefs, whose scores are means, `capture_q10`, `_q50` and `_q90` are
     quantiles over the particles. Needs the extra [tables]. Raises what ScoreStore does.
     """
-    try:
-        import pandas as pd
-    except ImportError:
-        raise ImportError(f"data frames are made by pandas: {NEEDS}") from None
     with ScoreStore(path) as store:
-        table = _RunsTable(_runs(store, run))
-        kinds = table.kinds
-        columns = list(zip(*table.rows(), strict=True)) or [()] * len(kinds)
-    return pd.DataFrame(
-        {
-            name: pd.Series(column, dtype=_of_pandas(kind, column))
-            for (name, kind), column in zip(kinds.items(), columns, strict=True)
-        }
-    )
+        return _frame(_states(_runs(store, run)))
 
 
 def export(
     path: str | os.PathLike[str], output: str | os.PathLike[str], *, run: int | None = None
 ) -> int:
-    """Writes the table of `load` into a .csv or .parquet file, block by block; returns how many
+    """Writes the table of `load` into a .csv file, row by row, or a .parquet file; returns how many
     rows it has.
 
     If there are curves of probabilities, they are in a file beside it: scores-curves.csv of
@@ -79,9 +64,9 @@ def export(
         runs = _runs(store, run)
         if any(one.has_curves for one in runs):
             with replaced(curves_path(output)) as file:
-                write(_CurvesTable(runs), file)
+                write(_curves(runs), file)
         with replaced(output) as file:
-            return write(_RunsTable(runs), file)
+            return write(_states(runs), file)
 
 
 def curves_path(output: str | os.PathLike[str]) -> Path:
@@ -90,90 +75,63 @@ def curves_path(output: str | os.PathLike[str]) -> Path:
     return output.with_name(f"{output.stem}-curves{output.suffix}")
 
 
-_OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
-
-
-def _of_pandas(kind: type, column: Sequence[Any]) -> str:
-    """The pandas type of a column; plain int64 has no missing values."""
-    return "Int64" if kind is int and None in column else _OF_PANDAS[kind]
-
-
-class _Table(Protocol):
-    """Columns with their types, and rows."""
-
-    @property
-    def kinds(self) -> dict[str, type]:
-        """The columns, each with the type of its values."""
-        ...
-
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """A value for each column, None where there is none."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
-class _CurvesTable:
-    """The curves of some runs, below one another."""
+class _Table:
+    """Columns with the types of their values, and rows: a value for each column, None where there
+    is none."""
 
-    runs: Sequence[Run]
-    kinds: dict[str, type] = field(
-        default_factory=lambda: {
-            **{"run": int, "trajectory": int, "frame": int},
-            **{"metric": str, "time": float, "probability": float},
-        }
+    kinds: dict[str, type]
+    rows: Iterator[tuple[Any, ...]]
+
+
+def _curves(runs: Sequence[Run]) -> _Table:
+    """The curves of some runs, below one another: a row for each time of a curve."""
+    kinds: dict[str, type] = {"run": int, "trajectory": int, "frame": int}
+    kinds |= {"metric": str, "time": float, "probability": float}
+    rows = (
+        (run.number, trajectory, frame, metric, time, captured)
+        for run in runs
+        for trajectory, frame, metric, curve in run.curves()
+        for time, captured in zip(*(numbers.tolist() for numbers in curve), strict=True)
     )
-
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """One row for each time of a curve."""
-        for run in self.runs:
-            for trajectory, frame, metric, (times, curve) in run.curves():
-                for time, captured in zip(times.tolist(), curve.tolist(), strict=True):
-                    yield run.number, trajectory, frame, metric, time, captured
+    return _Table(kinds, rows)
 
 
-@dataclass(frozen=True, eq=False)
-class _RunsTable:
-    """Some runs of a store, below one another."""
+def _states(runs: Sequence[Run]) -> _Table:
+    """Some runs of a store, below one another: a row for each state."""
+    kinds: dict[str, type] = {"run": int, "task": str, "trajectory": int, "frame": int}
+    kinds |= {"captured": bool, "succeeded": bool}
+    if any(run.several for run in runs):
+        kinds |= {"captured_any": bool, "succeeded_any": bool}
+    for name in {name: None for run in runs for name in _asked(run)}:
+        kinds[name] = _widest([_kind(_asked(run).get(name)) for run in runs])
+    kinds |= {"algorithm": str}
+    kinds |= {metric: float for run in runs for metric in run.metrics}
+    spread = [metric for run in runs for metric in run.with_quantiles]
+    kinds |= {name: float for metric in spread for name in _quantile_columns(metric)}
+    kinds |= {"seconds": float}
+    return _Table(kinds, (row for run in runs for row in _rows(run, kinds)))
 
-    runs: Sequence[Run]
 
-    @property
-    def kinds(self) -> dict[str, type]:
-        """The columns, each with the type of its values."""
-        kinds: dict[str, type] = {"run": int, "task": str, "trajectory": int, "frame": int}
-        kinds |= {"captured": bool, "succeeded": bool}
-        if any(run.several for run in self.runs):
-            kinds |= {"captured_any": bool, "succeeded_any": bool}
-        for name in {name: None for run in self.runs for name in _asked(run)}:
-            kinds[name] = _widest([_kind(_asked(run).get(name)) for run in self.runs])
-        kinds |= {"algorithm": str}
-        kinds |= {metric: float for run in self.runs for metric in run.metrics}
-        spread = [metric for run in self.runs for metric in run.with_quantiles]
-        kinds |= {name: float for metric in spread for name in _quantile_columns(metric)}
-        return kinds | {"seconds": float}
-
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """A value for each column, None where there is none."""
-        kinds = self.kinds
-        for run in self.runs:
-            of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
-            of_run |= {n: None if v is None else kinds[n](v) for n, v in _asked(run).items()}
-            spread = {metric: run.quantiles(metric, QUANTILES) for metric in run.with_quantiles}
-            for number, state in enumerate(run.rows()):
-                values = of_run | dict(zip(run.metrics, state.scores, strict=True))
-                values |= {
-                    "trajectory": state.trajectory,
-                    "frame": state.frame,
-                    "captured": bool(state.captured),
-                    "succeeded": bool(state.success),
-                    "captured_any": _flag(state.captured_any),
-                    "succeeded_any": _flag(state.success_any),
-                    "seconds": state.seconds,
-                }
-                for metric, of_states in spread.items():
-                    found = [None if np.isnan(q) else float(q) for q in of_states[number]]
-                    values |= zip(_quantile_columns(metric), found, strict=True)
-                yield tuple(values.get(column) for column in kinds)
+def _rows(run: Run, kinds: Mapping[str, type]) -> Iterator[tuple[Any, ...]]:
+    of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
+    of_run |= {n: None if v is None else kinds[n](v) for n, v in _asked(run).items()}
+    spread = {metric: run.quantiles(metric, QUANTILES) for metric in run.with_quantiles}
+    for number, state in enumerate(run.rows()):
+        values = of_run | dict(zip(run.metrics, state.scores, strict=True))
+        values |= {
+            "trajectory": state.trajectory,
+            "frame": state.frame,
+            "captured": bool(state.captured),
+            "succeeded": bool(state.success),
+            "captured_any": _flag(state.captured_any),
+            "succeeded_any": _flag(state.success_any),
+            "seconds": state.seconds,
+        }
+        for metric, of_states in spread.items():
+            found = [None if np.isnan(q) else float(q) for q in of_states[number]]
+            values |= zip(_quantile_columns(metric), found, strict=True)
+        yield tuple(values.get(column) for column in kinds)
 
 
 def _quantile_columns(metric: str) -> list[str]:
@@ -193,30 +151,40 @@ def _write_csv(table: _Table, path: Path) -> int:
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(table.kinds)
-        for row in table.rows():
+        for row in table.rows:
             writer.writerow(row)
             count += 1
     return count
 
 
 def _write_parquet(table: _Table, path: Path) -> int:
+    frame = _frame(table)
+    frame.to_parquet(path, index=False)
+    return len(frame)
+
+
+_OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
+
+
+def _frame(table: _Table) -> pd.DataFrame:
     try:
-        import pyarrow as pa
-        from pyarrow.parquet import ParquetWriter
+        import pandas as pd
     except ImportError:
-        raise ImportError(f"Parquet files are written by pyarrow: {NEEDS}") from None
-    of_arrow = {int: pa.int64(), bool: pa.bool_(), float: pa.float64(), str: pa.string()}
-    schema = pa.schema([(name, of_arrow[kind]) for name, kind in table.kinds.items()])
-    rows, count = table.rows(), 0
-    with ParquetWriter(path, schema) as writer:
-        while block := list(islice(rows, BLOCK)):
-            columns = [
-                pa.array(column, field.type)
-                for column, field in zip(zip(*block, strict=True), schema, strict=True)
-            ]
-            writer.write_batch(pa.record_batch(columns, schema=schema))
-            count += len(block)
-    return count
+        raise ImportError(
+            "data frames and Parquet need pandas: pip install 'energymargin[tables]'"
+        ) from None
+    columns = list(zip(*table.rows, strict=True)) or [()] * len(table.kinds)
+    return pd.DataFrame(
+        {
+            name: pd.Series(column, dtype=_of_pandas(kind, column))
+            for (name, kind), column in zip(table.kinds.items(), columns, strict=True)
+        }
+    )
+
+
+def _of_pandas(kind: type, column: Sequence[Any]) -> str:
+    """The pandas type of a column; plain int64 has no missing values."""
+    return "Int64" if kind is int and None in column else _OF_PANDAS[kind]
 
 
 def _runs(store: ScoreStore, number: int | None) -> list[Run]:
