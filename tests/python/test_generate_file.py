@@ -103,23 +103,24 @@ def test_after_a_timeout_the_file_has_the_first_and_the_same_call_goes_on(whole,
     path, cancel = tmp_path / "topple.h5", em.Cancel()
 
     def after_three(done, total):
-        if done == 3:
+        if done >= 3:
             cancel.set()
 
-    assert generate(path, progress=after_three, cancel=cancel) == 3
+    count = generate(path, progress=after_three, cancel=cancel)
+    assert 3 <= count < COUNT
     first = datasets.load(path)
-    assert first.digest() == datasets.generate("topple", trajectories=3, seed=4).digest()
+    assert first.digest() == datasets.generate("topple", trajectories=count, seed=4).digest()
     seen = []
     assert generate(path, progress=lambda done, total: seen.append(done)) == COUNT
-    assert seen[:2] == [3, 4]
+    assert seen[0] == count and seen == sorted(set(seen))
     assert path.read_bytes() == whole
 
 
 def test_more_trajectories_go_on_from_the_parts_of_fewer(whole, tmp_path):
     path, cancel = tmp_path / "topple.h5", em.Cancel()
-    stop = lambda done, total: done == 120 and cancel.set()  # noqa: E731
-    generate(path, trajectories=140, progress=stop, cancel=cancel)
-    assert trajectories_kept(path) == 120
+    stop = lambda done, total: done >= 120 and cancel.set()  # noqa: E731
+    generate(path, progress=stop, cancel=cancel)
+    assert 120 <= trajectories_kept(path) < COUNT
     assert generate(path, trajectories=110) == 110  # fewer than there are
     assert (
         datasets.load(path).digest()
@@ -157,7 +158,7 @@ def test_of_two_runs_at_once_the_second_is_refused(tmp_path):
 
 def test_a_damaged_part_is_named_and_made_again(whole, tmp_path):
     path, cancel = tmp_path / "topple.h5", em.Cancel()
-    stop = lambda done, total: done == 120 and cancel.set()  # noqa: E731
+    stop = lambda done, total: done >= 120 and cancel.set()  # noqa: E731
     generate(path, progress=stop, cancel=cancel)
     damaged = sorted(folder_of(path).glob("*.npz"))[1]
     os.truncate(damaged, damaged.stat().st_size // 2)

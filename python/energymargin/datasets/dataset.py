@@ -28,7 +28,6 @@ from energymargin.closing import Closing
 from energymargin.datasets import files
 from energymargin.datasets.columns import (
     COLUMNS,
-    NO_LABEL,
     ROW,
     Block,
     BodyNames,
@@ -84,24 +83,20 @@ class Dataset(Closing):
             f"trajectories={len(self.trajectories)}, states={self.size})"
         )
 
-    @cached_property
+    @property
     def lengths(self) -> NDArray[np.int64]:
         """Frames of each trajectory, shape (T,)."""
-        if isinstance(self.trajectories, files.Recorded):
-            return np.asarray(self.trajectories.rows["frames"])
-        return np.array([len(trajectory) for trajectory in self.trajectories], dtype=np.int64)
+        return np.asarray(self._rows["frames"])
 
     @property
     def size(self) -> int:
         """Number of all states."""
         return int(self._ends[-1])
 
-    @cached_property
+    @property
     def successes(self) -> NDArray[np.bool_]:
         """Whether each trajectory ends in the success set, shape (T,)."""
-        if isinstance(self.trajectories, files.Recorded):
-            return np.asarray(self.trajectories.rows["success"])
-        return np.array([trajectory.success for trajectory in self.trajectories], dtype=bool)
+        return np.asarray(self._rows["success"])
 
     def frames(self) -> list[tuple[int, int]]:
         """Trajectory and frame of each state, in the order of their numbers."""
@@ -117,8 +112,9 @@ class Dataset(Closing):
                 f"first and last are {first} and {last}, expected 0 <= first <= last <= {self.size}"
             )
         captured, some = self._captured(first, last)
+        success, success_any = self._rows["success"].tolist(), self._rows["success_any"].tolist()
         return [
-            (t, k, c, bool(self.successes[t]), any_label(a), any_label(self._successes_any[t]))
+            (t, k, c, success[t], any_label(a), any_label(success_any[t]))
             for (t, k), c, a in zip(
                 self._places(range(first, last)), captured.tolist(), some.tolist(), strict=True
             )
@@ -200,11 +196,11 @@ class Dataset(Closing):
         return np.concatenate([[0], np.cumsum(self.lengths)])
 
     @cached_property
-    def _successes_any(self) -> NDArray[np.int8]:
+    def _rows(self) -> NDArray[np.void]:
+        """A row for each trajectory, shape (T,), type ROW."""
         if isinstance(self.trajectories, files.Recorded):
-            return np.asarray(self.trajectories.rows["success_any"])
-        some = [trajectory.success_any for trajectory in self.trajectories]
-        return np.array([NO_LABEL if one is None else one for one in some], dtype=np.int8)
+            return self.trajectories.rows
+        return np.concatenate([np.zeros(0, ROW), *(block.rows for block in self._blocks())])
 
     @cached_property
     def _made(self) -> Task:

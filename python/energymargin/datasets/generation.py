@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -18,10 +17,10 @@ from tempfile import TemporaryDirectory
 from typing import NoReturn
 
 from energymargin import tasks
-from energymargin._core import Cancel, Cancelled
+from energymargin._core import Cancel
 from energymargin.checks import whole_number
 from energymargin.datasets import files
-from energymargin.datasets.columns import Block, as_block
+from energymargin.datasets.columns import Block
 from energymargin.datasets.dataset import Dataset, load, open
 from energymargin.datasets.shards import (
     Request,
@@ -29,25 +28,19 @@ from energymargin.datasets.shards import (
     Span,
     folder_of,
     generate_shard,
-    generate_trajectory,
     spans_in,
 )
-from energymargin.executors import Executor, Processes
+from energymargin.executors import Executor, Processes, Threads
 from energymargin.executors.choice import chosen_executor
 from energymargin.executors.threads import core_count
 from energymargin.limits import Limit
 from energymargin.parallel import run
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.registry import is_installed
-from energymargin.trajectories import Trajectory
-
-IN_MEMORY = "dataset.h5"  # what workers make, to be read into memory
 
 # At most, of a shard: 0.1 s of balance, 3 s of grasp, 20 MB.
 SHARD_TRAJECTORIES = 50
 SHARD_STATES = 20_000
-
-WRITE_EVERY = 5.0  # s; this process writes what it has made at least so often
 
 Progress = Callable[[int, int], None]
 
@@ -91,40 +84,16 @@ def generate(
     cannot be written.
     """
     limit = Limit(timeout, cancel)
-    made = tasks.make(task) if isinstance(task, str) else task
-    trajectories = whole_number("trajectories", trajectories, 1)
-    if path is None and executor is None and processes == 1:
-        return _in_memory(made, Request.of(made, frames, seed), trajectories, limit, progress)
     with TemporaryDirectory() as folder:
+        file = Path(folder) / "dataset.h5" if path is None else path
         generate_file(
-            *(path or Path(folder) / IN_MEMORY, made, trajectories, frames, seed),
+            *(file, task, trajectories, frames, seed),
             processes=processes,
             executor=executor,
             progress=progress,
             **limit.rest(),
         )
-        return load(Path(folder) / IN_MEMORY) if path is None else open(path)
-
-
-def _in_memory(
-    task: Task,
-    request: Request,
-    trajectories: int,
-    limit: Limit,
-    progress: Progress | None,
-) -> Dataset:
-    recorded: list[Trajectory] = []
-    for index in range(trajectories):
-        try:
-            limit.require("one trajectory was done")
-            recorded.append(generate_trajectory(task, request, index, limit))
-        except (TimeoutError, Cancelled):
-            if recorded and limit.reached:
-                break
-            raise
-        if progress is not None:
-            progress(index + 1, trajectories)
-    return Dataset(task.name, request.parameters, request.seed, recorded)
+        return load(file) if path is None else open(path)
 
 
 def load_or_generate(
@@ -142,11 +111,7 @@ def load_or_generate(
     """
     path = Path(path)
     if not path.exists():
-        dataset = generate(
-            task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
-        )
-        dataset.save(path)
-        return dataset
+        generate_file(path, task, trajectories, frames, seed, progress=progress)
     dataset = load(path)
     found = (dataset.task, dataset.parameters, dataset.seed, dataset.lengths.tolist())
     if found != (task.name, parameters_of(task), seed, [frames] * trajectories):
@@ -177,11 +142,8 @@ def generate_file(
     size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
     with ShardFolder(Path(path), request) as folder:
         work = _Generation(folder, request, total, size, limit, progress)
-        executor = _executor(made, work, processes, executor)
-        if executor is None:
-            _in_this_process(made, work)
-        else:
-            _elsewhere(executor, work)
+        executor = _executor(made, len(work.shards()), processes, executor)
+        _run(executor or Threads(1), None if executor else made, work)
         return _join(folder, request, total, limit)
 
 
@@ -223,7 +185,7 @@ class _Generation:
 
 
 def _executor(
-    task: Task, work: _Generation, processes: int | None, executor: Executor | None
+    task: Task, shards: int, processes: int | None, executor: Executor | None
 ) -> Executor | None:
     """Where it is done; None for this process."""
     if executor is not None:
@@ -233,34 +195,11 @@ def _executor(
         processes = core_count("processes", None) if _can_be_made_again(task) else 1
     elif processes > 1:
         _require_registered(task, f"processes is {processes}")
-    processes = min(processes, len(work.shards()))
+    processes = min(processes, shards)
     return None if processes <= 1 else Processes(processes)
 
 
-def _in_this_process(task: Task, work: _Generation) -> None:
-    """One trajectory after the other."""
-    for begin, last in work.shards():
-        recorded: list[Trajectory] = []
-        first, written = begin, time.monotonic()
-        try:
-            for index in range(begin, last):
-                if work.limit.reached:
-                    return
-                recorded.append(generate_trajectory(task, work.request, index, work.limit))
-                work.advance(1)
-                if time.monotonic() - written > WRITE_EVERY:
-                    work.folder.add(first, as_block(recorded))
-                    first, recorded, written = index + 1, [], time.monotonic()
-        except (TimeoutError, Cancelled):
-            if not work.limit.reached:  # the task's own
-                raise
-            return
-        finally:
-            if recorded:
-                work.folder.add(first, as_block(recorded))
-
-
-def _elsewhere(executor: Executor, work: _Generation) -> None:
+def _run(executor: Executor, task: Task | None, work: _Generation) -> None:
     """On all workers; a shard is written as soon as it comes."""
 
     def deliver(shards: Sequence[tuple[int, Block]]) -> None:
@@ -269,7 +208,7 @@ def _elsewhere(executor: Executor, work: _Generation) -> None:
             work.advance(len(block))
 
     with executor.workers() as workers:
-        make = partial(generate_shard, work.request)
+        make = partial(generate_shard, work.request, task)
         missing = _Missing(list(work.folder.missing(work.total)))
         run(workers, make, missing, deliver, work.limit, give_up=_given_up, most=work.size)
 

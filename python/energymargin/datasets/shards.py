@@ -64,31 +64,31 @@ class Request:
         return made
 
 
-def generate_trajectory(task: Task, request: Request, index: int, limit: Limit) -> Trajectory:
-    """The trajectory of this index."""
-    seed = _stream(request.seed, index)
-    if isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout:
-        return task.rollout(seed, request.frames, **limit.rest())
-    return task.rollout(seed, request.frames)
-
-
 def generate_shard(
-    request: Request, indices: Sequence[int], cancel: Cancel
+    request: Request, task: Task | None, indices: Sequence[int], cancel: Cancel
 ) -> list[tuple[int, Block]]:
     """On a worker: trajectories in a row, with the index of the first; once it is cancelled, those
-    that are finished."""
-    task = _made(json.dumps(asdict(request)))
+    that are finished. None: the task of the request is made there."""
+    task = task or _made(json.dumps(asdict(request)))
     recorded: list[Trajectory] = []
     limit = Limit(cancel=cancel)
     try:
         for index in indices:
             if limit.reached:
                 break
-            recorded.append(generate_trajectory(task, request, index, limit))
+            recorded.append(_trajectory(task, request, index, limit))
     except Cancelled:
         if not limit.reached:  # the task's own
             raise
     return [(indices[0], as_block(recorded))] if recorded else []
+
+
+def _trajectory(task: Task, request: Request, index: int, limit: Limit) -> Trajectory:
+    """The trajectory of this index."""
+    seed = _stream(request.seed, index)
+    if isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout:
+        return task.rollout(seed, request.frames, **limit.rest())
+    return task.rollout(seed, request.frames)
 
 
 @lru_cache(1)
