@@ -88,45 +88,9 @@ def uniform_in_words(model: Uniform) -> str:
 
 
 def _actions(plan: Plan) -> list[NamedValue]:
-    rows = [(f"wrench on {body}", _largest(given)) for body, given in plan.wrenches.items()]
-    for body, velocities in plan.velocities.items():
-        rows.append((f"velocity of {body}", f"{_fastest(velocities)}{_limit(plan, body)}"))
-    for joint, targets in plan.targets.items():
-        rows.append((f"target of {joint}", _course(np.asarray(targets))))
-    return rows
-
-
-def _largest(wrenches: NDArray[np.float64]) -> str:
-    force, torque = _norms(wrenches)
-    return f"up to {force:.3g} N, {torque:.3g} N m"
-
-
-def _fastest(velocities: NDArray[np.float64]) -> str:
-    linear, angular = _norms(velocities)
-    return f"up to {linear:.3g} m/s, {angular:.3g} rad/s"
-
-
-def _norms(rows: NDArray[np.float64]) -> tuple[float, float]:
-    """The longest of the first and of the last three numbers of each row, shape (K, 6)."""
-    linear, angular = (np.linalg.norm(part, axis=1) for part in (rows[:, :3], rows[:, 3:]))
-    return float(linear.max(initial=0.0)), float(angular.max(initial=0.0))
-
-
-def _limit(plan: Plan, body: str) -> str:
-    if body not in plan.limits:
-        return ""
-    force, torque = plan.limits[body]
-    return f", by a motor of {force:.3g} N, {torque:.3g} N m"
-
-
-def _course(targets: NDArray[np.float64]) -> str:
-    """From where to where a joint goes: its unit is the joint's, rad or m."""
-    first, last = float(targets[0]), float(targets[-1])
-    low, high = float(targets.min()), float(targets.max())
-    if low == high:
-        return f"{first:.3g}"
-    between = "" if {low, high} == {first, last} else f", between {low:.3g} and {high:.3g}"
-    return f"{first:.3g} to {last:.3g}{between}"
+    """What it acts on: bodies by wrenches and velocities, joints by targets."""
+    acts = {"wrenches": plan.wrenches, "velocities": plan.velocities, "targets": plan.targets}
+    return [(name, f"of {', '.join(given)}") for name, given in acts.items() if given]
 
 
 def disturbance_in_words(settings: Mapping[str, Any]) -> str:

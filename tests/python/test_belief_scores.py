@@ -104,7 +104,7 @@ def test_an_effort_that_some_particle_does_not_have_is_infinite_in_the_mean():
 def test_one_particle_has_no_interval():
     belief = em.Belief(problem(), friction=stats.uniform(0.05, 0.5))
     score = em.score_belief(belief, ["force"], particles=1)["force"]
-    with pytest.raises(ValueError, match="of one particle, expected several: particles="):
+    with pytest.raises(ValueError, match="inf in 0 of 1 particles, expected several finite"):
         score.interval()
 
 

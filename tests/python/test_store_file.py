@@ -13,7 +13,6 @@ from energymargin import scoring
 from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, database, score_dataset
 from energymargin.store.scoring import begin_run
-from energymargin.store.writing import add_rows, pose
 
 
 def test_a_file_of_another_format_is_refused(tmp_path):
@@ -51,16 +50,16 @@ def test_a_full_disk_is_said_and_what_was_kept_before_is_safe(topple, tmp_path):
     scoring.score(topple.problems(), ["force"], on_rows=found.extend)
     with ScoreStore(path, create=True) as store:
         run = begin_run(store, topple, ["force"], SearchSettings())
-        pose(run, {row.index: row.index.to_bytes(32, "big") for row in found})
-        add_rows(run, found[:2])
+        run.pose({row.index: row.index.to_bytes(32, "big") for row in found})
+        run.add_rows(found[:2])
         (pages,) = store.database.execute("PRAGMA page_count").fetchone()
         store.database.execute(f"PRAGMA max_page_count = {pages}")
         with pytest.raises(OSError, match=r"the disk is full.*goes on.*s\.db"):
             for copy in range(10**4):
-                pose(run, {10**6 + copy: copy.to_bytes(32, "little")})
+                run.pose({10**6 + copy: copy.to_bytes(32, "little")})
         store.database.execute(f"PRAGMA max_page_count = {2**30}")
         assert run.counts() == (2, 6)
-        add_rows(run, found[2:])
+        run.add_rows(found[2:])
         assert run.counts() == (6, 6)
 
 

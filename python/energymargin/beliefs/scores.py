@@ -122,20 +122,13 @@ class BeliefScore:
             found = stats.binomtest(inside, len(self.values)).proportion_ci(confidence)
             return float(found.low), float(found.high)
         if self.stderr is None:
-            raise ValueError(f"values {self._without_interval()}")
+            infinite = int((~np.isfinite(self.values)).sum())
+            raise ValueError(
+                f"values are inf in {infinite} of {len(self.values)} particles, expected several "
+                "finite ones for an interval of the mean: quantile(0.5) is the median"
+            )
         half = self.stderr * float(stats.t.ppf((1 + confidence) / 2, len(self.values) - 1))
         return self.mean - half, self.mean + half
-
-    def _without_interval(self) -> str:
-        """Why the mean has none, and what to ask for."""
-        count, infinite = len(self.values), int((~np.isfinite(self.values)).sum())
-        if count < 2:
-            return "are of one particle, expected several: particles=64"
-        return (
-            f"are inf in {infinite} of {count} particles, which have no escape, and so is the "
-            "mean; expected finite ones for its interval: quantile(0.5) is the median, "
-            "quantile(0.1) is exceeded by 9 particles of 10"
-        )
 
     @cached_property
     def shares(self) -> dict[str, Share]:

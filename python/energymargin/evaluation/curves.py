@@ -32,7 +32,6 @@ from energymargin.evaluation.labelled import (
     compared_trajectories,
     state_metrics,
 )
-from energymargin.metrics import ANY
 from energymargin.reprs import short_repr
 
 __all__ = [
@@ -42,7 +41,6 @@ __all__ = [
     "Ranks",
     "Roc",
     "Target",
-    "Words",
     "Wrongness",
     "by_trajectory",
     "metrics_against",
@@ -227,33 +225,9 @@ def _values(
     return np.asarray(np.unique(compared.scores)[np.asarray(ranks, dtype=int)])
 
 
-class Words(NamedTuple):
-    """A label in words."""
-
-    one: str
-    """Words for one state, or trajectory."""
-    many: str
-
-
-_WORDS = {
-    CAPTURED: {
-        True: Words("stays captured", "states that stay captured"),
-        False: Words("is lost", "states that are lost"),
-    },
-    SUCCESS: {
-        True: Words("the trajectory succeeds", "trajectories that succeed"),
-        False: Words("the trajectory fails", "trajectories that fail"),
-    },
-}
-_WORDS_ANY = {
-    CAPTURED: {
-        True: Words("one object or more stays captured", "states where one or more stay captured"),
-        False: Words("all objects are lost", "states where all objects are lost"),
-    },
-    SUCCESS: {
-        True: Words("one object or more succeeds", "trajectories where one or more succeed"),
-        False: Words("all objects fail", "trajectories where all objects fail"),
-    },
+_WORDS: dict[Target, tuple[str, str]] = {
+    CAPTURED: ("is lost", "stays captured"),
+    SUCCESS: ("the trajectory fails", "the trajectory succeeds"),
 }
 
 
@@ -282,10 +256,9 @@ class Wrongness:
     compared: Compared
     ranks: Ranks
 
-    def words(self, label: bool) -> Words:
-        """A label in words."""
-        words = _WORDS_ANY if self.metric.endswith(ANY) else _WORDS
-        return words[self.target][label]
+    def words(self, label: bool) -> str:
+        """A label of one state, or trajectory, in words."""
+        return _WORDS[self.target][label]
 
     def worst(self, label: bool, count: int) -> list[int]:
         """Places in `compared` of the most wrong ones with this label, at most one of a trajectory;

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import concurrent.futures
 import os
-from dataclasses import dataclass
 from typing import Protocol
 
 from energymargin.executors.threads import Threads
@@ -37,22 +36,16 @@ def chosen_executor(
     return executor
 
 
-@dataclass(frozen=True)
-class _Given:
-    """An Executor of somebody else's, as mpi4py's MPIPoolExecutor."""
-
-    executor: concurrent.futures.Executor
-
-    def workers(self) -> Workers:
-        """As Executor.workers."""
-        return _GivenWorkers(self.executor)
-
-
-class _GivenWorkers(RemoteWorkers):
-    """Workers that stay when the work is done."""
+class _Given(RemoteWorkers):
+    """The workers of somebody else's Executor, as mpi4py's MPIPoolExecutor: they stay when the work
+    is done."""
 
     def __init__(self, executor: concurrent.futures.Executor) -> None:
         self._executor = executor
+
+    def workers(self) -> Workers:
+        """As Executor.workers."""
+        return self
 
     @property
     def slots(self) -> int:

@@ -174,7 +174,7 @@ def plot_distribution(one: Wrongness, *, ax: Axes | None = None) -> Axes:
             edgecolor=color,
             hatch=hatch,
             linewidth=0.6,
-            label=f"{one.words(label).one} ({len(own)})",
+            label=f"{one.words(label)} ({len(own)})",
         )
     if np.isposinf(scores).any():
         ticks = [tick for tick in MaxNLocator(4).tick_values(*edges[[0, -1]]) if tick <= edges[-1]]

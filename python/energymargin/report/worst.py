@@ -154,7 +154,7 @@ class _Drawer:
 def _title(one: Wrongness, place: int) -> str:
     """The score and what happened: the contradiction."""
     score, label = one.compared.scores[place], bool(one.compared.labels[place])
-    return f"{one.metric} {with_unit(one.metric, float(score))}, but {one.words(label).one}"
+    return f"{one.metric} {with_unit(one.metric, float(score))}, but {one.words(label)}"
 
 
 def _why(one: Wrongness, place: int) -> str:
@@ -163,7 +163,7 @@ def _why(one: Wrongness, place: int) -> str:
     if one.ranks.level[place]:
         side += " or level with"
     share = one.ranks.beyond[place] + one.ranks.level[place]
-    return f"Ranked {side} {_percent(share)} of the {one.words(not label).many}."
+    return f"Ranked {side} {_percent(share)} of all with the other label."
 
 
 def _none(one: Wrongness) -> str:

@@ -19,13 +19,10 @@ from energymargin.store import schema
 from energymargin.store.database import Database
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
-from energymargin.store.writing import add_rows, pose
 from energymargin.summary import html_or_text
 
 LABELS = 10000  # states whose labels are inserted at a time
 SAMPLE = 100  # states whose problems are compared; of a smaller dataset, all
-BLOCK = 100  # states whose problems get new digests at a time
-IMPORTED = 1000  # states whose imported scores are inserted at a time
 
 Digests = Callable[[Sequence[int]], Mapping[int, bytes]]
 """Digests of the problems of some states by their numbers, which rise. A state without a problem
@@ -188,9 +185,7 @@ def add_scores(
     questions = {metric: dict(settings) for metric in columns}
     with ScoreStore(path, create=True) as store:
         run = store.begin(dataset, settings, questions, known_by=" by place")
-        for first in range(0, dataset.size, IMPORTED):
-            numbers = range(first, min(first + IMPORTED, dataset.size))
-            pose(run, {n: state_digest(run.digest, n) for n in numbers})
-            of_states = [{name: float(v[n]) for name, v in columns.items()} for n in numbers]
-            add_rows(run, [Row(n, own) for n, own in zip(numbers, of_states, strict=True)])
+        run.pose({n: state_digest(run.digest, n) for n in range(dataset.size)})
+        of_states = [{m: float(v[n]) for m, v in columns.items()} for n in range(dataset.size)]
+        run.add_rows([Row(n, own) for n, own in enumerate(of_states)])
         return run.number

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from energymargin.beliefs.uncertainty import Sampling
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
+from energymargin.executors.rows import Curve, Row
 from energymargin.futures import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
 from energymargin.searches import algorithm_of
@@ -24,9 +26,6 @@ from energymargin.summary import html_or_text
 
 FLOATS = np.dtype("<f8")
 """Of the numbers of a curve, as they are packed."""
-
-Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""Times from 0 to the horizon [s], and the probability until each, shape (T,) both."""
 
 
 class ScoredState(NamedTuple):
@@ -154,6 +153,55 @@ class Run:
         """Whether its store has no other run."""
         (runs,) = self._database.execute("SELECT count(*) FROM runs").fetchone()
         return bool(runs == 1)
+
+    def pose(self, digests: Mapping[int, bytes]) -> dict[int, tuple[str, ...]]:
+        """Says which problems some states make, by their numbers; returns the metrics that each
+        lacks in the store."""
+        with self.store.transaction():
+            return {number: self._pose(number, digest) for number, digest in digests.items()}
+
+    def _pose(self, number: int, digest: bytes) -> tuple[str, ...]:
+        self._database.execute(
+            "INSERT INTO problems (digest) VALUES (?) ON CONFLICT DO NOTHING", (digest,)
+        )
+        (problem,) = self._database.execute(
+            "SELECT id FROM problems WHERE digest = ?", (digest,)
+        ).fetchone()
+        self._database.execute(
+            "INSERT INTO posed VALUES (?, ?, ?, ?) ON CONFLICT (dataset, future, number) "
+            "DO UPDATE SET problem = excluded.problem WHERE problem != excluded.problem",
+            (self.dataset, self.future_number, number, problem),
+        )
+        there = self._database.execute(
+            "SELECT question FROM scores WHERE problem = ? AND stream = ?", (problem, number)
+        ).fetchall()
+        return tuple(metric for metric, question in self.asked.items() if (question,) not in there)
+
+    def add_rows(self, rows: Sequence[Row]) -> None:
+        """Inserts the scores of states that were posed, all or none."""
+        with self.store.transaction():
+            for row in rows:
+                (problem,) = self._database.execute(
+                    "SELECT problem FROM posed WHERE dataset = ? AND future = ? AND number = ?",
+                    (self.dataset, self.future_number, row.index),
+                ).fetchone()
+                for table, values in self._inserted(row):
+                    self._database.execute(
+                        f"INSERT INTO {table} VALUES (?, ?{', ?' * len(values)}) "
+                        "ON CONFLICT DO NOTHING",
+                        (problem, row.index, *values),
+                    )
+
+    def _inserted(self, row: Row) -> Iterator[tuple[str, tuple[Any, ...]]]:
+        """The table of each value of a row, and its columns from the question on."""
+        for metric, value in row.scores.items():
+            if metric in self.asked and not math.isnan(value):
+                yield "scores", (self.asked[metric], value, row.times.get(metric, 0.0))
+        for metric, (times, curve) in row.curves.items():
+            if metric in self.asked:
+                yield "curves", (self.asked[metric], _packed(times), _packed(curve))
+        for metric, values in row.particles.items():
+            yield "particles", (self.asked[metric], _packed(values))
 
     def seconds(self) -> float:
         """Mean computing time of a state that has all its scores [s]; 0 if none has."""
@@ -345,6 +393,10 @@ def why_not_of(dataset: Dataset, name: str, digest: str | None, scores: str, num
     if digest.startswith(dataset.digest()):  # some experiments name more after it
         return ""
     return f"{name} is not the dataset that run {number} of {scores} scored"
+
+
+def _packed(numbers: NDArray[np.float64]) -> bytes:
+    return np.asarray(numbers, FLOATS).tobytes()
 
 
 def _unpacked(numbers: bytes) -> NDArray[np.float64]:

@@ -37,7 +37,6 @@ from energymargin.searches import (
 from energymargin.store.file import Digests, ScoreStore, forget_if_changed
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
-from energymargin.store.writing import add_rows, pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -319,7 +318,7 @@ class _MissingScores:
         """Puts scores into the store, and notes errors."""
         if not rows:
             return
-        add_rows(self._run, [row for row in rows if not row.error])
+        self._run.add_rows([row for row in rows if not row.error])
         for row in rows:
             there = {metric for metric, value in row.scores.items() if not np.isnan(value)}
             lacking = ", ".join(sorted(set(self._scoring.pop(row.index)) - there))
@@ -334,7 +333,7 @@ class _MissingScores:
         problems, reasons = self._dataset.possible_problems(numbers, future=future)
         self.left_out |= reasons
         known = {n: _posed_state(self._run, n, problem, future) for n, problem in problems.items()}
-        lacking = pose(self._run, {number: one.digest for number, one in known.items()})
+        lacking = self._run.pose({number: one.digest for number, one in known.items()})
         self._advance(sum(not metrics for metrics in lacking.values()))
         return [
             Work(number, known[number].problem, metrics, known[number].written)

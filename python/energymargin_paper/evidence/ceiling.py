@@ -29,7 +29,6 @@ from energymargin.limits import Limit
 from energymargin.metrics import ANY
 from energymargin.store import Run, ScoreStore
 from energymargin.store.schema import state_digest
-from energymargin.store.writing import add_rows, pose
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
 from energymargin_paper.jobs import run_jobs
@@ -90,8 +89,8 @@ def ceiling_dataset(
 
         def keep(rows: Sequence[Row]) -> None:
             if rows:
-                pose(run, {row.index: state_digest(run.digest, row.index) for row in rows})
-                add_rows(run, rows)
+                run.pose({row.index: state_digest(run.digest, row.index) for row in rows})
+                run.add_rows(rows)
                 advance(*run.counts())
 
         run_jobs(executor, of_states, run.missing(), keep, limit)
