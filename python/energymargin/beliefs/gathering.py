@@ -60,22 +60,12 @@ class Sharing:
             )
 
 
-@dataclass(frozen=True)
-class Asked:
-    """One belief, and what is asked of it."""
-
-    index: int
-    """The stream index of its problem."""
-    belief: Callable[[], Belief]
-    """Makes it; ValueError if that cannot be."""
-    metrics: tuple[str, ...]
-
-
 @dataclass(eq=False)
 class _Gathered:
     """A belief whose particles are scored."""
 
-    asked: Asked
+    asked: Work
+    """Its problem, and what is asked of it."""
     particles: Particles
     rows: dict[int, Row] = field(default_factory=dict)
     """By the number of the particle."""
@@ -84,10 +74,18 @@ class _Gathered:
 class ParticleSource:
     """A Source of work: the particles of beliefs, drawn when they are needed."""
 
-    def __init__(self, source: Source[Asked], sharing: Sharing, *, keep: bool = True) -> None:
-        """The beliefs of a source; `keep` what is gathered of them, for `found`."""
+    def __init__(
+        self,
+        source: Source[Work],
+        belief: Callable[[int], Belief],
+        sharing: Sharing,
+        *,
+        keep: bool = True,
+    ) -> None:
+        """The beliefs about the problems of a source, by their indices; `keep` what is gathered of
+        them, for `found`."""
+        self._source, self._belief, self._sharing = source, belief, sharing
         self._keep = keep
-        self._source, self._sharing = source, sharing
         self._ready: list[Work] = []
         self._failed: list[Row] = []
         self._beliefs: dict[int, _Gathered] = {}
@@ -131,12 +129,12 @@ class ParticleSource:
             if own
         }
 
-    def _work(self, asked: Asked) -> Iterator[Work]:
+    def _work(self, asked: Work) -> Iterator[Work]:
         whole_number("index", asked.index, 0, PARTICLE - 1)
         count = max(map(self._sharing.count, asked.metrics))
         try:
             seed = stream(self._sharing.whole.seed, asked.index)
-            particles = asked.belief().particles(count, seed=seed)
+            particles = self._belief(asked.index).particles(count, seed=seed)
         except ValueError as error:
             self._failed.append(Row(asked.index, error=str(error)))
             return

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 from energymargin.beliefs.belief import Belief, Particles
-from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
+from energymargin.beliefs.gathering import ParticleSource, Sharing
 from energymargin.beliefs.uncertainty import PARTICLES
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
+from energymargin.executors.rows import Work
 from energymargin.limits import Limit
 from energymargin.metrics import TIMED, check_metrics
 from energymargin.parallel import Items
@@ -282,11 +283,9 @@ def score_beliefs(
     sharing = Sharing(particles, settings)
     sharing.require(metrics)
     numbers = range(len(beliefs)) if indices is None else indices
-    asked = [
-        Asked(index, partial(_itself, belief), tuple(metrics))
-        for index, belief in zip(numbers, beliefs, strict=True)
-    ]
-    source = ParticleSource(Items(asked), sharing)
+    by_index = dict(zip(numbers, beliefs, strict=True))
+    asked = [Work(index, belief.problem, tuple(metrics)) for index, belief in by_index.items()]
+    source = ParticleSource(Items(asked), by_index.__getitem__, sharing)
     total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
     errors: dict[int, str] = {}
 
@@ -304,7 +303,3 @@ def score_beliefs(
         index: BeliefScores({m: BeliefScore(m, *own) for m, own in parts.items()}, complete)
         for index, (parts, complete) in source.found().items()
     }
-
-
-def _itself(belief: Belief) -> Belief:
-    return belief

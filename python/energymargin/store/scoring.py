@@ -7,7 +7,6 @@ import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,7 @@ import numpy as np
 from energymargin import datasets
 from energymargin._core import Cancel, Problem
 from energymargin.beliefs.belief import Belief
-from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
+from energymargin.beliefs.gathering import ParticleSource, Sharing
 from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError, left_out_text
@@ -137,7 +136,7 @@ def _digests(dataset: Dataset, run: Run, future: Future | None) -> Digests:
 
     def digests(numbers: Sequence[int]) -> dict[int, bytes]:
         problems, _ = dataset.possible_problems(numbers, future=future)
-        return {n: _posed_state(run, n, problem, future).digest for n, problem in problems.items()}
+        return {n: _written(run, n, problem, future)[0] for n, problem in problems.items()}
 
     return digests
 
@@ -190,7 +189,8 @@ def _run_missing(
     if run.sampling is None:
         return run_all(missing, executor, settings, missing.deliver, limit)
     sharing = Sharing(run.sampling.particles, settings)
-    source = ParticleSource(_MissingBeliefs(missing, run.sampling.uncertainty), sharing, keep=False)
+    belief = partial(missing.belief, run.sampling.uncertainty)
+    source = ParticleSource(missing, belief, sharing, keep=False)
 
     def deliver(rows: Sequence[Row]) -> None:
         missing.deliver(source.gathered(rows))
@@ -253,27 +253,17 @@ def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
             )
 
 
-@dataclass(frozen=True)
-class _PosedState:
-    """A state's problem, and its digest."""
-
-    problem: Problem
-    written: str | None
-    """As JSON; None if it has a region of a Python predicate."""
-    digest: bytes
-
-
-def _posed_state(run: Run, number: int, problem: Problem, future: Future | None) -> _PosedState:
-    """A state's problem with its digest: that of its JSON or, if it has none, of the state's place
-    in the dataset and its future."""
+def _written(
+    run: Run, number: int, problem: Problem, future: Future | None
+) -> tuple[bytes, str | None]:
+    """The digest of a state's problem, and its JSON. A problem without one, as with a region of a
+    Python predicate, is known by the state's place in the dataset and its future."""
     try:
-        written = problem.to_json()
+        text = problem.to_json()
     except ValueError:
-        place = (
-            run.digest if future is None else f"{run.digest}, with the future {future.to_json()}"
-        )
-        return _PosedState(problem, None, state_digest(place, number))
-    return _PosedState(problem, written, hashlib.sha256(written.encode()).digest())
+        ahead = "" if future is None else f", with the future {future.to_json()}"
+        return state_digest(f"{run.digest}{ahead}", number), None
+    return hashlib.sha256(text.encode()).digest(), text
 
 
 class _MissingScores:
@@ -310,8 +300,8 @@ class _MissingScores:
         self._scoring |= {work.index: work.metrics for work in taken}
         return taken
 
-    def belief(self, number: int, uncertainty: Uncertainty) -> Belief:
-        """Of a state."""
+    def belief(self, uncertainty: Uncertainty, number: int) -> Belief:
+        """The belief about a state."""
         return self._dataset.belief(number, uncertainty, self._run.future)
 
     def deliver(self, rows: Sequence[Row]) -> None:
@@ -332,11 +322,11 @@ class _MissingScores:
         future = self._run.future
         problems, reasons = self._dataset.possible_problems(numbers, future=future)
         self.left_out |= reasons
-        known = {n: _posed_state(self._run, n, problem, future) for n, problem in problems.items()}
-        lacking = self._run.pose({number: one.digest for number, one in known.items()})
+        known = {n: _written(self._run, n, problem, future) for n, problem in problems.items()}
+        lacking = self._run.pose({number: digest for number, (digest, _) in known.items()})
         self._advance(sum(not metrics for metrics in lacking.values()))
         return [
-            Work(number, known[number].problem, metrics, known[number].written)
+            Work(number, problems[number], metrics, known[number][1])
             for number, metrics in lacking.items()
             if metrics
         ]
@@ -345,23 +335,3 @@ class _MissingScores:
         if states:
             self._scored += states
             self._progress(self._scored, self._run.states)
-
-
-class _MissingBeliefs:
-    """A Source of the missing states of a run, each with what is not known of its model."""
-
-    def __init__(self, missing: _MissingScores, uncertainty: Uncertainty) -> None:
-        self._missing, self._uncertainty = missing, uncertainty
-
-    def take(self, most: int) -> Sequence[Asked]:
-        """As Source.take."""
-        belief, known = self._missing.belief, self._uncertainty
-        return [
-            Asked(work.index, partial(belief, work.index, known), work.metrics)
-            for work in self._missing.take(most)
-        ]
-
-    @property
-    def empty(self) -> bool:
-        """As Source.empty."""
-        return self._missing.empty
