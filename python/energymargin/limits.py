@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import time
 from typing import TypedDict
 
 from energymargin._core import Cancel, Cancelled
+from energymargin.checks import positive_number
 
 SOON = 1e-6  # s; the shortest time that is left
 
@@ -24,8 +24,8 @@ class Limit:
     def __init__(self, timeout: float | None = None, cancel: Cancel | None = None) -> None:
         """`timeout` [s]; None is never. Raises ValueError unless it is finite and above 0, and on
         another cancel than a Cancel."""
-        if timeout is not None and not _can_be(timeout):
-            raise ValueError(f"timeout is {timeout!r}, expected a finite number above 0")
+        if timeout is not None:
+            positive_number("timeout", timeout)
         if not (cancel is None or isinstance(cancel, Cancel)):
             raise ValueError(f"cancel is {cancel!r}, expected an em.Cancel or None")
         self._end = None if timeout is None else time.monotonic() + timeout
@@ -52,10 +52,3 @@ class Limit:
         """The time that is left [s], and the cancel."""
         left = None if self._end is None else max(self._end - time.monotonic(), SOON)
         return Rest(timeout=left, cancel=self._cancel)
-
-
-def _can_be(timeout: float) -> bool:
-    try:
-        return not isinstance(timeout, bool) and math.isfinite(timeout) and timeout > 0
-    except TypeError:
-        return False
