@@ -27,7 +27,7 @@ from energymargin.viewer.search import (
 )
 from energymargin.viewer.sources import first_frame, source_of
 from energymargin.viewer.stage import View, region_surface, view_around
-from energymargin.viewer.trees import MOST_POINTS, lines_glb, shown_points
+from energymargin.viewer.trees import MOST_POINTS, lines_glb, one_a_spot
 
 TASKS = ("balance", "grasp", "push", "push-multi", "push-real", "scoop", "topple")
 
@@ -81,6 +81,11 @@ def test_a_tree_answers_for_fewer_nodes_and_any_lambda(name):
         assert ("success" in scores) == (problem.succeeded is not None)
 
 
+def drawn(viewer, path):
+    """What is drawn at a path of the browser's scene; None if there is nothing."""
+    return viewer._server.scene._handle_from_node_name.get(path)
+
+
 def ball_problem(region, scale=1.0):
     scene = em.Scene()
     scene.add_plane("ground", friction=0.5)
@@ -119,9 +124,9 @@ def test_a_set_within_an_object_and_the_object_around_it_never_hide_each_other()
         stage = viewer.page._stage
         viewer.page.wait()
         assert stage.draw_sets() == {"capture set"}
-        of_cube, of_set = stage._bodies._moving["cube"], stage._surfaces["capture set"]
-        for drawn, size in ((of_cube, 0.04), (of_set, 0.03)):
-            content = trimesh.load(io.BytesIO(drawn.glb_data), file_type="glb")
+        of_cube, of_set = stage._bodies._moving["cube"], drawn(viewer, "/capture_set/surface")
+        for solid, size in ((of_cube, 0.04), (of_set, 0.03)):
+            content = trimesh.load(io.BytesIO(solid.glb_data), file_type="glb")
             (mesh,) = content.geometry.values()
             assert mesh.visual.material.alphaMode == "BLEND"
             assert mesh.extents == pytest.approx([size] * 3, rel=0.05)
@@ -228,10 +233,10 @@ def test_of_nodes_on_one_spot_the_cheapest_is_drawn():
     random = np.random.default_rng(0)
     points = np.repeat(random.uniform(size=(400, 3)), 100, axis=0)
     costs, lost = random.uniform(size=len(points)), np.arange(len(points)) % 100 == 0
-    drawn = shown_points(points, lost, costs, size=1.0)
-    assert len(drawn) == 800  # a captured and a lost one of each spot
+    shown = one_a_spot(points, lost, costs, 1.0, MOST_POINTS)
+    assert len(shown) == 800  # a captured and a lost one of each spot
     for spot in range(400):
-        here = drawn[drawn // 100 == spot]
+        here = shown[shown // 100 == spot]
         captured = here[~lost[here]]
         group = np.arange(100 * spot + 1, 100 * spot + 100)
         assert captured == group[np.argmin(costs[group])]
@@ -240,10 +245,10 @@ def test_of_nodes_on_one_spot_the_cheapest_is_drawn():
 def test_no_more_is_drawn_than_a_browser_moves():
     random = np.random.default_rng(0)
     points, costs = random.uniform(size=(100_000, 3)), random.uniform(size=100_000)
-    drawn = shown_points(points, np.zeros(100_000, bool), costs, size=1.0)
-    assert 0.5 * MOST_POINTS < len(drawn) <= MOST_POINTS
-    assert len(np.unique(drawn)) == len(drawn)
-    few = shown_points(points[:500], np.zeros(500, bool), costs[:500], size=1.0)
+    shown = one_a_spot(points, np.zeros(100_000, bool), costs, 1.0, MOST_POINTS)
+    assert 0.5 * MOST_POINTS < len(shown) <= MOST_POINTS
+    assert len(np.unique(shown)) == len(shown)
+    few = one_a_spot(points[:500], np.zeros(500, bool), costs[:500], 1.0, MOST_POINTS)
     assert sorted(few) == list(range(500))
 
 
@@ -475,16 +480,16 @@ def test_the_sets_of_another_frame_are_not_shown_while_those_of_this_one_are_com
         page, later = viewer.page, []
         page._start()  # all frames: trees are drawn at once
         page.wait()
-        stage = page._stage
-        assert set(stage._surfaces) == {"capture set", "success set"}
+        sets = ("/capture_set/surface", "/success_set/surface")
+        assert all(drawn(viewer, path) for path in sets)
         monkeypatch.setattr(page._sets_later, "run", later.append)
         page._panel.frame.value = 2
         end = time.monotonic() + 30
         while not later and time.monotonic() < end:
             time.sleep(0.01)
-        assert stage._surfaces == {}
+        assert not any(drawn(viewer, path) for path in sets)
         later[-1]()
-        assert set(stage._surfaces) == {"capture set", "success set"}
+        assert all(drawn(viewer, path) for path in sets)
 
 
 def test_what_ends_a_search_with_an_error_is_said():

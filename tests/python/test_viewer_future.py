@@ -173,7 +173,8 @@ def test_the_page_of_a_problem_with_a_plan_offers_its_future_and_its_probability
         assert panel.ahead.max == len(page._future.times) - 1
         assert panel.rollouts.visible and not panel.rate.visible
         assert panel.shown["undisturbed path"].visible
-        assert len(page._stage._tree._future) == 2  # the box's line, and the mark of its exit
+        nodes = viewer._server.scene._handle_from_node_name
+        assert {"/undisturbed_path/0", "/undisturbed_path/diamond"} <= set(nodes)  # line and exit
         page.score()
         page.wait()
         assert page.scored.probability.rollouts == 30

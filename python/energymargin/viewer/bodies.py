@@ -16,7 +16,16 @@ from energymargin._core import Body, Plane, Scene
 from energymargin.outlines import Pose, body_poses, shape_parts
 from energymargin.plots.styles import BODY_COLORS
 
-__all__ = ["DrawnBodies", "Triangles", "add_translucent", "linear", "rgb", "shape_triangles"]
+__all__ = [
+    "DrawnBodies",
+    "Layer",
+    "Triangles",
+    "add_translucent",
+    "draw_ghosts",
+    "linear",
+    "rgb",
+    "shape_triangles",
+]
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": None, "none": 0.35}
@@ -31,90 +40,78 @@ def rgb(color: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _pose_of(body: Body) -> Pose:
-    """Where a body is at first."""
-    return np.asarray(body.position), np.asarray(body.orientation)
+class Layer:
+    """What one checkbox shows: a node of the browser's scene, and all that is drawn below it."""
 
+    def __init__(self, scene: viser.SceneApi, name: str) -> None:
+        """Shown and empty."""
+        self.scene, self.path = scene, f"/{name.replace(' ', '_')}"
+        self._node = scene.add_frame(self.path, show_axes=False)
 
-def wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A quaternion x, y, z, w in the order that the browser's side wants."""
-    return np.asarray(np.roll(orientation, 1))
+    def clear(self) -> None:
+        """Takes away what is drawn."""
+        visible = self._node.visible
+        self._node.remove()
+        self._node = self.scene.add_frame(self.path, show_axes=False, visible=visible)
+
+    def show(self, visible: bool) -> None:
+        """Whether it is to be seen."""
+        self._node.visible = visible
 
 
 class DrawnBodies:
     """All bodies of one scene; those that move can be put into any state."""
 
     def __init__(
-        self, server: viser.ViserServer, scene: Scene, center: NDArray[np.float64], cell: float
+        self, objects: Layer, others: Layer, scene: Scene, center: NDArray[np.float64], cell: float
     ) -> None:
         """Adds them; the ground is a grid around `center` (3,) with cells of this size [m]."""
-        self._server = server
         self._scene = scene
         self._moving: dict[str, Any] = {}
-        self._ghosts: dict[str, Any] = {}
-        self._added: list[Any] = []
         for number, body in enumerate(scene.bodies):
+            layer = objects if body.role == "object" else others
+            path = f"{layer.path}/{number}"
             if isinstance(body.shape, Plane):
-                self._added.append(
-                    _add_ground(server, f"/ground/{number}", body.shape, center, cell)
-                )
-            else:
-                self._add(number, body)
+                _add_ground(layer.scene, path, body.shape, center, cell)
+                continue
+            mesh = _add_mesh(layer.scene, path, body, OPACITY[body.role])
+            _place(mesh, (np.asarray(body.position), np.asarray(body.orientation)))
+            if not body.fixed:
+                self._moving[body.name] = mesh
         self._springs: Any = None
         if scene.springs:
-            self._springs = server.scene.add_line_segments(
-                "/springs",
-                _spring_ends(scene, {body.name: _pose_of(body) for body in scene.bodies}),
+            self._springs = others.scene.add_line_segments(
+                f"{others.path}/springs",
+                np.zeros((len(scene.springs), 2, 3), np.float32),
                 rgb(BODY_COLORS["effector"]),
                 thickness=SPRING_WIDTH,
                 thickness_units="screen",
             )
-            self._added.append(self._springs)
 
     def put(self, state: NDArray[np.float64]) -> None:
         """Moves them to where they are in a state, shape (n,)."""
         poses = body_poses(self._scene, state)
-        _put(self._server, self._moving, poses)
+        for name, mesh in self._moving.items():
+            _place(mesh, poses[name])
         if self._springs is not None:
             self._springs.points = _spring_ends(self._scene, poses)
 
-    def show_objects(self, shown: bool) -> None:
-        """Whether they are to be seen, or what is within them."""
-        for body in self._scene.bodies:
-            if body.role == "object" and body.name in self._moving:
-                self._moving[body.name].visible = shown
 
-    def put_ghosts(self, state: NDArray[np.float64] | None) -> None:
-        """Shows the objects once more, translucent, as they are in this state; None: nowhere."""
-        if state is not None:
-            _put(self._server, self._ghosts, body_poses(self._scene, state))
-        for ghost in self._ghosts.values():
-            ghost.visible = state is not None
-
-    def remove(self) -> None:
-        """Takes all of them away."""
-        for added in self._added:
-            added.remove()
-
-    def _add(self, number: int, body: Body) -> None:
-        mesh = _add_mesh(self._server, f"/bodies/{number}", body, OPACITY[body.role])
-        _place(mesh, _pose_of(body))
-        self._added.append(mesh)
-        if not body.fixed:
-            self._moving[body.name] = mesh
+def draw_ghosts(layer: Layer, scene: Scene, state: NDArray[np.float64]) -> None:
+    """The objects once more, paler, as they are in a state, shape (n,)."""
+    poses = body_poses(scene, state)
+    for number, body in enumerate(scene.bodies):
         if body.role == "object":
-            ghost = _add_mesh(self._server, f"/escape/{number}", body, GHOST)
-            ghost.visible = False
-            self._ghosts[body.name] = ghost
-            self._added.append(ghost)
+            ghost = _add_mesh(layer.scene, f"{layer.path}/ghost_{number}", body, GHOST)
+            _place(ghost, poses[body.name])
 
 
-def _add_mesh(server: viser.ViserServer, name: str, body: Body, opacity: float | None) -> Any:
+def _add_mesh(scene: viser.SceneApi, path: str, body: Body, opacity: float | None) -> Any:
     solid, color = shape_triangles(body.shape), BODY_COLORS[body.role]
     if opacity is not None:
-        return add_translucent(server, name, solid, color, opacity, flat=True)
-    return server.scene.add_mesh_simple(
-        name,
+        return add_translucent(scene, path, solid, color, opacity, flat=True)
+    return scene.add_mesh_simple(
+        path,
         solid.vertices.astype(np.float32),
         solid.faces.astype(np.uint32),
         color=rgb(color),
@@ -123,14 +120,13 @@ def _add_mesh(server: viser.ViserServer, name: str, body: Body, opacity: float |
 
 
 def add_translucent(
-    server: viser.ViserServer,
-    name: str,
+    scene: viser.SceneApi,
+    path: str,
     surface: Triangles,
     color: str,
     opacity: float,
     *,
     flat: bool,
-    visible: bool = True,
 ) -> Any:
     """A surface that never hides what is within or behind it.
 
@@ -152,7 +148,7 @@ def add_translucent(
         process=False,
     )
     glb = cast(Any, export_glb)(mesh.scene(), include_normals=not flat)
-    return server.scene.add_glb(name, glb, cast_shadow=False, visible=visible)
+    return scene.add_glb(path, glb, cast_shadow=False)
 
 
 def linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -163,19 +159,19 @@ def linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _add_ground(
-    server: viser.ViserServer,
-    name: str,
+    scene: viser.SceneApi,
+    path: str,
     plane: Plane,
     center: NDArray[np.float64],
     cell: float,
-) -> Any:
+) -> None:
     """A plane's surface as a grid; it has no end, but fades."""
     normal, offset = np.asarray(plane.normal), plane.offset
     turned, _ = Rotation.align_vectors([normal], [UP])
     center = np.round(center / cell) * cell  # lines at round numbers, if it is level
     center = center - (center @ normal - offset) * normal
-    return server.scene.add_grid(
-        name,
+    scene.add_grid(
+        path,
         width=40 * cell,
         height=40 * cell,
         cell_size=cell,
@@ -183,7 +179,7 @@ def _add_ground(
         cell_color=(215, 215, 215),
         section_color=(170, 170, 170),
         position=center,
-        wxyz=wxyz(turned.as_quat()),
+        wxyz=_wxyz(turned.as_quat()),
         fade_distance=60 * cell,
     )
 
@@ -202,14 +198,13 @@ def _spring_ends(scene: Scene, poses: dict[str, Pose]) -> NDArray[np.float32]:
     )
 
 
-def _put(server: viser.ViserServer, meshes: dict[str, Any], poses: dict[str, Pose]) -> None:
-    with server.atomic():
-        for name, mesh in meshes.items():
-            _place(mesh, poses[name])
-
-
 def _place(mesh: Any, pose: Pose) -> None:
-    mesh.position, mesh.wxyz = pose[0], wxyz(pose[1])
+    mesh.position, mesh.wxyz = pose[0], _wxyz(pose[1])
+
+
+def _wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A quaternion x, y, z, w in the order of the browser's side."""
+    return np.asarray(np.roll(orientation, 1))
 
 
 class Triangles(NamedTuple):

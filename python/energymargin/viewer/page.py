@@ -69,7 +69,8 @@ class Page:
             raise ValueError(f"frame is {frame}, expected 0 to {len(self._frames.times) - 1}")
         self._problem = self._frames.problem(frame)
         _light(server)
-        self._stage = Stage(server, self._problem, self._frames)
+        self._stage = Stage(server)
+        self._stage.set_up(self._problem, self._frames)
         self._panel = Panel(
             server,
             title=source.title,
@@ -237,9 +238,7 @@ class Page:
             return
         self._trajectory, self._frames = chosen, frames
         self._frame, self._problem = frame, problem
-        self._stage.remove()
-        self._stage = Stage(self._server, problem, frames)  # its parameters may make other bodies
-        self._choose_shown()
+        self._stage.set_up(problem, frames)  # its parameters may make other bodies
         self._panel.show_rate(problem.rate)
         self._panel.show_frames(frames, frame)
         self._show_frame()

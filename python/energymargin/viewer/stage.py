@@ -22,15 +22,16 @@ from energymargin.outlines import AXES, object_centers, seen_corners
 from energymargin.plots.scenes import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.regions import Region
-from energymargin.viewer.bodies import DrawnBodies, Triangles, add_translucent
+from energymargin.viewer.bodies import DrawnBodies, Layer, Triangles, add_translucent, draw_ghosts
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
-from energymargin.viewer.trees import DrawnTree
+from energymargin.viewer.trees import PATH_COLOR, draw_edges, draw_future, draw_nodes, draw_path
 
 __all__ = ["SHOWN", "UNDISTURBED", "Stage", "View", "region_surface", "view_around"]
 
 UNDISTURBED = "undisturbed path"
 SHOWN = ("nodes", "edges", "escape path", UNDISTURBED, "capture set", "success set", "objects")
+SETS = {"capture set": CAPTURED_COLOR, "success set": SUCCEEDED_COLOR}
 SAMPLES = 20  # frames of a trajectory that the view holds
 FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from the middle; if flat
 DISTANCE = 0.9  # of the camera, beside the view's size
@@ -55,121 +56,97 @@ Points = NDArray[np.float64]
 
 
 class Stage:
-    """The scene of one trajectory; its parts are replaced one at a time."""
+    """The scene of what is shown; its layers are drawn anew one at a time."""
 
-    def __init__(self, server: viser.ViserServer, problem: Problem, frames: Frames) -> None:
-        """Bodies in the problem's state, and a view of the whole trajectory."""
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Empty until it is set."""
         self._server = server
-        self._surfaces: dict[str, Any] = {}
-        self._lock = threading.Lock()  # of the surfaces, which come later
-        self._shown = dict.fromkeys(SHOWN, True)
-        self._gone = False
-        self._way_ends: NDArray[np.float64] | None = None
+        self._layers = {name: Layer(server.scene, name) for name in (*SHOWN, "bodies")}
+        self._lock = threading.Lock()  # of the sets, which are drawn later
+
+    def set_up(self, problem: Problem, frames: Frames) -> None:
+        """Bodies in the problem's state, and a view of the whole trajectory."""
         scene = problem.scene
         states = frames.states[np.isfinite(frames.states).all(axis=1)]
         chosen = np.linspace(0, len(states) - 1, min(len(states), SAMPLES)).astype(int)
-        view = view_around(scene, states[chosen])
-        self._view = view
+        view = self._view = view_around(scene, states[chosen])
         self._flat = is_flat(problem, states, view)
-        self._bodies = DrawnBodies(server, scene, view.center, _nice(view.size / GROUND_CELLS))
-        self._tree = DrawnTree(server, view.size)
-        _look_at(server, view, FROM[self._flat])
+        with self._lock, self._server.atomic():
+            for layer in self._layers.values():
+                layer.clear()
+        cell = _nice(view.size / GROUND_CELLS)
+        layers = self._layers["objects"], self._layers["bodies"]
+        self._bodies = DrawnBodies(*layers, scene, view.center, cell)
+        _look_at(self._server, view, FROM[self._flat])
         self.put(problem)
 
     def put(self, problem: Problem) -> None:
         """Moves the bodies to the problem's state."""
         self._problem = problem
-        self._bodies.put(problem.state)
-
-    def draw_way(self, scored: Scored | None) -> None:
-        """The way out, with the objects at its end, if there is one."""
-        way = None if scored is None else scored.way_out
-        self._tree.draw_path(self._problem, way)
-        self._way_ends = None if way is None else way.states[-1]
-        self._bodies.put_ghosts(self._way_ends if self._shown["escape path"] else None)
-
-    def draw_tree(self, scored: Scored | None, nodes: int) -> tuple[int, int]:
-        """The first nodes of the tree; how many dots and edges are drawn of them."""
-        if scored is None:
-            self._tree.clear()
-            return 0, 0
-        drawn = self._tree.draw(self._problem, scored.tree, scored.lost, nodes, scored.most)
-        self.choose(self._shown)
-        return drawn
-
-    def draw_future(self, future: Undisturbed | None) -> None:
-        """The undisturbed path of the objects, with a mark where it leaves the capture set."""
-        self._tree.draw_future(self._problem, future)
-        self.choose(self._shown)
+        self.put_state(problem.state)
 
     def put_state(self, state: NDArray[np.float64]) -> None:
         """Moves the bodies to another state, shape (n,), such as a moment of a replay."""
-        self._bodies.put(state)
+        with self._server.atomic():
+            self._bodies.put(state)
+
+    def draw_way(self, scored: Scored | None) -> None:
+        """The way out, with the objects at its end, if there is one."""
+        layer = self._layers["escape path"]
+        layer.clear()
+        if scored is not None and scored.way_out is not None:
+            states = scored.way_out.states
+            draw_path(layer, self._problem, states, PATH_COLOR)
+            draw_ghosts(layer, self._problem.scene, states[-1])
+
+    def draw_tree(self, scored: Scored | None, nodes: int) -> tuple[int, int]:
+        """The first nodes of the tree; how many dots and edges are drawn of them."""
+        dots, edges = self._layers["nodes"], self._layers["edges"]
+        dots.clear()
+        edges.clear()
+        if scored is None:
+            return 0, 0
+        what = self._problem, scored, nodes, self._view.size
+        return draw_nodes(dots, *what), draw_edges(edges, *what)
+
+    def draw_future(self, future: Undisturbed | None) -> None:
+        """The undisturbed path of the objects, with a mark where it leaves the capture set."""
+        layer = self._layers[UNDISTURBED]
+        layer.clear()
+        if future is not None:
+            draw_future(layer, self._problem, future, self._view.size)
 
     def clear_sets(self) -> None:
         """Takes those of another state away."""
         with self._lock:
-            for surface in self._surfaces.values():
-                surface.remove()
-            self._surfaces.clear()
+            for name in SETS:
+                self._layers[name].clear()
 
     def draw_sets(self) -> set[str]:
         """Capture and success set of the present state: they may follow the effector. Returns
         the names of those that have a border in the view."""
-        problem = self._problem
-        captured, succeeded = sets_of(problem)
-        sets = {
-            "success set": (succeeded, SUCCEEDED_COLOR),
-            "capture set": (captured, CAPTURED_COLOR),
-        }
-        for layer, (name, (region, color)) in enumerate(sets.items()):
+        problem, view, flat, drawn = self._problem, self._view, self._flat, set()
+        regions = dict(zip(SETS, sets_of(problem), strict=True))
+        for height, (name, region) in enumerate(reversed(regions.items())):
             surface = None
             if region is not None:
-                surface = region_surface(problem, region, self._view, flat=self._flat, layer=layer)
+                surface = region_surface(problem, region, view, flat=flat, layer=height)
             with self._lock:
-                if self._gone or problem is not self._problem:  # moved on meanwhile
+                if problem is not self._problem:  # moved on meanwhile
                     break
-                self._replace(name, surface, color)
-        with self._lock:
-            return set(self._surfaces)
+                layer = self._layers[name]
+                layer.clear()
+                if surface is not None:
+                    path = f"{layer.path}/surface"
+                    add_translucent(layer.scene, path, surface, SETS[name], OPACITY, flat=flat)
+                    drawn.add(name)
+        return drawn
 
     def choose(self, shown: Mapping[str, bool]) -> None:
         """What is to be seen, by the names of SHOWN."""
-        self._shown.update(shown)
-        self._tree.show(
-            nodes=shown["nodes"],
-            edges=shown["edges"],
-            path=shown["escape path"],
-            future=shown[UNDISTURBED],
-        )
-        self._bodies.put_ghosts(self._way_ends if shown["escape path"] else None)
-        self._bodies.show_objects(shown["objects"])
         with self._lock:
-            for name, surface in self._surfaces.items():
-                surface.visible = shown[name]
-
-    def remove(self) -> None:
-        """Takes everything away."""
-        self._gone = True
-        self.clear_sets()
-        self._bodies.remove()
-        self._tree.clear()
-        self._tree.draw_path(self._problem, None)
-        self._tree.draw_future(self._problem, None)
-
-    def _replace(self, name: str, surface: Triangles | None, color: str) -> None:
-        if name in self._surfaces:
-            self._surfaces.pop(name).remove()
-        if surface is not None:
-            self._surfaces[name] = add_translucent(
-                self._server,
-                f"/sets/{name.replace(' ', '_')}",
-                surface,
-                color,
-                OPACITY,
-                flat=self._flat,
-                visible=self._shown[name],
-            )
+            for name, visible in shown.items():
+                self._layers[name].show(visible)
 
 
 def _look_at(server: viser.ViserServer, view: View, where: tuple[float, float, float]) -> None:

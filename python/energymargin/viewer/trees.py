@@ -15,18 +15,26 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-import viser
 from numpy.typing import NDArray
 
-from energymargin._core import Problem, Tree
+from energymargin._core import Problem
 from energymargin.futures import Undisturbed
 from energymargin.outlines import object_centers
 from energymargin.plots.scenes import leaving_objects
 from energymargin.plots.styles import COSTS, LOST_COLOR
-from energymargin.viewer.bodies import linear, rgb
-from energymargin.viewer.search import Replay
+from energymargin.viewer.bodies import Layer, linear, rgb
+from energymargin.viewer.search import Scored
 
-__all__ = ["FUTURE_COLOR", "DrawnTree", "lines_glb", "shown_edges", "shown_points"]
+__all__ = [
+    "FUTURE_COLOR",
+    "PATH_COLOR",
+    "draw_edges",
+    "draw_future",
+    "draw_nodes",
+    "draw_path",
+    "lines_glb",
+    "one_a_spot",
+]
 
 DOT = 0.006  # of the view's size
 EDGE_COLOR = (110, 110, 110)
@@ -42,145 +50,78 @@ MOST_POINTS, MOST_EDGES = 20_000, 8_000  # what a browser without a graphics car
 SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
 
 
-class DrawnTree:
-    """What is drawn of one tree; each call replaces what was there."""
+def draw_nodes(layer: Layer, problem: Problem, scored: Scored, nodes: int, size: float) -> int:
+    """The root and the first `nodes` nodes, coloured by cost, as many dots as it returns.
 
-    def __init__(self, server: viser.ViserServer, size: float) -> None:
-        """Nothing at first."""
-        self._scene = server.scene
-        self._size = size
-        self._nodes: list[Any] = []
-        self._edges: list[Any] = []
-        self._path: list[Any] = []
-        self._future: list[Any] = []
+    Nodes in which an object is out of its capture set are diamonds. size: of the view [m].
+    """
+    first, places, tree = slice(0, nodes + 1), object_centers(problem.scene), scored.tree
+    points = np.concatenate([tree.states[first, place] for place in places])
+    costs = np.tile(tree.costs[first], len(places))
+    outside = scored.lost[first].T.ravel()
+    dots = one_a_spot(points, outside, costs, size, MOST_POINTS)
+    shares = np.clip(costs / max(scored.most, 1e-12), 0.0, 1.0)
+    colors = matplotlib.colormaps[COSTS](shares, bytes=True)[:, :3]
+    for shape, chosen in (("circle", dots[~outside[dots]]), ("diamond", dots[outside[dots]])):
+        if len(chosen):
+            _add_dots(layer, shape, points[chosen], colors[chosen], DOT * size)
+    return len(dots)
 
-    def draw(
-        self, problem: Problem, tree: Tree, lost: NDArray[np.bool_], nodes: int, most: float
-    ) -> tuple[int, int]:
-        """The root and the first `nodes` nodes, coloured by cost from 0 to `most` [J].
 
-        lost: which object is out of its capture set in which node, shape (M + 1, k). These are
-        diamonds, and the edges to them are red. Returns how many dots and edges there
-        are: what falls on the same spot is drawn once.
-        """
-        places = object_centers(problem.scene)
-        first = slice(0, nodes + 1)
-        points = np.concatenate([tree.states[first, place] for place in places])
-        costs, outside = np.tile(tree.costs[first], len(places)), lost[first].T.ravel()
-        self.clear()
-        dots = shown_points(points, outside, costs, self._size)
-        self._draw_nodes(points[dots], _colors(costs[dots], most), outside[dots])
-        starts = np.concatenate([tree.states[tree.parents[1 : nodes + 1], :][:, p] for p in places])
-        ends = np.concatenate([tree.states[1 : nodes + 1, place] for place in places])
-        edges = np.stack([starts, ends], axis=1)
-        reached = lost[1 : nodes + 1].T.ravel()
-        order = np.tile(tree.costs[1 : nodes + 1], len(places))
-        lines = shown_edges(edges, reached, order, self._size)
-        self._draw_edges(edges[lines], reached[lines])
-        return len(dots), len(lines)
+def draw_edges(layer: Layer, problem: Problem, scored: Scored, nodes: int, size: float) -> int:
+    """The edges to the first `nodes` nodes, as many as it returns; those are red that lead to where
+    an object is out of its capture set. size: of the view [m]."""
+    places, tree = object_centers(problem.scene), scored.tree
+    ends = slice(1, nodes + 1)
+    starts = tree.states[tree.parents[ends], :]
+    edges = np.concatenate(
+        [np.stack([starts[:, place], tree.states[ends, place]], axis=1) for place in places]
+    )
+    outside, costs = scored.lost[ends].T.ravel(), np.tile(tree.costs[ends], len(places))
+    lines = one_a_spot(edges.reshape(-1, 6), outside, costs, size, MOST_EDGES)
+    if len(lines):
+        colors = np.where(outside[lines, None], rgb(LOST_COLOR), EDGE_COLOR).astype(np.uint8)
+        layer.scene.add_glb(f"{layer.path}/lines", lines_glb(edges[lines], colors))
+    return len(lines)
 
-    def draw_path(self, problem: Problem, way: Replay | None) -> None:
-        """The paths of the objects' centres along the escape; None: there is none."""
-        _remove(self._path)
-        if way is not None:
-            self._path += self._lines("/escape/path", problem, way.states, PATH_COLOR)
 
-    def draw_future(self, problem: Problem, future: Undisturbed | None) -> None:
-        """The same of the undisturbed future, and diamonds where it leaves; None: there is none."""
-        _remove(self._future)
-        if future is None:
-            return
-        self._future += self._lines("/future/path", problem, future.states, rgb(FUTURE_COLOR))
-        leaves, left = future.exit_moment, leaving_objects(problem, future)
-        if leaves is not None:
-            places = compress(object_centers(problem.scene), left)
-            self._future.append(
-                self._scene.add_point_cloud(
-                    "/future/exit",
-                    np.array([future.states[leaves, p] for p in places]),
-                    rgb(LOST_COLOR),
-                    point_size=EXIT * self._size,
-                    point_shape="diamond",
-                    point_shading="flat",
-                    precision="float32",
-                )
-            )
-
-    def _lines(
-        self,
-        name: str,
-        problem: Problem,
-        states: NDArray[np.float64],
-        color: tuple[int, int, int],
-    ) -> list[Any]:
-        """A line for each object's centre; none of a single state."""
-        if len(states) < 2:
-            return []
-        return [
-            self._scene.add_line_segments(
-                f"{name}_{number}",
-                np.stack([states[:-1, place], states[1:, place]], axis=1).astype(np.float32),
-                color,
-                thickness=PATH_WIDTH,
-                thickness_units="screen",
-            )
-            for number, place in enumerate(object_centers(problem.scene))
-        ]
-
-    def show(self, *, nodes: bool, edges: bool, path: bool, future: bool) -> None:
-        """What is to be seen."""
-        seen_parts = (
-            (self._nodes, nodes),
-            (self._edges, edges),
-            (self._path, path),
-            (self._future, future),
+def draw_path(
+    layer: Layer, problem: Problem, states: NDArray[np.float64], color: tuple[int, int, int]
+) -> None:
+    """A line for each object's centre along these states, shape (K, n); none of a single state."""
+    if len(states) < 2:
+        return
+    for number, place in enumerate(object_centers(problem.scene)):
+        layer.scene.add_line_segments(
+            f"{layer.path}/{number}",
+            np.stack([states[:-1, place], states[1:, place]], axis=1).astype(np.float32),
+            color,
+            thickness=PATH_WIDTH,
+            thickness_units="screen",
         )
-        for handles, seen in seen_parts:
-            for handle in handles:
-                handle.visible = seen
-
-    def clear(self) -> None:
-        """Takes nodes and edges away."""
-        _remove(self._nodes)
-        _remove(self._edges)
-
-    def _draw_nodes(
-        self, points: NDArray[np.float64], colors: NDArray[np.uint8], outside: NDArray[np.bool_]
-    ) -> None:
-        for name, chosen in (("captured", ~outside), ("lost", outside)):
-            if chosen.any():
-                self._nodes.append(
-                    self._scene.add_point_cloud(
-                        f"/tree/{name}",
-                        points[chosen].astype(np.float32),
-                        colors[chosen],
-                        point_size=DOT * self._size,
-                        point_shape="circle" if name == "captured" else "diamond",
-                        point_shading="flat",
-                        precision="float32",
-                    )
-                )
-
-    def _draw_edges(self, edges: NDArray[np.float64], outside: NDArray[np.bool_]) -> None:
-        if len(edges):
-            colors = np.where(outside[:, None], rgb(LOST_COLOR), EDGE_COLOR).astype(np.uint8)
-            self._edges.append(
-                self._scene.add_glb(
-                    "/tree/edges",
-                    lines_glb(edges, colors),
-                )
-            )
 
 
-def _colors(costs: NDArray[np.float64], most: float) -> NDArray[np.uint8]:
-    mapped = matplotlib.colormaps[COSTS](np.clip(costs / max(most, 1e-12), 0.0, 1.0), bytes=True)
-    return np.asarray(mapped)[:, :3]
+def draw_future(layer: Layer, problem: Problem, future: Undisturbed, size: float) -> None:
+    """The paths of the objects' centres, and diamonds where they leave. size: of the view [m]."""
+    draw_path(layer, problem, future.states, rgb(FUTURE_COLOR))
+    if future.exit_moment is not None:
+        places = compress(object_centers(problem.scene), leaving_objects(problem, future))
+        points = np.array([future.states[future.exit_moment, place] for place in places])
+        _add_dots(layer, "diamond", points, rgb(LOST_COLOR), EXIT * size)
 
 
-def _remove(handles: list[Any]) -> None:
-    for handle in handles:
-        handle.remove()
-    handles.clear()
+def _add_dots(
+    layer: Layer, shape: Any, points: NDArray[np.float64], colors: Any, size: float
+) -> None:
+    layer.scene.add_point_cloud(
+        f"{layer.path}/{shape}",
+        points.astype(np.float32),
+        colors,
+        point_size=size,
+        point_shape=shape,
+        point_shading="flat",
+        precision="float32",
+    )
 
 
 def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes:
@@ -229,28 +170,16 @@ def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def shown_points(
-    points: NDArray[np.float64], kinds: NDArray[np.bool_], order: NDArray[np.float64], size: float
-) -> NDArray[np.int64]:
-    """Rows of points, shape (N, 3), that are drawn: of those of one kind, shape (N,), on a spot the
-    one that comes first in `order`, shape (N,); and at most MOST_POINTS. size: of the view [m]."""
-    return _one_a_spot(points, kinds, order, size, MOST_POINTS)
-
-
-def shown_edges(
-    edges: NDArray[np.float64], kinds: NDArray[np.bool_], order: NDArray[np.float64], size: float
-) -> NDArray[np.int64]:
-    """As `shown_points`, of edges from spot to spot, shape (N, 2, 3); at most MOST_EDGES."""
-    return _one_a_spot(edges.reshape(-1, 6), kinds, order, size, MOST_EDGES)
-
-
-def _one_a_spot(
+def one_a_spot(
     values: NDArray[np.float64],
     kinds: NDArray[np.bool_],
     order: NDArray[np.float64],
     size: float,
     most: int,
 ) -> NDArray[np.int64]:
+    """Rows of points or edges, shape (N, D), that are drawn: of those of one kind, shape (N,), on a
+    spot the one that comes first in `order`, shape (N,); and at most so many. size: of the view
+    [m]."""
     first = np.argsort(order, kind="stable")
     if len(values) <= most:
         return first
