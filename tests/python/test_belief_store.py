@@ -17,7 +17,7 @@ from energymargin.cli import app
 from energymargin.limits import Limit
 from energymargin.report.subject import read_subject
 from energymargin.store import ScoreStore, score_dataset
-from energymargin.viewer.sources import StoredScores
+from energymargin.viewer.sources import stored_scores
 from energymargin.viewer.texts import score_table
 
 PLACE = (0.02, 0.02, 0, 0, 0, 0)
@@ -144,10 +144,10 @@ def test_the_report_shows_how_far_the_particles_lie_apart(dataset, path, tmp_pat
 
 
 def test_the_viewer_shows_a_low_quantile_beside_the_mean(dataset, path):
-    stored = StoredScores(path, dataset, 1)
-    (title, mean), (low_title, low) = stored.columns(4)
+    stored = stored_scores(path, dataset, 1)
+    (title, mean), (low_title, low) = stored.at(4)
     assert "mean of 3 particles" in title and low_title == "0.1 quantile"
-    table = score_table(None, 0, 5.0, stored.columns(4))
+    table = score_table(None, 0, 5.0, stored.at(4))
     assert f">{mean['capture']:.3f}<" in table and f">{low['capture']:.3f}<" in table
 
 

@@ -17,7 +17,7 @@ import energymargin as em
 from energymargin import datasets
 from energymargin.evaluation import evaluate
 from energymargin.store import ScoreStore
-from energymargin.viewer.sources import StoredScores
+from energymargin.viewer.sources import stored_scores
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.reading import recorded_dataset, recorded_task, steady, tracks
 from energymargin_paper.paper.authors.recorded import SLACK, PublishedRecorded
@@ -132,10 +132,10 @@ def test_the_authors_scores_are_a_run_as_any_other(folder, tmp_path):
     for name, values in labelled.scores.items():
         assert np.array_equal(found.scores[name], values)
     assert np.array_equal(found.captured, labelled.captured)
-    stored = StoredScores(tmp_path / "s.db", dataset)  # of the viewer
+    stored = stored_scores(tmp_path / "s.db", dataset)  # of the viewer
     assert (
-        stored.title == "published"
-        and stored.columns(5)[0][1]["capture"] == labelled.scores["capture"][5]
+        stored.columns[0][0] == "published"
+        and stored.at(5)[0][1]["capture"] == labelled.scores["capture"][5]
     )
     em.store.score_dataset(dataset, tmp_path / "s.db", ["force"])
     with ScoreStore(tmp_path / "s.db") as store:

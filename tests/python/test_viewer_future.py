@@ -14,7 +14,7 @@ from energymargin.searches import SearchSettings
 from energymargin.store import score_dataset
 from energymargin.viewer import guard, view
 from energymargin.viewer.search import replay, score_state
-from energymargin.viewer.sources import AlongScores
+from energymargin.viewer.sources import along_scores
 from energymargin.viewer.texts import NAMES, escape_text, future_text, score_table
 
 SUCCESS = "probability/success"
@@ -267,13 +267,13 @@ def test_live_probabilities_are_those_of_a_stored_run_whose_future_is_taken(
     )
     with view(dataset, trajectory=0, frame=1, scores=path) as viewer:
         page = scored_page(viewer)
-        ((_, stored),) = page._stored.columns(1)
+        ((_, stored),) = page._stored.at(1)
         assert page.scored.values(1, 1.0) == stored
         assert page.scored.probability.rollouts == 12
         text = page._panel.scores.content
         assert text.count(f">{stored['probability']:.3f}<") == 2
         assert "random wrenches within 2 times the bounds" in text
-        assert np.array_equal(page._along()["probability"], page._stored.along("probability", 0, 5))
+        assert np.array_equal(page._along()["probability"], page._stored.curves["probability"][:5])
 
 
 def test_another_future_than_that_of_the_scores_is_refused(dataset, tmp_path):
@@ -336,7 +336,7 @@ def test_scores_along_a_plan_have_the_alongs_disturbance_its_intervals_and_its_e
 
 def test_scores_that_an_along_has_not_are_no_curves():
     along = em.along(carried(0.3), ahead=0.1, rollouts=5, effort=False)
-    assert list(AlongScores(along).curves) == ["probability", "low", "high"]
+    assert list(along_scores(along).curves) == ["probability", "low", "high"]
     with view(along) as viewer:
         assert not viewer.page._panel._efforts.visible
     successful = carried(0.3, succeeded=em.regions.Ball("box", (0.1, 0.0, 0.0), 0.05))

@@ -178,8 +178,8 @@ class Page:
 
     def _show_scores(self) -> None:
         """Of the nodes that are shown, at the slider's lambda; and along the trajectory."""
-        panel, file, first = self._panel, self._stored, self._frames.first
-        stored = [] if file is None or first is None else file.columns(first + self._frame)
+        panel, file = self._panel, self._stored
+        stored = [] if file is None else file.at(self._frames.first + self._frame)
         panel.scores.content = score_table(self.scored, self._nodes(), value_of(panel.rate), stored)
         panel.plot(self._frames.times, self._along(), self._frame)
 
@@ -187,8 +187,9 @@ class Page:
         """Scores in each frame of the trajectory by name: the stored ones if there are scores of a
         file, else those of the trees that there are."""
         frames, first = len(self._frames.times), self._frames.first
-        if self._stored is not None and first is not None:
-            return {name: self._stored.along(name, first, frames) for name in self._panel.curves}
+        if self._stored is not None:
+            curves, empty = self._stored.curves, np.full(first + frames, np.nan)
+            return {n: curves.get(n, empty)[first : first + frames] for n in self._panel.curves}
         nodes, rate = self._panel.asked_nodes(), value_of(self._panel.rate)
         return self._cache.along(self._trajectory, frames, self._panel.curves, nodes, rate)
 
@@ -318,7 +319,7 @@ class Page:
                     if problem is None or cancel.is_set:
                         continue
                     report = self._teller(number, len(chosen), progress)
-                    place = recorded.search_number(frame)
+                    place = None if recorded.numbers is None else recorded.numbers[frame]
                     scored = score_state(
                         *(problem, asked, place, cancel, report), disturbance=recorded.disturbance
                     )

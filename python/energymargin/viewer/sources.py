@@ -4,10 +4,10 @@ with their scores."""
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,16 +26,13 @@ from energymargin.store.run import why_not_of
 
 __all__ = [
     "EFFORT",
-    "AlongPlan",
-    "AlongScores",
     "FrameScores",
     "Frames",
-    "OneProblem",
     "StateSource",
-    "StoredScores",
-    "Trajectories",
+    "along_scores",
     "first_frame",
     "source_of",
+    "stored_scores",
 ]
 
 PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
@@ -62,8 +59,11 @@ class Frames:
     """Shape (K, n)."""
     problem: Callable[[int], Problem]
     """The problem of a frame; raises ValueError if its state makes none."""
-    first: int | None = None
-    """The first frame's number among all states of a dataset; None: it is of none."""
+    numbers: Sequence[int] | None = None
+    """Number of each frame's search, as of `metric_search`: with it the scores are those that
+    `energymargin score` gives the dataset or, with None, `capture_score` the problem."""
+    first: int = 0
+    """The first frame's number among all states of a dataset."""
     captured: NDArray[np.bool_] | None = None
     """Whether each state lies in its capture set, shape (K,); None if it is not known."""
     success: bool | None = None
@@ -71,104 +71,51 @@ class Frames:
     """Whether at least one of several objects is captured, shape (K,)."""
     disturbance: Disturbance | None = None
     """Of their probabilities; None: that of the settings."""
-    same_stream: bool = False
-    """Whether all frames are searched as number 0 of a batch, and so meet the same draws."""
-
-    def search_number(self, frame: int) -> int | None:
-        """As of `metric_search`: with it the scores are those that `energymargin score` gives the
-        dataset, or `capture_score` the problem."""
-        if self.first is None:
-            return None
-        return 0 if self.same_stream else self.first + frame
 
 
-class StateSource(Protocol):
-    """What is looked at."""
+@dataclass(frozen=True, eq=False)
+class StateSource:
+    """What is looked at: a problem is one trajectory of one frame, a margin along a plan one with a
+    frame for each moment of the nominal motion."""
 
-    @property
-    def title(self) -> str:
-        """What it is, in a few words."""
+    __repr__ = short_repr
+
+    what: Problem | Along | Dataset
+    title: str
+    """What it is, in a few words."""
+    future: Future | None = None
+    """What is asked of the future of a dataset's states; None: they are asked about as they are."""
+    opened: bool = False
+    """Whether the dataset's file was opened for this alone."""
 
     @property
     def trajectories(self) -> int:
         """How many there are."""
+        return len(self.what.trajectories) if isinstance(self.what, Dataset) else 1
 
     def frames(self, trajectory: int) -> Frames:
-        """Of one of them; raises ValueError unless 0 <= trajectory < trajectories."""
-
-    def close(self) -> None:
-        """Lets go of the file that was opened for it, if there is one."""
-
-
-@dataclass(frozen=True)
-class OneProblem:
-    """A problem alone: one trajectory of one frame."""
-
-    question: Problem
-    title: str = "a problem"
-    trajectories: int = 1
-
-    def frames(self, trajectory: int) -> Frames:
-        """As StateSource.frames."""
-        _require_below("trajectory", trajectory, self.trajectories)
-        states = np.asarray(self.question.state)[None]
-        return Frames(np.zeros(1), states, lambda _: self.question)
-
-    def close(self) -> None:
-        """As StateSource.close."""
-
-
-@dataclass(frozen=True)
-class AlongPlan:
-    """The nominal motion of a plan: one trajectory, with a frame for each moment."""
-
-    along: Along
-    title: str = "along a plan"
-    trajectories: int = 1
-
-    def frames(self, trajectory: int) -> Frames:
-        """As StateSource.frames."""
-        _require_below("trajectory", trajectory, self.trajectories)
-        one = self.along
-        return Frames(
-            one.times,
-            one.states,
-            lambda frame: one.problems[frame],
-            first=0,
-            captured=one.captured,
-            disturbance=one.disturbance,
-            same_stream=True,
-        )
-
-    def close(self) -> None:
-        """As StateSource.close."""
-
-
-@dataclass(frozen=True)
-class Trajectories:
-    """A dataset, in memory or in an open file."""
-
-    dataset: Dataset
-    title: str
-    opened: bool = False
-    """Whether the dataset's file was opened for this alone."""
-    future: Future | None = None
-    """What is asked of each state's future; None: it is asked about as it is."""
-
-    @property
-    def trajectories(self) -> int:
-        """As StateSource.trajectories."""
-        return len(self.dataset.trajectories)
-
-    def frames(self, trajectory: int) -> Frames:
-        """As StateSource.frames."""
-        _require_below("trajectory", trajectory, self.trajectories)
-        recorded = self.dataset.trajectories[trajectory]
-        first = int(self.dataset.lengths[:trajectory].sum())
+        """The frames of one of them; raises ValueError unless 0 <= trajectory < trajectories."""
+        what = self.what
+        if not 0 <= trajectory < self.trajectories:
+            raise ValueError(f"trajectory is {trajectory}, expected 0 to {self.trajectories - 1}")
+        if isinstance(what, Problem):
+            return Frames(np.zeros(1), np.asarray(what.state)[None], lambda _: what)
+        if isinstance(what, Along):
+            return Frames(
+                what.times,
+                what.states,
+                what.problems.__getitem__,
+                numbers=[0] * len(what.times),
+                captured=what.captured,
+                disturbance=what.disturbance,
+            )
+        recorded = what.trajectories[trajectory]
+        first = int(what.lengths[:trajectory].sum())
         return Frames(
             recorded.times,
             recorded.states,
-            lambda frame: self.dataset.problems([first + frame], future=self.future)[0],
+            lambda frame: what.problems([first + frame], future=self.future)[0],
+            range(first, first + len(recorded.times)),
             first,
             recorded.captured,
             recorded.success,
@@ -176,9 +123,9 @@ class Trajectories:
         )
 
     def close(self) -> None:
-        """As StateSource.close."""
-        if self.opened:
-            self.dataset.close()
+        """Lets go of the file that was opened for it, if there is one."""
+        if self.opened and isinstance(self.what, Dataset):
+            self.what.close()
 
 
 def source_of(
@@ -205,18 +152,18 @@ def source_of(
     if isinstance(what, Along):
         if future is not None:
             raise ValueError("future is given with an Along, which says how far it looks itself")
-        return AlongPlan(what)
+        return StateSource(what, "along a plan")
     if isinstance(what, Problem):
         return _alone(what, "a problem", future)
     if isinstance(what, Dataset):
-        return Trajectories(what, what.task, future=future)
+        return StateSource(what, what.task, future)
     path = Path(what)
     if parameters and path.suffix in (PROBLEM, DATASET):
         raise ValueError(f"parameters are given with {path}, expected a task's name with them")
     if path.suffix == PROBLEM:
         return _alone(Problem.load(path), path.name, future)
     if path.suffix == DATASET:
-        return Trajectories(datasets.open(path), path.name, opened=True, future=future)
+        return StateSource(datasets.open(path), path.name, future, opened=True)
     if path.suffix == STORE:
         raise ValueError(f"{path} holds scores: view the dataset, with --scores {path}")
     if path.suffix.lower() in BODIES:
@@ -233,7 +180,7 @@ def source_of(
     made = datasets.generate(
         task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
     )
-    return Trajectories(made, f"{task.name}, seed {seed}", future=future)
+    return StateSource(made, f"{task.name}, seed {seed}", future)
 
 
 def _alone(question: Problem, title: str, future: Future | None) -> StateSource:
@@ -242,12 +189,7 @@ def _alone(question: Problem, title: str, future: Future | None) -> StateSource:
             f"horizon is {future.horizon} frames, but {title} is a problem, and has no "
             "frames: give it one in seconds, problem.replace(horizon=...)"
         )
-    return OneProblem(question, title)
-
-
-def _require_below(name: str, number: int, count: int) -> None:
-    if not 0 <= number < count:
-        raise ValueError(f"{name} is {number}, expected 0 to {count - 1}")
+    return StateSource(question, title)
 
 
 def first_frame(source: StateSource, trajectory: int | None, frame: int | None) -> tuple[int, int]:
@@ -263,8 +205,8 @@ def first_frame(source: StateSource, trajectory: int | None, frame: int | None) 
         trajectory = _first_lost(source, searched)
     if frame is not None:
         return trajectory, frame
-    if isinstance(source, AlongPlan):
-        return trajectory, source.along.weakest.number
+    if isinstance(source.what, Along):
+        return trajectory, source.what.weakest.number
     return trajectory, _frame_of(source.frames(trajectory))
 
 
@@ -289,102 +231,70 @@ def _frame_of(frames: Frames) -> int:
     return frame
 
 
-class FrameScores(Protocol):
+@dataclass(frozen=True, eq=False)
+class FrameScores:
     """Scores of all states that were computed before."""
 
-    @property
-    def curves(self) -> Collection[str]:
-        """Names of what is drawn along a trajectory: metrics, and "low" and "high" for the ends of
-        an interval of the first."""
+    __repr__ = short_repr
 
-    def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
-        """The scores of the state of that number, by metric, with a title; NaN is one that is
-        missing."""
+    columns: list[tuple[str, dict[str, NDArray[np.float64]]]]
+    """Titles, and the scores of each state by metric; NaN is one that is missing."""
+    curves: dict[str, NDArray[np.float64]]
+    """What is drawn along a trajectory: metrics, and "low" and "high" for the ends of an interval
+    of the first."""
+    search: dict[str, Any]
+    """Settings with which a search gives the same scores."""
+    future: Future | None = None
+    """Horizon and plan of each state; None: the scores have no clock."""
 
-    def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
-        """The scores of so many states from number `first` on, NaN where there is none."""
+    def at(self, number: int) -> list[tuple[str, dict[str, float]]]:
+        """The titles, and the scores of the state of that number by metric."""
+        return [
+            (title, {metric: float(values[number]) for metric, values in scores.items()})
+            for title, scores in self.columns
+        ]
 
 
-class AlongScores:
+def along_scores(along: Along) -> FrameScores:
     """The scores of a margin along a plan, at each of its moments."""
-
-    def __init__(self, along: Along) -> None:
-        """Those that there are."""
-        self._scores = {"probability": along.probabilities, EFFORT: along.efforts}
-        self._ends = {"low": along.low, "high": along.high}
-
-    @property
-    def curves(self) -> Collection[str]:
-        """As FrameScores.curves."""
-        return [name for name in self._curves if not np.isnan(self._curves[name]).all()]
-
-    @property
-    def _curves(self) -> dict[str, NDArray[np.float64]]:
-        """An effort without a bound has no place in a curve."""
-        efforts = self._scores[EFFORT]
-        finite = np.where(np.isfinite(efforts), efforts, np.nan)
-        return self._scores | self._ends | {EFFORT: finite}
-
-    def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
-        """As FrameScores.columns."""
-        scores = {metric: float(values[number]) for metric, values in self._scores.items()}
-        return [("along the plan", scores)]
-
-    def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
-        """As FrameScores.along."""
-        values = self._curves.get(metric)
-        return np.full(frames, np.nan) if values is None else values[first : first + frames].copy()
+    scores = {"probability": along.probabilities, EFFORT: along.efforts}
+    # An effort without a bound has no place in a curve.
+    finite = np.where(np.isfinite(along.efforts), along.efforts, np.nan)
+    curves = scores | {"low": along.low, "high": along.high, EFFORT: finite}
+    search = {
+        **{"nodes": along.nodes, "search": along.search, "seed": along.seed},
+        **{"rollouts": along.rollouts, "common_random_numbers": True},
+    }
+    there = {name: values for name, values in curves.items() if not np.isnan(values).all()}
+    return FrameScores([("along the plan", scores)], there, search)
 
 
-class StoredScores:
-    """The scores of a dataset's states in a file."""
+def stored_scores(
+    path: str | os.PathLike[str], dataset: Dataset, run: int | None = None, name: str = "DATASET"
+) -> FrameScores:
+    """The scores of a dataset's states in a file. `name` is the dataset's, in errors.
 
-    def __init__(
-        self,
-        path: str | os.PathLike[str],
-        dataset: Dataset,
-        run: int | None = None,
-        name: str = "DATASET",
-    ) -> None:
-        """Reads them all. `name` is the dataset's, in errors.
-
-        Raises ValueError if the file holds no scores, if they are another dataset's, or if there
-        are several runs and none is chosen; OSError if it cannot be read.
-        """
-        with ScoreStore(path) as store:
-            chosen = store.run(run)
-            lacking = why_not_of(dataset, name, chosen.digest, str(path), chosen.number)
-            if lacking:
-                raise ValueError(lacking)
-            self.search: dict[str, Any] = {
-                name: chosen.settings[name] for name in SETTINGS if name in chosen.settings
-            }
-            """Settings with which a search gives the same scores."""
-            self.future = chosen.future
-            """Horizon and plan of each state; None: the scores have no clock."""
-            nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
-            ahead = "" if chosen.future is None else f", {chosen.future}"
-            self.title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"
-            """What the column of them is called."""
-            self._scores = chosen.labelled_scores().scores
-            if chosen.sampling is not None:
-                self.title += f", mean of {chosen.sampling.particles} particles"
-            self._low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
-
-    @property
-    def curves(self) -> Collection[str]:
-        """As FrameScores.curves."""
-        return [metric for metric in self._scores if is_likelihood(metric)]
-
-    def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
-        """The scores of the state of that number, by metric, with a title; NaN is one that is
-        missing. Of a belief also what one particle in ten is below."""
-        columns = [(self.title, self._scores)]
-        if self._low:
-            columns.append((f"{LOW:g} quantile", self._low))
-        return [(title, {m: float(v[number]) for m, v in of.items()}) for title, of in columns]
-
-    def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
-        """The scores of so many states from number `first` on, NaN where there is none."""
-        values = self._scores.get(metric)
-        return np.full(frames, np.nan) if values is None else values[first : first + frames].copy()
+    Of a belief there is also what one particle in ten is below. Raises ValueError if the file holds
+    no scores, if they are another dataset's, or if there are several runs and none is chosen;
+    OSError if it cannot be read.
+    """
+    with ScoreStore(path) as store:
+        chosen = store.run(run)
+        lacking = why_not_of(dataset, name, chosen.digest, str(path), chosen.number)
+        if lacking:
+            raise ValueError(lacking)
+        search = {name: chosen.settings[name] for name in SETTINGS if name in chosen.settings}
+        title = str(chosen.settings.get("source", "stored"))
+        if "nodes" in search:
+            title += f", {search['nodes']:,} nodes"
+        if chosen.future is not None:
+            title += f", {chosen.future}"
+        if chosen.sampling is not None:
+            title += f", mean of {chosen.sampling.particles} particles"
+        scores = chosen.labelled_scores().scores
+        columns = [(title, scores)]
+        if chosen.with_quantiles:
+            low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
+            columns.append((f"{LOW:g} quantile", low))
+        curves = {metric: values for metric, values in scores.items() if is_likelihood(metric)}
+        return FrameScores(columns, curves, search, chosen.future)

@@ -16,14 +16,12 @@ from energymargin.searches import MOST_NODES, SearchSettings
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at, silent
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import (
-    AlongPlan,
-    AlongScores,
     FrameScores,
     StateSource,
-    StoredScores,
-    Trajectories,
+    along_scores,
     first_frame,
     source_of,
+    stored_scores,
 )
 
 __all__ = ["Viewer", "view"]
@@ -142,8 +140,10 @@ def view(
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
     source = source_of(what, parameters, seed=seed or 0, future=future, progress=progress)
     try:
-        source, stored, search = _scored(source, scores, run, future)
-        settings = SearchSettings(**search | given)
+        stored = _scores_of(source, scores, run, future)
+        if scores is not None and stored is not None:
+            source = replace(source, future=stored.future)
+        settings = SearchSettings(**({} if stored is None else stored.search) | given)
         trajectory, frame = first_frame(source, trajectory, frame)
     except BaseException:
         source.close()
@@ -152,40 +152,24 @@ def view(
     return Viewer(source, host, port, stored=stored, settings=settings, **start)
 
 
-def _scored(
+def _scores_of(
     source: StateSource,
     scores: str | os.PathLike[str] | None,
     run: int | None,
     future: Future | None,
-) -> tuple[StateSource, FrameScores | None, dict[str, Any]]:
-    """A source as its scores ask about it, those scores, and the settings of their searches."""
-    if scores is not None:
-        stored = _stored(source, scores, run)
-        return _asked(source, stored, future), stored, stored.search
-    if isinstance(source, AlongPlan):
-        one = source.along
-        searched = {
-            **{"nodes": one.nodes, "search": one.search, "seed": one.seed},
-            **{"rollouts": one.rollouts, "common_random_numbers": True},
-        }
-        return source, AlongScores(one), searched
-    return source, None, {}
-
-
-def _stored(source: StateSource, scores: str | os.PathLike[str], run: int | None) -> StoredScores:
-    if not isinstance(source, Trajectories):
-        kind = "an Along" if isinstance(source, AlongPlan) else "a problem"
+) -> FrameScores | None:
+    """Those of a file, or of an Along; ValueError if what they are about is not what is asked."""
+    if scores is None:
+        return along_scores(source.what) if isinstance(source.what, Along) else None
+    if not isinstance(source.what, Dataset):
+        kind = "an Along" if isinstance(source.what, Along) else "a problem"
         raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
     name = source.title if source.opened else "DATASET"
-    return StoredScores(scores, source.dataset, run, name)
-
-
-def _asked(source: StateSource, stored: StoredScores, future: Future | None) -> StateSource:
-    """The states as the scores ask about them; ValueError if something else is wanted."""
+    stored = stored_scores(scores, source.what, run, name)
     if future is not None and future != stored.future:
         asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
         raise ValueError(
             f"what is asked is {future}, but the scores are about {asks}: leave the horizon out, "
             "or give another run"
         )
-    return replace(source, future=stored.future) if isinstance(source, Trajectories) else source
+    return stored
