@@ -169,8 +169,8 @@ def test_the_page_of_a_problem_with_a_plan_offers_its_future_and_its_probability
         page, panel = viewer.page, viewer.page._panel
         page.wait()
         assert "undisturbed it leaves" in panel.future_text.content
-        assert not panel.play_future.disabled
-        assert panel.ahead.max == len(page._future.times) - 1
+        assert not panel.future.button.disabled
+        assert panel.future.slider.max == len(page._future.times) - 1
         assert panel.rollouts.visible and not panel.rate.visible
         assert panel.shown["undisturbed path"].visible
         nodes = viewer._server.scene._handle_from_node_name
@@ -202,10 +202,8 @@ def test_the_slider_of_the_future_moves_the_bodies_and_its_text():
         page, panel = viewer.page, viewer.page._panel
         page.wait()
         last = len(page._future.times) - 1
-        panel.ahead.value = last
-        end = time.monotonic() + 30
-        while "0.60 s ahead" not in panel.future_text.content and time.monotonic() < end:
-            time.sleep(0.01)
+        panel.future.slider.value = last
+        panel.future.draw()  # as a move by hand does
         assert "0.60 s ahead" in panel.future_text.content
         where = page._stage._bodies._moving["pusher"].position
         assert where == pytest.approx(page._future.states[last, 13:16], abs=1e-6)
@@ -215,9 +213,9 @@ def test_a_replay_of_the_future_ends_at_the_horizon():
     with view(carried(0.2)) as viewer:
         page = viewer.page
         page.wait()
-        page._press_play_future()
-        assert page._panel.ahead.value == len(page._future.times) - 1
-        assert page._panel.play_future.label == "Replay the future"
+        page._play(page._panel.future)
+        assert page._panel.future.slider.value == len(page._future.times) - 1
+        assert page._panel.future.button.label == "Replay the future"
 
 
 def test_a_problem_file_with_a_plan_is_viewed_with_it(tmp_path):

@@ -177,7 +177,7 @@ def test_a_number_that_is_typed_out_of_range_is_put_back(seen):
         ("frame", panel.frame, "-4", 0),
         ("frame", panel.frame, "9", 4),
         ("frame", panel.frame, "1", 1),
-        ("moment", panel.moment, "-9", 0),
+        ("moment", panel.escape.slider, "-9", 0),
         ("lambda", panel.rate, "-3", 0),
         ("lambda", panel.rate, "5", 5),
         ("nodes", panel.nodes, "-5", 1),
@@ -209,8 +209,8 @@ def long_replay(page):
     try:
         yield
     finally:
-        page._player.stop()
-        page._player.join()
+        page._panel.escape.stop()
+        page._panel.escape.join()
         with page._lock:
             vars(scored)["way_out"] = short
             page._show_scored()
@@ -218,14 +218,14 @@ def long_replay(page):
 
 def test_a_replay_stops_where_somebody_moves_it(seen):
     viewer, page = seen
-    moment = viewer.page._panel.moment
+    moment = viewer.page._panel.escape.slider
     seen_there = page.get_by_role("slider").nth(SLIDERS.index("moment"))
     with long_replay(viewer.page):
         for _ in range(3):
             page.get_by_role("button", name="Replay the escape").click()
             until(lambda: moment.value > 5, "it moves")
             slide(page, "moment", 0.0)
-            until(lambda: not viewer.page._player.playing, "it stops")
+            until(lambda: not viewer.page._panel.escape.playing, "it stops")
             assert moment.value <= 1  # where it was moved to
             until(lambda: seen_there.get_attribute("aria-valuenow") == str(moment.value), "seen")
             page.wait_for_timeout(100)
@@ -234,13 +234,15 @@ def test_a_replay_stops_where_somebody_moves_it(seen):
 
 def test_a_replay_stops_at_once_however_long_a_moment_is(seen):
     viewer, _ = seen
-    player, way = viewer.page._player, viewer.page.scored.way_out
-    replay = threading.Thread(target=player.press, args=[1e6 * way.times])
+    player, way = viewer.page._panel.escape, viewer.page.scored.way_out
+    player.set_up(1e6 * way.times)
+    replay = threading.Thread(target=player.press)
     replay.start()
     until(lambda: player.playing, "it begins")
     player.stop()
     replay.join(PATIENCE)
     assert not replay.is_alive() and not player.playing
+    player.set_up(way.times)
 
 
 def test_lambda_and_nodes_change_the_score_at_once(seen):

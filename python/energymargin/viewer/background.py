@@ -1,19 +1,29 @@
-"""Work in the background: one search at a time, and drawing that waits until the controls rest."""
+"""Work in the background: a search, a drawing that waits until the controls rest, a replay."""
 
 from __future__ import annotations
 
+import asyncio
 import threading
+import time
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager, suppress
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 
-__all__ = ["Debounced", "SearchThread"]
+__all__ = ["Debounced", "Player", "SearchThread", "set_value", "value_of"]
 
 WAIT = 0.08  # s
+STOP = "Stop"
 
 
 class SearchThread:
-    """One search at a time, in the background."""
+    """One search at a time, on a thread that does not keep Python from ending."""
 
     def __init__(self) -> None:
         """Idle."""
@@ -35,9 +45,15 @@ class SearchThread:
             self.stop()
             if self._closed:
                 return
-            self._cancel, self._done = Cancel(), threading.Event()
-            arguments = (work, self._cancel, self._done)
-            threading.Thread(target=_run, args=arguments, daemon=True).start()
+            cancel, done = self._cancel, self._done = Cancel(), threading.Event()
+
+        def run() -> None:
+            try:
+                work(cancel)
+            finally:
+                done.set()
+
+        threading.Thread(target=run, daemon=True).start()
 
     def join(self) -> None:
         """Waits until it is done."""
@@ -55,59 +71,161 @@ class SearchThread:
         self.stop()
 
 
-def _run(work: Callable[[Cancel], None], cancel: Cancel, done: threading.Event) -> None:
-    try:
-        work(cancel)
-    finally:
-        done.set()
-
-
 class Debounced:
-    """One thing at a time: what it was last given."""
+    """A thread that does what it was last given, once that rests."""
 
     def __init__(self) -> None:
         """Idle."""
-        self._lock = threading.Lock()
-        self._busy = threading.Lock()
-        self._timer: threading.Timer | None = None
-        self._idle = threading.Event()
-        self._idle.set()
-        self._closed = False
+        self._pool = ThreadPoolExecutor(1)
+        self._last: Callable[[], None] | None = None
+        self._task: Future[None] | None = None
 
     def run(self, work: Callable[[], None]) -> None:
-        """Calls `work` soon, on a thread, unless other work comes before."""
-        with self._lock:
-            if self._closed:
-                return
-            self._forget()
-            self._idle.clear()
-            self._timer = threading.Timer(WAIT, self._do, [work])
-            self._timer.daemon = True
-            self._timer.start()
+        """Calls `work` soon, unless other work comes before; not once it is closed."""
+        self._last = work
+        with suppress(RuntimeError):
+            self._task = self._pool.submit(self._do, work)
 
     def join(self) -> None:
-        """Waits until the last work is done."""
-        self._idle.wait()
+        """Waits until the last work is done; raises what that ended with."""
+        if self._task is not None:
+            self._task.result()
 
     def close(self) -> None:
         """Forgets what waits, and waits for what is done; nothing more is."""
-        with self._lock:
-            self._closed = True
-            self._forget()
-        with self._busy:
-            self._idle.set()
-
-    def _forget(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._last = None
+        self._pool.shutdown()
 
     def _do(self, work: Callable[[], None]) -> None:
-        own = threading.current_thread()
+        if work is self._last:
+            time.sleep(WAIT)
+        if work is self._last:
+            work()
+
+
+class Player:
+    """A slider of moments and the button that replays them; one replay at a time.
+
+    A replay moves the slider in the event loop, where moves by hand arrive: one that somebody makes
+    comes before or after a move of the replay, never within it.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, name: str, label: str, lock: AbstractContextManager[Any]
+    ) -> None:
+        """At rest and without moments, in the folder of the panel that is open."""
+        self.slider = server.gui.add_slider(name, 0, 1, 1, 0, disabled=True)
+        self.button = server.gui.add_button(label, disabled=True, color="blue")
+        self._label, self._loop, self._shown_with = label, server.get_event_loop(), lock
+        self._times = np.zeros(0)
+        self._show: Callable[[int], None] = lambda _: None
+        self._lock = threading.Lock()
+        self._over = threading.Event()  # of the replay that is the last one
+        self._over.set()
+        self._closed = False
+        self._at_rest = threading.Event()
+        self._at_rest.set()
+        self.slider.on_update(self._take)
+        self.slider.on_update(self._moved)
+
+    @property
+    def playing(self) -> bool:
+        """Whether a replay runs."""
+        return not self._at_rest.is_set()
+
+    def connect(self, show: Callable[[int], None]) -> None:
+        """Calls show(moment) with the lock whenever the slider has moved."""
+        self._show = show
+
+    def set_up(self, times: NDArray[np.float64] | None) -> None:
+        """Ends the replay: there are moments at these times [s], and the slider is at the first;
+        None: there are none."""
+        self.stop()
+        self._times = np.zeros(0) if times is None else times
+        self.slider.max = max(len(self._times) - 1, 1)
+        set_value(self.slider, 0)
+        self.slider.disabled = self.button.disabled = len(self._times) < 2
+
+    def press(self) -> None:
+        """Replays the moments from the present one on, or again from the end; stops a replay that
+        runs. Returns once it is over."""
+        with self._lock:
+            self._over.set()
+            if self.playing or self._closed or len(self._times) == 0:
+                return
+            times, over = self._times, threading.Event()
+            self._over = over
+            self._at_rest.clear()
         try:
-            with self._busy:
-                if not self._closed:
-                    work()
+            self.button.label = STOP
+            self._play(times, over)
         finally:
-            with self._lock:
-                if own is self._timer:
-                    self._idle.set()
+            over.set()
+            self.button.label = self._label
+            self._at_rest.set()
+
+    def join(self) -> None:
+        """Waits until none runs."""
+        self._at_rest.wait()
+
+    def stop(self) -> None:
+        """Ends the replay, if there is one, where it is: the slider moves no more."""
+        with self._lock:
+            self._over.set()
+
+    def close(self) -> None:
+        """Ends the replay, waits for that, and starts no other: the loop is about to end."""
+        self._closed = True
+        self.stop()
+        self.join()
+
+    async def _take(self, event: Any) -> None:
+        """A move by hand stops the replay, which would take it away again."""
+        if event.client_id is None or self._over.is_set():
+            return
+        self.stop()
+        taken = value_of(self.slider)
+        # The browser may have had a later move of the replay meanwhile: it is told once more.
+        set_value(self.slider, taken - 1 if taken > 0 else 1)
+        set_value(self.slider, taken)
+
+    def _moved(self, event: Any) -> None:
+        """What the program moves it shows itself."""
+        if event.client_id is not None:
+            self.draw()
+
+    def draw(self) -> None:
+        """Shows the moment of the slider."""
+        with self._shown_with:
+            if len(self._times):
+                self._show(min(int(value_of(self.slider)), len(self._times) - 1))
+
+    def _play(self, times: NDArray[np.float64], over: threading.Event) -> None:
+        last = len(times) - 1
+        waits = [*np.diff(times), 0.0]
+        for moment in range(int(value_of(self.slider)) % max(last, 1), last + 1):
+            moved = asyncio.run_coroutine_threadsafe(self._move(moment, over), self._loop)
+            if not moved.result():
+                return
+            self.draw()
+            over.wait(waits[moment])
+
+    async def _move(self, moment: int, over: threading.Event) -> bool:
+        """Moves the slider unless the replay is over; whether it did."""
+        with self._lock:
+            if not over.is_set():
+                set_value(self.slider, moment)
+            return not over.is_set()
+
+
+def value_of(slider: Any) -> float:
+    """Of a slider; the number beside it may be typed out of its range, and is then put back."""
+    value = float(min(max(slider.value, slider.min), slider.max))
+    if value != slider.value:
+        set_value(slider, value)
+    return value
+
+
+def set_value(control: Any, value: float) -> None:
+    """Moves a slider or bar: viser lets one, but its types do not say so."""
+    control.value = value

@@ -15,8 +15,14 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.futures import Undisturbed, undisturbed
 from energymargin.searches import SearchSettings
-from energymargin.viewer.background import Debounced, SearchThread
-from energymargin.viewer.panel import Panel, Player, set_value, value_of
+from energymargin.viewer.background import (
+    Debounced,
+    Player,
+    SearchThread,
+    set_value,
+    value_of,
+)
+from energymargin.viewer.panel import Panel
 from energymargin.viewer.search import Scored, ShareProgress, TreeCache, score_state
 from energymargin.viewer.sources import Frames, FrameScores, StateSource
 from energymargin.viewer.stage import Stage
@@ -73,6 +79,7 @@ class Page:
         self._stage.set_up(self._problem, self._frames)
         self._panel = Panel(
             server,
+            self._lock,
             title=source.title,
             trajectories=source.trajectories,
             trajectory=trajectory,
@@ -80,10 +87,7 @@ class Page:
             settings=settings,
             curves=None if stored is None else stored.curves,
         )
-        self._player = self._player_of(self._panel.moment, self._choose_moment, self._panel.playing)
-        self._future_player = self._player_of(
-            self._panel.ahead, self._choose_ahead, self._panel.playing_future
-        )
+        self._players = (self._panel.escape, self._panel.future)
         self._panel.show_frames(self._frames, frame)
         self._show_frame()
         self._connect()
@@ -109,7 +113,7 @@ class Page:
     def close(self) -> None:
         """Ends what runs in the background."""
         self._closing.set()
-        for player in (self._player, self._future_player):
+        for player in self._players:
             player.close()
         self._searching.close()
         for later in (self._nodes_later, self._sets_later, self._future_later):
@@ -150,9 +154,8 @@ class Page:
                 self._show_future(future, why)
 
     def _show_future(self, future: Undisturbed | None, why: str = "") -> None:
-        self._future_player.stop()
         self._future = future
-        self._panel.show_future(future)
+        self._panel.future.set_up(None if future is None else future.times)
         self._stage.draw_future(future)
         self._panel.future_text.content = future_text(self._problem, future, why=why)
         self._panel.legend.content = legend(self._problem, self.scored, future)
@@ -160,9 +163,9 @@ class Page:
     def _show_scored(self) -> None:
         """The tree of the present frame, its scores and its way out."""
         scored = self.scored
-        self._player.stop()
+        way = None if scored is None else scored.way_out
         self._stage.put(self._problem)
-        self._panel.show_moments(scored)
+        self._panel.escape.set_up(None if way is None else way.times)
         self._panel.show_curve(scored)
         self._panel.escape_text.content = escape_text(scored)
         self._stage.draw_way(scored)
@@ -208,15 +211,12 @@ class Page:
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
         panel.score_all.on_click(lambda _: self._start())
-        panel.play.on_click(lambda _: self._press_play())
-        panel.play_future.on_click(lambda _: self._press_play_future())
+        panel.escape.connect(self._choose_moment)
+        panel.escape.button.on_click(lambda _: self._play(panel.escape))
+        panel.future.connect(self._choose_ahead)
+        panel.future.button.on_click(lambda _: self._play(panel.future))
         for box in panel.shown.values():
             box.on_update(self._then(self._choose_shown))
-
-    def _player_of(
-        self, slider: Any, show: Callable[[], None], on_change: Callable[[bool], None]
-    ) -> Player:
-        return Player(slider, self._server.get_event_loop(), self._lock, show, on_change)
 
     def _then(self, action: Callable[[], None]) -> Callable[[Any], None]:
         """Handlers run on several threads at once: one after the other."""
@@ -259,19 +259,16 @@ class Page:
         with self._lock:
             self._show_nodes()
 
-    def _choose_moment(self) -> None:
+    def _choose_moment(self, moment: int) -> None:
         scored = self.scored
         if scored is not None and scored.way_out is not None:
-            moment = min(int(value_of(self._panel.moment)), len(scored.way_out.times) - 1)
             self._stage.put_state(scored.way_out.states[moment])
             self._panel.escape_text.content = escape_text(scored, moment)
 
-    def _choose_ahead(self) -> None:
-        future = self._future
-        if future is not None:
-            moment = min(int(value_of(self._panel.ahead)), len(future.times) - 1)
-            self._stage.put_state(future.states[moment])
-            self._panel.future_text.content = future_text(self._problem, future, moment)
+    def _choose_ahead(self, moment: int) -> None:
+        if self._future is not None:
+            self._stage.put_state(self._future.states[moment])
+            self._panel.future_text.content = future_text(self._problem, self._future, moment)
 
     def _choose_shown(self) -> None:
         self._stage.choose({name: box.value for name, box in self._panel.shown.items()})
@@ -282,17 +279,11 @@ class Page:
         else:
             self._start([self._frame])
 
-    def _press_play(self) -> None:
-        with self._lock:
-            way = None if self.scored is None else self.scored.way_out
-        self._future_player.stop()  # both move the bodies
-        self._player.press(None if way is None else way.times)
-
-    def _press_play_future(self) -> None:
-        with self._lock:
-            times = None if self._future is None else self._future.times
-        self._player.stop()
-        self._future_player.press(times)
+    def _play(self, player: Player) -> None:
+        for other in self._players:
+            if other is not player:
+                other.stop()  # both move the bodies
+        player.press()
 
     # Scores
 
