@@ -19,11 +19,9 @@ from energymargin.viewer import Viewer, guard, view
 from energymargin.viewer.bodies import shape_triangles
 from energymargin.viewer.page import Page
 from energymargin.viewer.search import (
-    MOST_CACHED,
-    Memberships,
-    TreeCache,
     replay,
     score_state,
+    tree_cache,
 )
 from energymargin.viewer.sources import first_frame, source_of
 from energymargin.viewer.stage import View, region_surface, view_around
@@ -71,10 +69,10 @@ def test_an_empty_path_is_refused(problem):
 @pytest.mark.parametrize("name", TASKS)
 def test_a_tree_answers_for_fewer_nodes_and_any_lambda(name):
     problem = problem_of(name)
-    memberships = Memberships(problem, em.capture_score(problem, nodes=200, seed=3).tree)
+    scored = score_state(problem, SearchSettings(nodes=200, seed=3))
     for nodes, share in ((200, 1.0), (60, 0.3), (17, 3.0)):
         rate = share * problem.rate
-        scores = memberships.scores(nodes, rate)
+        scores = scored.values(nodes, rate)
         searched = em.capture_score(problem, nodes=nodes, seed=3, rate=rate)
         again = {name: getattr(searched, name.replace("/", "_")) for name in scores}
         assert scores == pytest.approx(again)
@@ -270,25 +268,21 @@ def test_lines_are_a_glb_file_of_both_ends_of_each():
 
 
 def test_the_trees_that_were_not_looked_at_go_when_there_are_too_many_nodes(problem):
-    cache, small = TreeCache(), score_state(problem, SearchSettings(nodes=20))
-    each = small.capture.nodes + small.escape.nodes
-    count = MOST_CACHED // each + 2
-    for frame in range(count):
-        cache.at(0, 1)
-        cache.put((0, frame), small)
-    assert cache.at(0, 0) is None and cache.at(0, 2) is None
-    assert cache.at(0, 1) is small
-    assert cache.at(0, count - 1) is small
+    small = score_state(problem, SearchSettings(nodes=20))
+    cache = tree_cache(3 * small.size)
+    for frame in range(5):
+        cache.get((0, 1))
+        cache[0, frame] = small
+    assert list(cache) == [(0, 1), (0, 3), (0, 4)]
 
 
-def test_a_tree_that_is_larger_than_all_may_be_is_cached_alone(problem, monkeypatch):
+def test_a_tree_that_is_larger_than_all_may_be_is_cached_alone(problem):
     small, large = (score_state(problem, SearchSettings(nodes=nodes)) for nodes in (5, 50))
-    monkeypatch.setattr("energymargin.viewer.search.MOST_CACHED", 2 * small.size)
-    cache = TreeCache()
-    cache.put((0, 0), small)
-    cache.put((0, 1), large)
+    cache = tree_cache(2 * small.size)
+    cache[0, 0] = small
+    cache[0, 1] = large
     assert large.size > 2 * small.size
-    assert cache.at(0, 0) is None and cache.at(0, 1) is large
+    assert list(cache) == [(0, 1)]
 
 
 def test_a_state_without_effector_is_scored_but_for_the_force():
@@ -400,10 +394,9 @@ def test_what_cannot_be_viewed_is_said(arguments, message):
 )
 def test_options_that_cannot_be_are_refused_and_no_port_is_kept(options, message):
     dataset = em.datasets.generate("push", trajectories=1, frames=4, seed=1)
-    free = guard.port_at("127.0.0.1", None)
     with pytest.raises(ValueError, match=message):
         view(dataset, **options)
-    assert guard.port_at("127.0.0.1", None) == free
+    guard.require_free("127.0.0.1", guard.PORT)
 
 
 def test_a_problem_has_no_stored_scores(problem):

@@ -205,7 +205,7 @@ def test_servers_that_start_at_once_have_guards_of_their_own():
     servers = {}
 
     def start(n):
-        servers[n] = guarded_server("127.0.0.1", 9600, guards[n])
+        servers[n] = guarded_server("127.0.0.1", None, guards[n])
 
     threads = [threading.Thread(target=start, args=[n]) for n in range(len(guards))]
     for thread in threads:

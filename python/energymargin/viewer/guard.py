@@ -28,10 +28,12 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-__all__ = ["HOST", "PORT", "Guard", "guarded_server", "is_local", "port_at", "served_at", "silent"]
+__all__ = ["HOST", "PORT", "Guard", "guarded_server", "is_local", "require_free", "silent"]
 
 HOST, PORT = "127.0.0.1", 8080
-TRIED = 100  # ports from PORT on
+TAKEN = (
+    "port {port} of {host} is taken, perhaps by another viewer: without a port a free one is found"
+)
 
 TOKEN_BYTES = 16
 HTTP = 80  # the port of a Host without one
@@ -47,55 +49,27 @@ Process = Callable[
 _starting = threading.Lock()
 
 
-def port_at(host: str, port: int | None) -> int:
-    """A port that is free there: the one that is asked for or, if none is, the first from 8080 on.
-
-    Raises ValueError if the one that is asked for is taken or out of range, or the host is not this
-    machine's.
-    """
-    if port is None:
-        free = next((one for one in range(PORT, PORT + TRIED) if _is_free(host, one)), None)
-        if free is None:
-            raise ValueError(
-                f"the ports {PORT} to {PORT + TRIED - 1} are taken: give another --port"
-            )
-        return free
-    if not 1 <= port <= 65535:
-        raise ValueError(f"port is {port}, expected 1 to 65535")
-    if not _is_free(host, port):
-        raise ValueError(
-            f"port {port} of {host} is taken, perhaps by another viewer: without a port a free one "
-            "is found"
-        )
-    return port
-
-
-def served_at(port: int, chosen: int, asked: int | None) -> int:
-    """The port that it is served at: another than the chosen one if that was taken meanwhile, which
-    is a ValueError if it was asked for."""
-    if port != chosen and asked is not None:
-        raise ValueError(f"port {asked} was taken just now: without a port a free one is found")
-    return port
-
-
 def is_local(host: str) -> bool:
     """Whether only this machine reaches it."""
     return host == "localhost" or host.startswith("127.") or host == "::1"
 
 
-def _is_free(host: str, port: int) -> bool:
+def require_free(host: str, port: int | None) -> None:
+    """Raises ValueError unless this machine can serve at this address and, if it is not None, at
+    this port of it."""
+    if port is not None and not 1 <= port <= 65535:
+        raise ValueError(f"port is {port}, expected 1 to 65535")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
         try:
-            probe.bind((host, port))
+            probe.bind((host, port or 0))
         except socket.gaierror as error:
             raise ValueError(f"host is {host!r}, which is no address: {error.strerror}") from None
         except OSError as error:
-            if error.errno in (errno.EADDRINUSE, errno.EACCES):
-                return False
-            raise ValueError(f"host is {host!r}, expected an address of this machine") from None
-    return True
+            if port is None or error.errno not in (errno.EADDRINUSE, errno.EACCES):
+                raise ValueError(f"host is {host!r}, expected an address of this machine") from None
+            raise ValueError(TAKEN.format(port=port, host=host)) from None
 
 
 class Guard:
@@ -150,20 +124,24 @@ class Guard:
         return process
 
 
-def guarded_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
+def guarded_server(host: str, port: int | None, guard: Guard) -> viser.ViserServer:
     """A viser server that asks the guard first, and that no browser can ask for a public tunnel.
 
-    It is at the first free port from `port` on. Raises RuntimeError if this viser cannot be
-    guarded.
+    Without a port it is at the first free one from PORT on. Raises ValueError if the port is taken
+    or the host is not this machine's, and RuntimeError if this viser cannot be guarded.
     """
+    require_free(host, port)
     with _serving_by(guard) as guarded:
-        server = viser.ViserServer(host=host, port=port, verbose=False)
+        server = viser.ViserServer(host=host, port=port or PORT, verbose=False)
     if not guarded:
         server.stop()
         raise RuntimeError(
             f"viser {viser.__version__} serves in a way that energymargin cannot guard, and the "
             "page would be open to all: pip install 'viser==1.1.*'"
         )
+    if port not in (None, server.get_port()):  # viser takes the next one
+        server.stop()
+        raise ValueError(TAKEN.format(port=port, host=host))
     for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
         server._websock_server.unregister_handler(message)
     return server

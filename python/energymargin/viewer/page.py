@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -23,7 +22,7 @@ from energymargin.viewer.background import (
     value_of,
 )
 from energymargin.viewer.panel import Panel
-from energymargin.viewer.search import Scored, ShareProgress, TreeCache, score_state
+from energymargin.viewer.search import Scored, ShareProgress, score_state, tree_cache
 from energymargin.viewer.sources import Frames, FrameScores, StateSource
 from energymargin.viewer.stage import Stage
 from energymargin.viewer.texts import (
@@ -40,7 +39,6 @@ __all__ = ["Page"]
 
 NOTIFICATION = 10.0  # s that one is shown
 AMBIENT = 1.3  # light from all sides, beside the lamps
-PROGRESS_PERIOD = 0.1  # s
 
 
 class Page:
@@ -63,7 +61,7 @@ class Page:
         self._server, self._source, self._stored = server, source, stored
         self._settings = settings
         self._lock = threading.RLock()
-        self._searching, self._cache = SearchThread(), TreeCache()
+        self._searching, self._cache = SearchThread(), tree_cache()
         self._sets_later, self._nodes_later = Debounced(), Debounced()
         self._future_later = Debounced()
         self._closing = Cancel()
@@ -95,7 +93,7 @@ class Page:
     @property
     def scored(self) -> Scored | None:
         """The scores of the frame that is shown, with their trees; None if there are none yet."""
-        return self._cache.at(self._trajectory, self._frame)
+        return self._cache.get((self._trajectory, self._frame))
 
     def score(self, progress: ShareProgress | None = None) -> None:
         """Scores the frame that is shown, in the background; progress(share) is called too."""
@@ -188,13 +186,19 @@ class Page:
 
     def _along(self) -> dict[str, NDArray[np.float64]]:
         """Scores in each frame of the trajectory by name: the stored ones if there are scores of a
-        file, else those of the trees that there are."""
-        frames, first = len(self._frames.times), self._frames.first
+        file, else those of the trees that there are; NaN is one that is missing."""
+        first, frames = self._frames.first, len(self._frames.times)
+        along = {name: np.full(frames, np.nan) for name in self._panel.curves}
         if self._stored is not None:
-            curves, empty = self._stored.curves, np.full(first + frames, np.nan)
-            return {n: curves.get(n, empty)[first : first + frames] for n in self._panel.curves}
+            there = {n: row[first : first + frames] for n, row in self._stored.curves.items()}
+            return along | there
         nodes, rate = self._panel.asked_nodes(), value_of(self._panel.rate)
-        return self._cache.along(self._trajectory, frames, self._panel.curves, nodes, rate)
+        for frame in range(frames):
+            scored = self._cache.get((self._trajectory, frame))
+            values = {} if scored is None else scored.values(nodes, rate)
+            for name in along.keys() & values:
+                along[name][frame] = values[name]
+        return along
 
     def _nodes(self) -> int:
         """How many are shown: those of the tree, or fewer."""
@@ -205,7 +209,7 @@ class Page:
 
     def _connect(self) -> None:
         panel = self._panel
-        panel.trajectory.on_update(self._then(self._choose_trajectory))
+        panel.trajectory.on_update(self._then(self._choose_frame))
         panel.frame.on_update(self._then(self._choose_frame))
         panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
         panel.rate.on_update(self._then(self._show_scores))
@@ -227,32 +231,26 @@ class Page:
 
         return handle
 
-    def _choose_trajectory(self) -> None:
-        chosen = min(int(value_of(self._panel.trajectory)), self._source.trajectories - 1)
-        if chosen == self._trajectory:
+    def _choose_frame(self) -> None:
+        """Shows the frame of the sliders; they go back if its state makes no problem."""
+        panel = self._panel
+        trajectory = min(int(value_of(panel.trajectory)), self._source.trajectories - 1)
+        is_other = trajectory != self._trajectory
+        frames = self._source.frames(trajectory) if is_other else self._frames
+        frame = min(int(value_of(panel.frame)), len(frames.times) - 1)
+        if not is_other and frame == self._frame:
             return
-        frames = self._source.frames(chosen)
-        frame = min(self._frame, len(frames.times) - 1)
         problem = self._problem_of(frames, frame)
         if problem is None:
-            set_value(self._panel.trajectory, self._trajectory)
+            set_value(panel.trajectory, self._trajectory)
+            set_value(panel.frame, self._frame)
             return
-        self._trajectory, self._frames = chosen, frames
+        self._trajectory, self._frames = trajectory, frames
         self._frame, self._problem = frame, problem
-        self._stage.set_up(problem, frames)  # its parameters may make other bodies
-        self._panel.show_rate(problem.rate)
-        self._panel.show_frames(frames, frame)
-        self._show_frame()
-
-    def _choose_frame(self) -> None:
-        chosen = min(int(value_of(self._panel.frame)), len(self._frames.times) - 1)
-        if chosen == self._frame:
-            return
-        problem = self._problem_of(self._frames, chosen)
-        if problem is None:
-            set_value(self._panel.frame, self._frame)
-            return
-        self._frame, self._problem = chosen, problem
+        if is_other:
+            self._stage.set_up(problem, frames)  # its parameters may make other bodies
+            panel.show_rate(problem.rate)
+            panel.show_frames(frames, frame)
         self._show_frame()
 
     def _choose_nodes(self) -> None:
@@ -309,7 +307,7 @@ class Page:
                     problem = self._problem_of(recorded, frame)
                     if problem is None or cancel.is_set:
                         continue
-                    report = self._teller(number, len(chosen), progress)
+                    report = self._teller(number / len(chosen), 1 / len(chosen), progress)
                     place = None if recorded.numbers is None else recorded.numbers[frame]
                     scored = score_state(
                         *(problem, asked, place, cancel, report), disturbance=recorded.disturbance
@@ -329,11 +327,11 @@ class Page:
             return
         scored.read_off()
         with self._lock:
-            before = self._cache.at(trajectory, frame)
+            before = self._cache.get((trajectory, frame))
             if not scored.complete and before is not None and before.size >= scored.size:
                 return
-            self._cache.at(self._trajectory, self._frame)  # what is shown is not the next to go
-            self._cache.put((trajectory, frame), scored)
+            self._cache.get((self._trajectory, self._frame))  # what is shown is not the next to go
+            self._cache[trajectory, frame] = scored
             if (trajectory, frame) == (self._trajectory, self._frame):
                 self._show_scored()
             elif trajectory == self._trajectory:
@@ -352,19 +350,14 @@ class Page:
         for client in self._server.get_clients().values():
             client.add_notification(title, text, auto_close_seconds=NOTIFICATION)
 
-    def _teller(self, number: int, count: int, progress: ShareProgress | None) -> ShareProgress:
-        """Moves the bar, of the search of one of several frames; now and then."""
-        last = 0.0
+    def _teller(self, begin: float, part: float, progress: ShareProgress | None) -> ShareProgress:
+        """Moves the bar, of the search of one of several frames."""
 
         def tell(share: float) -> None:
-            nonlocal last
-            now = time.monotonic()
-            if now - last > PROGRESS_PERIOD:
-                last = now
-                done = (number + share) / count
-                set_value(self._panel.progress, 100.0 * done)
-                if progress is not None:
-                    progress(done)
+            done = begin + share * part
+            set_value(self._panel.progress, 100.0 * done)
+            if progress is not None:
+                progress(done)
 
         return tell
 

@@ -92,6 +92,7 @@ class Panel:
             self.sets = gui.add_html("")
             self.shown = {name: gui.add_checkbox(name, True) for name in SHOWN}
             self.shown[UNDISTURBED].visible = timed
+        self._rate = problem.rate
 
     @property
     def curves(self) -> list[str]:
@@ -107,9 +108,10 @@ class Panel:
     def show_rate(self, rate: float) -> None:
         """The slider of lambda at a problem's own; it stays if it was another problem's with the
         same."""
-        most = 4 * rate or RATES
-        if most != self.rate.max:
-            self.rate.max, self.rate.step = most, most / STEPS
+        if rate != self._rate:
+            self._rate = rate
+            self.rate.max = 4 * rate or RATES
+            self.rate.step = self.rate.max / STEPS
             set_value(self.rate, rate)
 
     def show_frames(self, frames: Frames, frame: int) -> None:

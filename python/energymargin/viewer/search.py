@@ -6,7 +6,7 @@ searched once has the likelihoods of all its first nodes, for any lambda.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,13 +35,12 @@ from energymargin.plots.trees import most_cost
 from energymargin.searches import SearchSettings, metric_search
 
 __all__ = [
-    "Memberships",
     "Replay",
     "Scored",
     "ShareProgress",
-    "TreeCache",
     "replay",
     "score_state",
+    "tree_cache",
 ]
 
 MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
@@ -99,11 +98,17 @@ class Scored:
         return self.size == 0 and self.probability is None
 
     def values(self, nodes: int, rate: float) -> dict[str, float]:
-        """By metric what can be drawn along a trajectory, each from 0 to 1: of the tree's first
-        `nodes` nodes at that lambda [1/J] or, with a horizon, of all rollouts."""
-        if self.memberships is not None:
-            return self.memberships.scores(min(nodes, self.nodes), rate)
+        """By metric what can be drawn along a trajectory, each from 0 to 1: eq. 4 to 6 of the root
+        and the first `nodes` nodes of the tree at that lambda [1/J] or, with a horizon, of all
+        rollouts."""
         found = self.probability
+        if self.capture is not None:
+            costs = self.tree.costs[: nodes + 1]
+            weights = np.exp(-rate * (costs - costs.min()))
+            return {
+                name: float(weights[inside[: nodes + 1]].sum() / weights.sum())
+                for name, inside in self.inside.items()
+            }
         if found is None:
             return {}
         values = {"probability": found.captured}
@@ -114,9 +119,15 @@ class Scored:
         return values
 
     @cached_property
-    def memberships(self) -> Memberships | None:
-        """Which nodes of the capture score's tree are in which set; None without such a tree."""
-        return None if self.capture is None else Memberships(self.problem, self.capture.tree)
+    def inside(self) -> dict[str, NDArray[np.bool_]]:
+        """Which nodes of the drawn tree are in which set of the problem, each of shape (M + 1,),
+        by the score that counts them: 'capture', and if the problem has such sets 'success',
+        'capture/any' and 'success/any'."""
+        return {
+            name: np.atleast_1d(np.asarray(region.contains(self.problem.scene, self.tree.states)))
+            for name, attribute in SETS.items()
+            if (region := getattr(self.problem, attribute)) is not None
+        }
 
     @cached_property
     def lost(self) -> NDArray[np.bool_]:
@@ -139,7 +150,7 @@ class Scored:
 
     def read_off(self) -> None:
         """Computes what is read off the trees now, which may take a second."""
-        _ = self.memberships, self.lost, self.way_out, self.most
+        _ = self.inside, self.lost, self.way_out, self.most
 
 
 def score_state(
@@ -191,32 +202,6 @@ def score_state(
     )
 
 
-class Memberships:
-    """Which nodes of a tree are in which set of its problem."""
-
-    def __init__(self, problem: Problem, tree: Tree) -> None:
-        """Asks each set about every node, once."""
-        states = tree.states
-        self.inside: dict[str, NDArray[np.bool_]] = {
-            name: np.atleast_1d(np.asarray(region.contains(problem.scene, states)))
-            for name, attribute in SETS.items()
-            if (region := getattr(problem, attribute)) is not None
-        }
-        self._costs = np.asarray(tree.costs)
-
-    def scores(self, nodes: int, rate: float) -> dict[str, float]:
-        """Eq. 4 to 6 with the root and the first `nodes` nodes, by name; rate: lambda [1/J].
-
-        'capture', and if the problem has such sets 'success', 'capture/any' and 'success/any'.
-        """
-        costs = self._costs[: nodes + 1]
-        weights = np.exp(-rate * (costs - costs.min()))
-        return {
-            name: float(weights[inside[: nodes + 1]].sum() / weights.sum())
-            for name, inside in self.inside.items()
-        }
-
-
 class Replay(NamedTuple):
     """K moments from the root of a tree to one of its nodes."""
 
@@ -258,36 +243,7 @@ def _wrench(control: NDArray[np.float64]) -> NDArray[np.float64]:
     return control if len(control) == 6 else control.reshape(-1, 6)
 
 
-class TreeCache:
-    """Scored states; once there are too many nodes, those go that were not looked at for longest.
-
-    One with more nodes than there may be is cached alone.
-    """
-
-    def __init__(self) -> None:
-        """None yet."""
-        self._scored: LRUCache[Place, Scored] = LRUCache(
-            MOST_CACHED, lambda one: min(one.size, MOST_CACHED)
-        )
-
-    def put(self, place: Place, scored: Scored) -> None:
-        """Keeps it, instead of what was there."""
-        self._scored[place] = scored
-
-    def at(self, trajectory: int, frame: int) -> Scored | None:
-        """None if it is not there."""
-        return self._scored.get((trajectory, frame))
-
-    def along(
-        self, trajectory: int, frames: int, names: Iterable[str], nodes: int, rate: float
-    ) -> dict[str, NDArray[np.float64]]:
-        """Scores of so many frames by name, shape (frames,), of the first `nodes` nodes at that
-        lambda [1/J]; NaN where there is no tree."""
-        values = {name: np.full(frames, np.nan) for name in names}
-        for frame in range(frames):
-            scored = self.at(trajectory, frame)
-            if scored is not None:
-                scores = scored.values(nodes, rate)
-                for name, row in values.items():
-                    row[frame] = scores.get(name, np.nan)
-        return values
+def tree_cache(most: int = MOST_CACHED) -> LRUCache[Place, Scored]:
+    """Scored states; once they have more nodes than that, those go that were not looked at for
+    longest. One that has more alone is cached alone."""
+    return LRUCache(most, lambda scored: min(scored.size, most))

@@ -225,50 +225,32 @@ def region_surface(
     above each other, and solids of others do not end at the same walls. If each of several objects
     has its own set, the region is that of at least one.
     """
+    centers = object_centers(problem.scene)
+    height = problem.state[centers[0][2]]
 
     def contains(points: Points) -> NDArray[np.bool_]:
         """Whether it is in the set with the objects' centres at each of the points, (N, 3)."""
         states = np.tile(problem.state, (len(points), 1))
-        for place in object_centers(problem.scene):
+        for place in centers:
             states[:, place] = points
+            if flat:
+                states[:, place[2]] = height
         return np.asarray(region.contains(problem.scene, states))
 
-    if flat:
-        return _slab(problem, contains, view, layer)
-    axes, cell = _axes(view, CELLS, (1 + layer) * AROUND)
-    start = np.array([axis[0] for axis in axes])
-    return _surface(_sampled(contains, axes), contains, start, np.full(3, cell))
-
-
-def _slab(
-    problem: Problem, contains: Callable[[Points], NDArray[np.bool_]], view: View, layer: int
-) -> Triangles | None:
-    (x, y, _), cell = _axes(view, FLAT_CELLS, FLAT_AROUND)
-    height = problem.state[object_centers(problem.scene)[0][2]]
-    layers = np.repeat(_sampled(contains, [x, y, np.array([height])]), 2, axis=2)
-    thickness = FLAT * view.size
-    start = np.array([x[0], y[0], view.floor + 2 * layer * thickness])
-
-    def below(points: Points) -> NDArray[np.bool_]:
-        return contains(np.column_stack([points[:, :2], np.full(len(points), height)]))
-
-    return _surface(layers, below, start, np.array([cell, cell, thickness]), sides=2)
-
-
-def _axes(view: View, cells: int, share: float) -> tuple[list[NDArray[np.float64]], float]:
-    """A grid in and around the view along x, y and z, and the size of its cells [m]."""
+    cells, share = (FLAT_CELLS, FLAT_AROUND) if flat else (CELLS, (1 + layer) * AROUND)
     around = share * view.size
     cell = (view.size + 2 * around) / cells
     ends = zip(view.low - around, view.high + around, strict=True)
-    return [np.arange(low, high + cell, cell) for low, high in ends], cell
-
-
-def _sampled(
-    contains: Callable[[Points], NDArray[np.bool_]], axes: list[NDArray[np.float64]]
-) -> NDArray[np.bool_]:
-    """On a grid, shape (X, Y, Z)."""
+    axes = [np.arange(low, high + cell, cell) for low, high in ends]
+    size = np.full(3, cell)
+    if flat:
+        size[2] = FLAT * view.size
+        axes[2] = np.array([view.floor + 2 * layer * size[2]])
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    return contains(grid.reshape(-1, 3)).reshape(grid.shape[:3])
+    inside = contains(grid.reshape(-1, 3)).reshape(grid.shape[:3])
+    if flat:
+        inside = np.repeat(inside, 2, axis=2)
+    return _surface(inside, contains, grid[0, 0, 0], size, sides=2 if flat else 3)
 
 
 def _surface(
@@ -276,7 +258,7 @@ def _surface(
     contains: Callable[[Points], NDArray[np.bool_]],
     start: NDArray[np.float64],
     cell: NDArray[np.float64],
-    sides: int = 3,
+    sides: int,
 ) -> Triangles | None:
     """Of the cells that are inside, closed one cell beyond the grid's ends; its border is looked
     for along the first so many axes."""

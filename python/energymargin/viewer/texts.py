@@ -210,8 +210,8 @@ def _notes(scored: Scored, nodes: int) -> str:
     notes = [] if scored.complete else ["stopped early"]
     if scored.probability is not None and scored.disturbance is not None:
         notes = [_rollouts(scored.probability, scored.disturbance), *notes]
-    if scored.memberships is not None:
-        several = "success" in scored.memberships.inside
+    if scored.capture is not None:
+        several = "success" in scored.inside
         counted = "capture and success count" if several else "it counts"
         of = _counted(scored.nodes, "node")
         notes = [f"{counted} {min(nodes, scored.nodes):,} of {of}", *notes]

@@ -8,14 +8,14 @@ ten times slower.
 
 from __future__ import annotations
 
-import json
-import struct
 from itertools import compress
-from typing import Any
+from typing import Any, cast
 
 import matplotlib
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
+from trimesh.exchange.gltf import export_glb
 
 from energymargin._core import Problem
 from energymargin.futures import Undisturbed
@@ -44,7 +44,6 @@ FUTURE_COLOR = "#0072B2"
 EXIT = 4 * DOT
 
 LINES = 1  # glTF's mode of a primitive
-FLOAT, UNSIGNED_BYTE = 5126, 5121
 
 MOST_POINTS, MOST_EDGES = 20_000, 8_000  # what a browser without a graphics card still moves
 SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
@@ -125,49 +124,17 @@ def _add_dots(
 
 
 def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes:
-    """A binary glTF 2.0 file of line segments.
+    """A binary glTF 2.0 file of line segments: a cloud of their ends that is drawn as lines.
 
     segments: both ends of each, shape (N, 2, 3) [m], N > 0; colors: sRGB of each, shape (N, 3).
     """
-    points = segments.reshape(-1, 3).astype("<f4")
-    rgba = np.full((len(points), 4), 255, dtype=np.uint8)
-    rgba[:, :3] = np.repeat(linear(colors), 2, axis=0)
-    binary = points.tobytes() + rgba.tobytes()
-    accessor = {"count": len(points), "byteOffset": 0}
-    document = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "COLOR_0": 1}, "mode": LINES}]}],
-        "buffers": [{"byteLength": len(binary)}],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": 0, "byteLength": points.nbytes},
-            {"buffer": 0, "byteOffset": points.nbytes, "byteLength": rgba.nbytes},
-        ],
-        "accessors": [
-            {
-                **accessor,
-                "bufferView": 0,
-                "componentType": FLOAT,
-                "type": "VEC3",
-                "min": points.min(axis=0).tolist(),
-                "max": points.max(axis=0).tolist(),
-            },
-            {
-                **accessor,
-                "bufferView": 1,
-                "componentType": UNSIGNED_BYTE,
-                "normalized": True,
-                "type": "VEC4",
-            },
-        ],
-    }
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text
-    chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+    points, shades = segments.reshape(-1, 3), np.repeat(linear(colors), 2, axis=0)
+    ends = cast(Any, trimesh.PointCloud)(points, shades)
+
+    def join(document: dict[str, Any]) -> None:
+        document["meshes"][0]["primitives"][0]["mode"] = LINES
+
+    return bytes(cast(Any, export_glb)(trimesh.Scene(ends), tree_postprocessor=join))
 
 
 def one_a_spot(

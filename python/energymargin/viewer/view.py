@@ -13,7 +13,7 @@ from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.searches import MOST_NODES, SearchSettings
-from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at, silent
+from energymargin.viewer.guard import HOST, Guard, guarded_server, silent
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import (
     FrameScores,
@@ -33,21 +33,16 @@ class Viewer(Closing):
     def __init__(self, source: StateSource, host: str, port: int | None, **options: Any) -> None:
         """Serves it; `options` are those of Page."""
         self.host, self._source, self._closed = host, source, False
-        try:
-            self.port = port_at(host, port)
-        except ValueError:
-            source.close()
-            raise
         guard = Guard(host)
         self._token = guard.token
         try:
             with silent():
-                self._server = guarded_server(host, self.port, guard)
-        except RuntimeError:
+                self._server = guarded_server(host, port, guard)
+        except (ValueError, RuntimeError):
             source.close()
             raise
+        self.port = self._server.get_port()
         try:
-            self.port = served_at(self._server.get_port(), self.port, port)
             self.page = Page(self._server, source, **options)
         except BaseException:
             self._stop()
