@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 import trimesh
@@ -19,16 +19,15 @@ from energymargin.plots.styles import BODY_COLORS
 __all__ = [
     "DrawnBodies",
     "Layer",
-    "Triangles",
-    "add_translucent",
+    "add_surface",
     "draw_ghosts",
     "linear",
     "rgb",
-    "shape_triangles",
+    "shape_surface",
 ]
 
 # Opacities: the tree begins within the object, and walls often stand in front.
-OPACITY = {"object": 0.6, "effector": None, "none": 0.35}
+OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}
 GHOST = 0.25
 SPRING_WIDTH = 2.0  # pixels
 UP = np.array([0.0, 0.0, 1.0])
@@ -74,7 +73,7 @@ class DrawnBodies:
             if isinstance(body.shape, Plane):
                 _add_ground(layer.scene, path, body.shape, center, cell)
                 continue
-            mesh = _add_mesh(layer.scene, path, body, OPACITY[body.role])
+            mesh = _add_body(layer.scene, path, body, OPACITY[body.role])
             _place(mesh, (np.asarray(body.position), np.asarray(body.orientation)))
             if not body.fixed:
                 self._moving[body.name] = mesh
@@ -102,33 +101,19 @@ def draw_ghosts(layer: Layer, scene: Scene, state: NDArray[np.float64]) -> None:
     poses = body_poses(scene, state)
     for number, body in enumerate(scene.bodies):
         if body.role == "object":
-            ghost = _add_mesh(layer.scene, f"{layer.path}/ghost_{number}", body, GHOST)
+            ghost = _add_body(layer.scene, f"{layer.path}/ghost_{number}", body, GHOST)
             _place(ghost, poses[body.name])
 
 
-def _add_mesh(scene: viser.SceneApi, path: str, body: Body, opacity: float | None) -> Any:
-    solid, color = shape_triangles(body.shape), BODY_COLORS[body.role]
-    if opacity is not None:
-        return add_translucent(scene, path, solid, color, opacity, flat=True)
-    return scene.add_mesh_simple(
-        path,
-        solid.vertices.astype(np.float32),
-        solid.faces.astype(np.uint32),
-        color=rgb(color),
-        flat_shading=True,
-    )
+def _add_body(scene: viser.SceneApi, path: str, body: Body, opacity: float) -> Any:
+    color = BODY_COLORS[body.role]
+    return add_surface(scene, path, shape_surface(body.shape), color, opacity, flat=True)
 
 
-def add_translucent(
-    scene: viser.SceneApi,
-    path: str,
-    surface: Triangles,
-    color: str,
-    opacity: float,
-    *,
-    flat: bool,
+def add_surface(
+    scene: viser.SceneApi, path: str, surface: Any, color: str, opacity: float, *, flat: bool
 ) -> Any:
-    """A surface that never hides what is within or behind it.
+    """A mesh; a translucent one never hides what is within or behind it.
 
     It is a glTF file, whose blended materials the browser draws without noting their depth. Viser's
     own meshes note it: of a set within an object, or around one, the inner one would not be seen.
@@ -137,17 +122,12 @@ def add_translucent(
     visual: Any = trimesh.visual
     material = visual.material.PBRMaterial(
         baseColorFactor=[red, green, blue, round(255 * opacity)],
-        alphaMode="BLEND",
+        alphaMode="BLEND" if opacity < 1.0 else "OPAQUE",
         metallicFactor=0.0,
         roughnessFactor=1.0,
     )
-    mesh = trimesh.Trimesh(
-        surface.vertices,
-        surface.faces,
-        visual=visual.TextureVisuals(material=material),
-        process=False,
-    )
-    glb = cast(Any, export_glb)(mesh.scene(), include_normals=not flat)
+    surface.visual = visual.TextureVisuals(material=material)
+    glb = cast(Any, export_glb)(surface.scene(), include_normals=not flat)
     return scene.add_glb(path, glb, cast_shadow=False)
 
 
@@ -207,20 +187,9 @@ def _wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.roll(orientation, 1))
 
 
-class Triangles(NamedTuple):
-    """A closed surface; the triangles' corners run counterclockwise seen from outside."""
-
-    vertices: NDArray[np.float64]
-    """Shape (N, 3) [m]."""
-    faces: NDArray[np.int64]
-    """Rows of `vertices`, shape (M, 3)."""
-
-
-def shape_triangles(shape: Any) -> Triangles:
-    """The surface of a shape in its own frame; of a compound those of all parts.
+def shape_surface(shape: Any) -> Any:
+    """The closed surface of a shape in its own frame, a Trimesh; of a compound those of all parts.
 
     Raises TypeError for a Plane, which has no end.
     """
-    hulls = [trimesh.convex.convex_hull(corners) for corners in shape_parts(shape)]
-    mesh: Any = trimesh.util.concatenate(hulls)
-    return Triangles(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces))
+    return trimesh.util.concatenate([trimesh.convex.convex_hull(c) for c in shape_parts(shape)])

@@ -35,8 +35,7 @@ __all__ = [
     "stored_scores",
 ]
 
-PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
-BODIES = (".urdf", ".stl", ".obj", ".dae")
+PROBLEM, DATASET = ".json", ".h5"
 Progress = Callable[[int, int], None]
 
 EFFORT = "effort/est"
@@ -135,42 +134,31 @@ def source_of(
     trajectories: int = 6,
     frames: int = 30,
     seed: int = 0,
-    future: Future | None = None,
     progress: Progress | None = None,
 ) -> StateSource:
     """A problem, a dataset, the file of one, a margin along a plan, or a task's name.
 
-    Of a task so many trajectories of so many frames are generated, with this seed. `future`: of a
-    dataset or a task, what is asked of each state. Raises ValueError on anything else, and OSError
-    on a file that cannot be read.
+    Of a task so many trajectories of so many frames are generated, with this seed. Raises
+    ValueError on anything else, and OSError on a file that cannot be read.
     """
-    if not isinstance(what, (Problem, Dataset, Along, str, os.PathLike)):
+    if isinstance(what, Along):
+        return StateSource(what, "along a plan")
+    if isinstance(what, Problem):
+        return StateSource(what, "a problem")
+    if isinstance(what, Dataset):
+        return StateSource(what, what.task)
+    if not isinstance(what, (str, os.PathLike)):
         raise ValueError(
             f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, an "
             "Along, or the name of a task"
         )
-    if isinstance(what, Along):
-        if future is not None:
-            raise ValueError("future is given with an Along, which says how far it looks itself")
-        return StateSource(what, "along a plan")
-    if isinstance(what, Problem):
-        return _alone(what, "a problem", future)
-    if isinstance(what, Dataset):
-        return StateSource(what, what.task, future)
     path = Path(what)
     if parameters and path.suffix in (PROBLEM, DATASET):
         raise ValueError(f"parameters are given with {path}, expected a task's name with them")
     if path.suffix == PROBLEM:
-        return _alone(Problem.load(path), path.name, future)
+        return StateSource(Problem.load(path), path.name)
     if path.suffix == DATASET:
-        return StateSource(datasets.open(path), path.name, future, opened=True)
-    if path.suffix == STORE:
-        raise ValueError(f"{path} holds scores: view the dataset, with --scores {path}")
-    if path.suffix.lower() in BODIES:
-        raise ValueError(
-            f"{path} is a body, and a view is of a problem: put it into a scene with an object and "
-            "a capture set, and view what problem.save() writes"
-        )
+        return StateSource(datasets.open(path), path.name, opened=True)
     if str(what) not in registry.names():
         raise ValueError(
             f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET}), "
@@ -180,16 +168,7 @@ def source_of(
     made = datasets.generate(
         task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
     )
-    return StateSource(made, f"{task.name}, seed {seed}", future)
-
-
-def _alone(question: Problem, title: str, future: Future | None) -> StateSource:
-    if future is not None:
-        raise ValueError(
-            f"horizon is {future.horizon} frames, but {title} is a problem, and has no "
-            "frames: give it one in seconds, problem.replace(horizon=...)"
-        )
-    return StateSource(question, title)
+    return StateSource(made, f"{task.name}, seed {seed}")
 
 
 def first_frame(source: StateSource, trajectory: int | None, frame: int | None) -> tuple[int, int]:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, cast
 
 import numpy as np
+import trimesh
 import viser
 from fast_simplification import simplify
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from energymargin.outlines import AXES, object_centers, seen_corners
 from energymargin.plots.scenes import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.regions import Region
-from energymargin.viewer.bodies import DrawnBodies, Layer, Triangles, add_translucent, draw_ghosts
+from energymargin.viewer.bodies import DrawnBodies, Layer, add_surface, draw_ghosts
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.trees import PATH_COLOR, draw_edges, draw_future, draw_nodes, draw_path
@@ -138,7 +139,7 @@ class Stage:
                 layer.clear()
                 if surface is not None:
                     path = f"{layer.path}/surface"
-                    add_translucent(layer.scene, path, surface, SETS[name], OPACITY, flat=flat)
+                    add_surface(layer.scene, path, surface, SETS[name], OPACITY, flat=flat)
                     drawn.add(name)
         return drawn
 
@@ -218,8 +219,9 @@ def _ground(scene: Scene) -> float | None:
 
 def region_surface(
     problem: Problem, region: Region, view: View, *, flat: bool = False, layer: int = 0
-) -> Triangles | None:
-    """The surface of a set in and around the view; None if it is empty there, or all of it.
+) -> Any:
+    """The surface of a set in and around the view, a Trimesh; None if it is empty there, or all of
+    it.
 
     flat: a slab on the ground, of the places at the objects' own height. layer: slabs of others lie
     above each other, and solids of others do not end at the same walls. If each of several objects
@@ -259,7 +261,7 @@ def _surface(
     start: NDArray[np.float64],
     cell: NDArray[np.float64],
     sides: int,
-) -> Triangles | None:
+) -> Any:
     """Of the cells that are inside, closed one cell beyond the grid's ends; its border is looked
     for along the first so many axes."""
     if inside.all() or not inside.any():
@@ -283,4 +285,4 @@ def _surface(
         vertices, faces = cast(Any, simplify)(
             vertices.astype(np.float32), faces.astype(np.int32), target_count=MOST_TRIANGLES
         )
-    return Triangles(np.asarray(vertices, float), faces[:, ::-1].astype(np.int64))
+    return trimesh.Trimesh(vertices, faces[:, ::-1], process=False)

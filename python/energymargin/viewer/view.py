@@ -12,7 +12,7 @@ from energymargin.actions import Along
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
-from energymargin.searches import MOST_NODES, SearchSettings
+from energymargin.searches import SearchSettings
 from energymargin.viewer.guard import HOST, Guard, guarded_server, silent
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import (
@@ -125,19 +125,16 @@ def view(
         ValueError: on bad input, or a port that is taken.
         OSError: on files that cannot be read.
     """
-    if nodes is not None:
-        whole_number("nodes", nodes, 1, MOST_NODES)
     if run is not None and scores is None:
         raise ValueError(f"run is {run}, but there are no scores that it is of")
     for name, number in {"trajectory": trajectory, "frame": frame}.items():
         if number is not None:
             whole_number(name, number, 0)
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
-    source = source_of(what, parameters, seed=seed or 0, future=future, progress=progress)
+    source = source_of(what, parameters, seed=seed or 0, progress=progress)
     try:
         stored = _scores_of(source, scores, run, future)
-        if scores is not None and stored is not None:
-            source = replace(source, future=stored.future)
+        source = _asked(source, future if scores is None or stored is None else stored.future)
         settings = SearchSettings(**({} if stored is None else stored.search) | given)
         trajectory, frame = first_frame(source, trajectory, frame)
     except BaseException:
@@ -168,3 +165,13 @@ def _scores_of(
             "or give another run"
         )
     return stored
+
+
+def _asked(source: StateSource, future: Future | None) -> StateSource:
+    """The same states, asked about this future; ValueError on what is no dataset."""
+    if future is not None and not isinstance(source.what, Dataset):
+        raise ValueError(
+            f"horizon is {future.horizon} frames, but there is no dataset that has them: give a "
+            "problem its horizon in seconds, problem.replace(horizon=...)"
+        )
+    return replace(source, future=future)
