@@ -16,8 +16,6 @@ from energymargin.checks import whole_number
 from energymargin.tasks import balance, grasp, push, push_multi, scoop, topple
 from energymargin.tasks.scripted import Drive
 
-__all__ = ["CHANNELS", "Channel", "acted", "action_of", "planned"]
-
 
 @dataclass(frozen=True)
 class Channel:

@@ -26,8 +26,6 @@ from energymargin.tasks.scripted import Drive, ScriptedTask
 if TYPE_CHECKING:
     from energymargin.outlines import Plan as View
 
-__all__ = ["ScriptedFuture", "TaskEnv", "present", "register_environments"]
-
 CONTROL_STEP = 10 / 240  # s; ten steps of the simulation, 24 Hz
 PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as that
 DPI = 100

@@ -30,8 +30,6 @@ from energymargin.divergence import ANY, is_unknown
 from energymargin.metrics import TIMED, check_metrics, is_likelihood
 from energymargin.searches import SearchSettings, chosen_metrics, metric_search, value_of
 
-__all__ = ["SHAPINGS", "CaptureWrapper", "ProblemOf", "Shaping", "score_of"]
-
 Shaping = Literal["potential", "additive"]
 SHAPINGS = ("potential", "additive")
 OWN_STREAM = 0x636170747572  # so that the wrapper's draws are not the environment's

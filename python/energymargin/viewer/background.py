@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 
-__all__ = ["Debounced", "Player", "SearchThread", "set_value", "value_of"]
-
 WAIT = 0.08  # s
 STOP = "Stop"
 

@@ -16,16 +16,6 @@ from energymargin._core import Body, Plane, Scene
 from energymargin.outlines import Pose, body_poses, shape_parts
 from energymargin.plots.styles import BODY_COLORS
 
-__all__ = [
-    "DrawnBodies",
-    "Layer",
-    "add_surface",
-    "draw_ghosts",
-    "linear",
-    "rgb",
-    "shape_surface",
-]
-
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}
 GHOST = 0.25

@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-__all__ = ["headless_page", "screenshot"]
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 # Drawn without a graphics card, so that a picture is the same on all machines; and nothing is asked
 # of the network.

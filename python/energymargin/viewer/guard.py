@@ -28,8 +28,6 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-__all__ = ["HOST", "PORT", "Guard", "guarded_server", "is_local", "require_free", "silent"]
-
 HOST, PORT = "127.0.0.1", 8080
 TAKEN = (
     "port {port} of {host} is taken, perhaps by another viewer: without a port a free one is found"

@@ -35,8 +35,6 @@ from energymargin.viewer.texts import (
     sets_text,
 )
 
-__all__ = ["Page"]
-
 NOTIFICATION = 10.0  # s that one is shown
 AMBIENT = 1.3  # light from all sides, beside the lamps
 
@@ -101,21 +99,17 @@ class Page:
 
     def wait(self) -> None:
         """Until nothing runs in the background; raises what a search ended with."""
-        self._searching.join()
-        self._nodes_later.join()
-        self._sets_later.join()
-        self._future_later.join()
+        for work in (self._searching, self._nodes_later, self._sets_later, self._future_later):
+            work.join()
         if self._error is not None:
             raise self._error
 
     def close(self) -> None:
         """Ends what runs in the background."""
         self._closing.set()
-        for player in self._players:
-            player.close()
-        self._searching.close()
-        for later in (self._nodes_later, self._sets_later, self._future_later):
-            later.close()
+        later = (self._nodes_later, self._sets_later, self._future_later)
+        for work in (*self._players, self._searching, *later):
+            work.close()
 
     # What is shown
 
@@ -307,10 +301,16 @@ class Page:
                     problem = self._problem_of(recorded, frame)
                     if problem is None or cancel.is_set:
                         continue
-                    report = self._teller(number / len(chosen), 1 / len(chosen), progress)
+
+                    def tell(share: float, number: int = number) -> None:
+                        done = (number + share) / len(chosen)
+                        set_value(self._panel.progress, 100.0 * done)
+                        if progress is not None:
+                            progress(done)
+
                     place = None if recorded.numbers is None else recorded.numbers[frame]
                     scored = score_state(
-                        *(problem, asked, place, cancel, report), disturbance=recorded.disturbance
+                        *(problem, asked, place, cancel, tell), disturbance=recorded.disturbance
                     )
                     self._keep(trajectory, frame, scored)
             except Exception as error:  # of a predicate, a task, the memory: shown on the page
@@ -349,17 +349,6 @@ class Page:
         """Shows a notification in all browsers."""
         for client in self._server.get_clients().values():
             client.add_notification(title, text, auto_close_seconds=NOTIFICATION)
-
-    def _teller(self, begin: float, part: float, progress: ShareProgress | None) -> ShareProgress:
-        """Moves the bar, of the search of one of several frames."""
-
-        def tell(share: float) -> None:
-            done = begin + share * part
-            set_value(self._panel.progress, 100.0 * done)
-            if progress is not None:
-                progress(done)
-
-        return tell
 
 
 def _light(server: viser.ViserServer) -> None:

@@ -19,8 +19,6 @@ from energymargin.viewer.sources import EFFORT, Frames
 from energymargin.viewer.stage import SHOWN, UNDISTURBED
 from energymargin.viewer.texts import plain
 
-__all__ = ["Panel"]
-
 BAND = "#56B4E9"
 # Scores along a trajectory; the second are those of problems with a horizon. Of an interval's ends
 # only those of an Along are known.

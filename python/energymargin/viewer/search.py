@@ -34,15 +34,6 @@ from energymargin.plots.scenes import lost_objects
 from energymargin.plots.trees import most_cost
 from energymargin.searches import SearchSettings, metric_search
 
-__all__ = [
-    "Replay",
-    "Scored",
-    "ShareProgress",
-    "replay",
-    "score_state",
-    "tree_cache",
-]
-
 MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
 # The scores of eq. 4 to 6, and the set of a problem that each counts nodes in.
 SETS = {

@@ -24,17 +24,6 @@ from energymargin.searches import SETTINGS
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
 
-__all__ = [
-    "EFFORT",
-    "FrameScores",
-    "Frames",
-    "StateSource",
-    "along_scores",
-    "first_frame",
-    "source_of",
-    "stored_scores",
-]
-
 PROBLEM, DATASET = ".json", ".h5"
 Progress = Callable[[int, int], None]
 

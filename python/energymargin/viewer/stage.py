@@ -28,8 +28,6 @@ from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.trees import PATH_COLOR, draw_edges, draw_future, draw_nodes, draw_path
 
-__all__ = ["SHOWN", "UNDISTURBED", "Stage", "View", "region_surface", "view_around"]
-
 UNDISTURBED = "undisturbed path"
 SHOWN = ("nodes", "edges", "escape path", UNDISTURBED, "capture set", "success set", "objects")
 SETS = {"capture set": CAPTURED_COLOR, "success set": SUCCEEDED_COLOR}

@@ -25,17 +25,6 @@ from energymargin.plots.styles import COSTS, LOST_COLOR
 from energymargin.viewer.bodies import Layer, linear, rgb
 from energymargin.viewer.search import Scored
 
-__all__ = [
-    "FUTURE_COLOR",
-    "PATH_COLOR",
-    "draw_edges",
-    "draw_future",
-    "draw_nodes",
-    "draw_path",
-    "lines_glb",
-    "one_a_spot",
-]
-
 DOT = 0.006  # of the view's size
 EDGE_COLOR = (110, 110, 110)
 PATH_COLOR = (0, 0, 0)

@@ -24,8 +24,6 @@ from energymargin.viewer.sources import (
     stored_scores,
 )
 
-__all__ = ["Viewer", "view"]
-
 
 class Viewer(Closing):
     """A page that is served until `close`; browsers may come and go."""
