@@ -46,7 +46,7 @@ class Picture(NamedTuple):
     options: Mapping[str, Any] = {}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Summary:
     """What a result says, as a table."""
 

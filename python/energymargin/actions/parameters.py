@@ -58,7 +58,7 @@ class Parameters:
         return dict(zip(self.names, found.tolist(), strict=True))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Maker:
     """What points become: values, constraints and problems."""
 

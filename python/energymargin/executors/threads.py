@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 from energymargin._core import Cancel
@@ -47,7 +48,14 @@ class _ThreadWorkers(Workers):
         """As Workers.submit."""
         if self._pool is None:
             self._pool, self._cancel = ThreadPoolExecutor(self._threads), Cancel()
-        return self._pool.submit(work, function, items, self._cancel)
+        done: Future[Done] = Future()
+        job = partial(_work_once, done, iter([True]), function, items, self._cancel)
+        try:
+            queued = self._pool.submit(job)
+            queued.add_done_callback(lambda left: done.cancel() if left.cancelled() else None)
+        except RuntimeError:  # no thread can start, but the pool may have one already
+            job()
+        return done
 
     def stop(self) -> None:
         """As Workers.stop."""
@@ -55,6 +63,22 @@ class _ThreadWorkers(Workers):
             self._cancel.set()
             self._pool.shutdown(cancel_futures=True)
             self._pool = None
+
+
+def _work_once(
+    done: Future[Done],
+    turns: Iterator[bool],
+    function: Function[Any, Any],
+    items: Sequence[Any],
+    cancel: Cancel,
+) -> None:
+    """Does the work for whoever comes first."""
+    if not next(turns, False) or not done.set_running_or_notify_cancel():
+        return
+    try:
+        done.set_result(work(function, items, cancel))
+    except BaseException as error:
+        done.set_exception(error)
 
 
 def core_count(name: str, count: int | None) -> int:
