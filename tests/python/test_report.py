@@ -191,7 +191,7 @@ def test_a_state_that_is_level_with_others_is_said_to_be_and_is_not_wrong_by_tha
     )
     changed(path, f"UPDATE scores SET value = {value} WHERE question = 1")
     text = written(own, pictures=1, horizon=0).text
-    assert "Ranked below or level with 38 % of all with the other label." in text
+    assert "Ranked below or level with 37.5 % of all with the other label." in text
     assert "Ranked above 100 % of all with the other label." in text
 
 

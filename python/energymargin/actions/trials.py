@@ -303,13 +303,12 @@ def _draws(question: Question, trial: Trial, cancel: Cancel) -> Draws:
     found = Draws.none()
     for number in range(trial.count):
         problem = trial.problems[number if len(trial.problems) > 1 else 0]
-        draw = _search if question.is_effort else _rollout
-        found += draw(question, problem, trial.first + number, cancel)
+        draw = trial.first + number
+        if question.is_effort:
+            found += _search(question, problem, draw, cancel)
+        else:
+            found += _rollouts(question, problem, draw, 1, cancel)
     return found
-
-
-def _rollout(question: Question, problem: Problem, number: int, cancel: Cancel) -> Draws:
-    return _rollouts(question, problem, number, 1, cancel)
 
 
 def _rollouts(

@@ -118,15 +118,12 @@ def _checked(
         times = _numbers("times", times)
         _check_shape("times", times, (frames,))
         _check_times(times)
-    ends = {name: _numbers(name, values) for name, values in (bands or {}).items()}
-    for name, values in ends.items():
-        _check_shape(f"the band of {name}", values, (frames, 2))
     return TrajectoryScores(
         times,
         arrays,
-        None if captured is None else _labels("captured", captured, frames),
-        None if captured_any is None else _labels("captured_any", captured_any, frames),
-        ends,
+        _labels("captured", captured, frames),
+        _labels("captured_any", captured_any, frames),
+        {name: _numbers(name, values) for name, values in (bands or {}).items()},
     )
 
 
@@ -161,7 +158,9 @@ def _check_times(times: NDArray[np.float64]) -> None:
         raise ValueError(f"times has {times[k]:g} at frame {k}, expected finite numbers that rise")
 
 
-def _labels(name: str, given: ArrayLike, frames: int) -> NDArray[np.bool_]:
+def _labels(name: str, given: ArrayLike | None, frames: int) -> NDArray[np.bool_] | None:
+    if given is None:
+        return None
     labels = np.asarray(given)
     _check_shape(name, labels, (frames,))
     wrong = [label for label in labels.tolist() if label not in (0, 1)]

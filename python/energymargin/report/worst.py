@@ -163,21 +163,13 @@ def _why(one: Wrongness, place: int) -> str:
     if one.ranks.level[place]:
         side += " or level with"
     share = one.ranks.beyond[place] + one.ranks.level[place]
-    return f"Ranked {side} {_percent(share)} of all with the other label."
+    return f"Ranked {side} {100 * share:.3g} % of all with the other label."
 
 
 def _none(one: Wrongness) -> str:
     if one.compared.of_both_kinds:
         return "it ranks none on the wrong side"
     return "there are no scores" if not len(one.compared.labels) else "all have the same label"
-
-
-def _percent(share: float) -> str:
-    """Of a share between 0 and 1; 0 and 100 % are exact."""
-    text = f"{100 * share:.0f}"
-    if text == "100" and share < 1:
-        return "more than 99 %"
-    return "less than 1 %" if text == "0" else f"{text} %"
 
 
 class RepeatedSearch(NamedTuple):
