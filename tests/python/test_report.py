@@ -77,6 +77,7 @@ def test_the_table_holds_the_very_numbers_of_evaluate(document, labelled):
 def test_the_page_says_what_was_scored_and_how(document, labelled):
     said = f"Captured: {labelled.captured.sum()} of {len(labelled.captured)} states; successful: "
     assert document.row("labels")[0][0].startswith(said)
+    assert "Run 1 of push-scores.db" in document.text
     assert document.row("states scored") == [["72 of 72"]]
     assert "nodes = 15" in document.row("settings")[0][0]
     assert "friction drawn at random, effector = drive" in document.row("parameters")[0][0]

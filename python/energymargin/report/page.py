@@ -151,7 +151,8 @@ def _page(
     return {
         "title": f"Scores of {labelled.task}",
         "notices": notices(subject, data, output),
-        "facts": [*subject.rows, ("labels", summary(labelled).notes[0])],
+        "about": subject.about,
+        "labels": summary(labelled).notes[0],
         "versions": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
         "algorithm": subject.algorithm,
         "last": last,

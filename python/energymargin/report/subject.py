@@ -27,7 +27,7 @@ from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, algorithm
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
-from energymargin.summary import summary
+from energymargin.summary import Summary, summary
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 # Of `energymargin score`, where they are not the names of the settings.
@@ -48,8 +48,8 @@ class Subject:
     """How many the file has."""
     digest: str | None
     """Of the dataset; None in a file of an older version."""
-    rows: Sequence[Sequence[object]]
-    """What is said of the run: labels and values."""
+    about: Summary
+    """What is said of the run."""
     settings: dict[str, Any]
     future: Future | None
     """What is asked of each state's future; None: it is asked about as it is."""
@@ -131,7 +131,7 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             number=run.number,
             runs=len(store.runs()),
             digest=run.digest,
-            rows=summary(run).rows,
+            about=summary(run),
             settings=run.settings,
             future=run.future,
             algorithm=run.algorithm,
