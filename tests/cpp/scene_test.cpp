@@ -30,6 +30,22 @@ TEST(Scene, BodiesAreFoundByNameAndByRole) {
   EXPECT_TRUE(Scene().with_role(Role::effector).empty());
 }
 
+TEST(Scene, CopiesShareWhatFollowsFromABodyAloneUntilItChanges) {
+  const Scene scene = push_scene();
+  const Scene copy = scene;
+  EXPECT_EQ(&copy.inertial(1), &scene.inertial(1));
+  EXPECT_EQ(&copy.collision_shape(1), &scene.collision_shape(1));
+  EXPECT_EQ(&scene.with_body("object", 0.3, std::nullopt).collision_shape(1), &scene.collision_shape(1));
+  Stepping stepping = scene.stepping();
+  stepping.step *= 0.25;
+  EXPECT_EQ(&scene.with_stepping(stepping).collision_shape(1), &scene.collision_shape(1));
+  stepping.margin = 1e-3;
+  EXPECT_NE(&scene.with_stepping(stepping).collision_shape(1), &scene.collision_shape(1));
+  const Scene heavier = scene.with_body("object", std::nullopt, 2.0);
+  EXPECT_EQ(heavier.inertial(1).moments, heavier.body("object").principal_inertial().moments);
+  EXPECT_NE(heavier.inertial(1).moments, scene.inertial(1).moments);
+}
+
 TEST(Scene, UnknownBodyIsAnErrorThatListsTheNames) {
   EXPECT_TRUE(rejects([] { push_scene().index("cup"); }, {"'cup'", "'table', 'object', 'effector'"}));
   EXPECT_TRUE(rejects([] { Scene().index("cup"); }, {"'cup'", "none"}));

@@ -90,6 +90,22 @@ def test_the_reader_refuses_what_the_schema_refuses_and_has_the_better_words():
         assert "does not fit the schema" not in str(refused.value), path
 
 
+@pytest.mark.parametrize("value", [-1, 0, "-inf", ""])
+def test_the_reader_alone_refuses_each_value_that_the_schema_refuses(problem, value):
+    refused = 0
+    for given in (problem, planned_problem()):
+        file = json.loads(given.to_json())
+        for path in {kind: path for path, kind in places(file) if path}.values():
+            changed = copy.deepcopy(file)
+            at_path(changed, path[:-1])[path[-1]] = value
+            if SCHEMA.is_valid(changed):
+                continue
+            refused += 1
+            with pytest.raises(ValueError, match=r"expected|no problem file"):
+                em.Problem.from_json(json.dumps(changed))
+    assert refused > 100
+
+
 @pytest.mark.parametrize("key", ["horizon", "check", "dwell", "plan"])
 def test_an_older_version_with_a_clock_is_refused_by_schema_and_reader(key):
     fields = json.loads(planned_problem().to_json())
