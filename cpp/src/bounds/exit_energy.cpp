@@ -133,7 +133,7 @@ class ExitEnergy::Set {
     const double slack = half_space.normal.cwiseAbs().dot(at.slack);
     return at_most(half_space.offset, middle - slack, middle + slack);
   }
-  // Of all ways to move, the one whose point has the speed at the least energy: m_eff v^2 / 2, where a push at the
+  // The way to move whose point has the speed at the least energy has m_eff v^2 / 2, where a push at the
   // point moves it by at most 1/m + r^2/I.
   CrossingEnergy of(const regions::Speed& speed, const PoseCell&) const {
     if (!known(speed) || index(speed.body) != object_) return either;

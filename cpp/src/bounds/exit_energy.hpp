@@ -26,14 +26,14 @@ class ExitEnergy {
              const ObjectSpace& space);
   ~ExitEnergy();
 
-  //! In a cell of poses: that of `CrossingEnergy::outside` [J].
+  //! `CrossingEnergy::outside` in a cell of poses [J].
   double operator()(const PoseCell& cell) const;
 
   //! Whether the region may be another one elsewhere along an axis of the world.
   bool depends_on(int axis) const;
 
-  //! Between these lie the positions in the set, of the point of the object that counts, along the axes of the world
-  //! [m]; infinite where there is none.
+  //! The positions in the set, of the point of the object that counts, lie between these two, along the axes of the
+  //! world [m]; infinite where there is none.
   std::array<Vector3, 2> extent() const;
 
   //! Why a part of the region bounds nothing; empty if there is none.

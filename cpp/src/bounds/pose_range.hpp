@@ -1,5 +1,5 @@
 #pragma once
-// On which side of a region's edge a body is, that may be anywhere in a range of poses.
+// The side of a region's edge on which a body is that may be anywhere in a range of poses.
 
 #include "bounds/exit_energy.hpp"
 #include "bounds/infinity.hpp"

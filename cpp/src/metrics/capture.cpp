@@ -154,7 +154,7 @@ class Forest {
 
   bool has(SetLikelihood set) const { return (trees_.at(0).likelihoods.*set).has_value(); }
 
-  // Of the first `count` trees.
+  // The likelihoods of the first `count` trees.
   Eigen::VectorXd by_tree(SetLikelihood set, std::size_t count) const {
     Eigen::VectorXd values(static_cast<Eigen::Index>(count));
     for (std::size_t i = 0; i < count; ++i) {

@@ -95,7 +95,7 @@ class Estimator {
                plan ? &*plan : nullptr);
   }
 
-  // Under `pushes`; with `plan`, unless it is null, in place of the problem's.
+  // The future under `pushes`; `plan`, unless it is null, is in place of the problem's.
   Future run(const std::vector<Push>& pushes, const Plan* plan) {
     std::unique_ptr<World> world = take();
     Future future;
@@ -149,7 +149,7 @@ class Estimator {
     return future;
   }
 
-  // Of the first `count` rollouts; 0 for one that diverged.
+  // The weights of the first `count` rollouts; 0 for one that diverged.
   std::vector<double> weights(int count) const {
     std::vector<double> weights(static_cast<std::size_t>(count), 0.0);
     double least = std::numeric_limits<double>::infinity();

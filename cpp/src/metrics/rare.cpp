@@ -74,7 +74,7 @@ class ReplicaSimulator {
     return replica;
   }
 
-  // From a parent, where it first is above a level.
+  // A replica that leaves its parent where that first is above a level.
   Replica branch(const Replica& parent, double level, std::uint64_t seed, std::size_t number) {
     const int look = parent.rises_above(level);
     if (parent.highest_until[static_cast<std::size_t>(look)] == splitting::happened) return parent;
@@ -162,7 +162,7 @@ class ReplicaSimulator {
     return exit.left();
   }
 
-  // With so many looks to come.
+  // The level of a state with so many looks to come.
   double level_of(const State& state, int left) {
     if (distance_ && (fit_ || nearness_.forecast)) {
       const std::vector<double> coordinates = distance_->coordinates(state);

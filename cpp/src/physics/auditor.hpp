@@ -17,11 +17,11 @@ class Auditor {
   Auditor(const Auditor&) = delete;
   Auditor& operator=(const Auditor&) = delete;
 
-  //! Before anything acts in a part of a step, and when that is over.
+  //! To be called before anything acts in a part of a step, and when that is over.
   void begin();
   void end(const PartResult& part);
 
-  //! Of the parts so far; without energy_change and wrench, which others know.
+  //! The balance of the parts so far; without energy_change and wrench, which others know.
   Audit audit() const;
 
  private:

@@ -61,7 +61,7 @@ std::vector<Load> Engine::loads(const Push& push) const {
   return loads;
 }
 
-// For the next step, and for those after it if there is no robot.
+// The loads act in the next step, and in those after it if there is no robot.
 void Engine::load(const std::vector<Load>& loads, const Robot* robot, int step) {
   simulation_.unload();
   for (const Load& load : loads) simulation_.load(load);

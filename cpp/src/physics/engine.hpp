@@ -24,7 +24,7 @@ class Engine {
   const Simulation& simulation() const { return simulation_; }
   const Energy& energy() const { return energy_; }
 
-  //! With the balance of its energy if it is `audited`.
+  //! It has the balance of its energy if it is `audited`.
   Rollout rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch,
                   bool audited = false);
 
@@ -33,7 +33,7 @@ class Engine {
   std::vector<Frame> simulate(const State& state, const Robot* second, int steps, const std::vector<int>& record,
                               const Limit& limit);
 
-  //! With the forces of one step without a wrench.
+  //! They have the forces of one step without a wrench.
   std::vector<Contact> contacts(const State& state);
 
  private:

@@ -12,7 +12,7 @@ namespace {
 // Parts of a step in which bodies come into contact with each other; the rest of it is lost then, and nothing moves.
 constexpr int most_parts = 8;
 
-// Of a part's length it is tried to find the one that ends in contact.
+// So many lengths of a part are tried to find the one that ends in contact.
 constexpr int most_tries = 4;
 
 // A part that would be shorter than this share of a step is not tried: bodies are in contact already. If they turn into

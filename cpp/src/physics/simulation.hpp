@@ -61,7 +61,7 @@ class Simulation {
   //! A motor of limited force [N] and torque [N m] keeps a free body at the velocities of its frame, until `unload`.
   void add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
 
-  //! Of a joint, until `restore`.
+  //! The target of a joint, until `restore`.
   void set_target(std::size_t joint, double target) { bodies().set_target(joint, target); }
   double target(std::size_t joint) const { return placement_.bodies().target(joint); }
 
@@ -85,10 +85,10 @@ class Simulation {
   }
   const Velocity& pushed(std::size_t i) const { return equations_.pushed(body_index(*objects()[i])); }
 
-  //! Since the audit began.
+  //! The work since the audit began.
   const ImpulseWork& impulse_work() const { return impulses_.work; }
 
-  //! With the forces of the last part of a step.
+  //! They have the forces of the last part of a step.
   std::vector<Contact> contacts() const;
 
   //! The bodies where the last `restore` or `step` left them.

@@ -127,7 +127,7 @@ Plan rows_for_noise(const Problem& problem) {
 
 int hold_of(const OfPlan& noise, const Problem& problem) { return noise.hold ? steps_of(*noise.hold, problem) : 1; }
 
-// To the rows from `from` on.
+// Adds noise to the rows from `from` on.
 void add_noise(const OfPlan& noise, const Problem& problem, int from, Random& random, Plan& plan) {
   const int hold = hold_of(noise, problem);
   for (int first = from; first < plan.rows(); first += hold) {

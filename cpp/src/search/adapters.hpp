@@ -16,7 +16,7 @@ class BoundedProblem;
 ompl::control::SpaceInformationPtr space_information(const std::shared_ptr<WrenchSpace>& controls,
                                                      BoundedProblem& problem);
 
-//! From the root to an escape.
+//! The problem of a way from the root to an escape.
 ompl::base::ProblemDefinitionPtr definition(const ompl::control::SpaceInformationPtr& si,
                                             const BoundedProblem& problem);
 

@@ -23,7 +23,7 @@ namespace {
 // Once the limit is reached, an escape may still be confirmed, if that is quick [s].
 constexpr double grace = 0.1;
 
-// Of each number of a state, over an edge: what rests in a simulation moves less [SI].
+// What rests in a simulation changes each number of its state by less, over an edge [SI].
 constexpr double still = 1e-8;
 
 // Steps between two looks at a rollout: more often takes time in small scenes, and tells no more

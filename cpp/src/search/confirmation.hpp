@@ -18,7 +18,7 @@ namespace energymargin::search {
 //! then the finer one does not.
 class Confirmation {
  public:
-  //! Of escapes from `captured`.
+  //! It plays escapes from `captured`.
   Confirmation(const Problem& problem, const Region& captured);
 
   //! Whether the edges lead out, with their wrenches or, if these fall short, with up to 1.2 times as strong ones; at

@@ -33,7 +33,7 @@ class Horizon {
   //! No wrench, up to the horizon.
   const Push& rest() const { return rest_; }
 
-  //! From a state at `time` < end: cut at the horizon, and at the first look outside.
+  //! The rollout of an edge from a state at `time` < end: cut at the horizon, and at the first look outside.
   Stretch extend(World& world, const State& from, int time, const Edge& edge, const Limit& limit,
                  Watch watch = {}) const;
 

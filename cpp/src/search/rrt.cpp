@@ -52,7 +52,7 @@ std::vector<EdgeFrom> Rrt::draw_round() {
   return {draw_edge(nearest_to_sample())};
 }
 
-// Of equally near nodes the first one. Which of them OMPL's structure finds depends on pivots that it draws from a
+// The first one of equally near nodes. Which of them OMPL's structure finds depends on pivots that it draws from a
 // global seed, and rollouts that leave the object where it is make many such ties.
 int Rrt::nearest_to_sample() const {
   const int any = nodes_.nearest(sampled);

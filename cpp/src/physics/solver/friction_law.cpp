@@ -14,7 +14,7 @@ void open(ContactResponse& response) {
   response.slope = {};
 }
 
-// Along the normal.
+// The response along the normal.
 void press(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   const double stiffness = 1.0 / law.normal_softness;
   response.impulse[2] = miss[2] * stiffness;

@@ -30,7 +30,7 @@ inline void add_multiple(double factor, const double* row, int count, double* en
   add_multiple<0>(factor, row, count, entries);
 }
 
-//! Of a contact on a free body, numbers in the three rows of a Jacobian.
+//! Numbers in the three rows of the Jacobian of a contact on a free body.
 inline constexpr int contact_size = 3 * usual_count;
 
 //! Speeds along the rows.

@@ -67,7 +67,8 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
   return error(island);
 }
 
-// After a step, what slid and would go on the other way has stopped on the way: it sticks, before one can tell.
+// What slid before a step and would go on the other way after it has stopped on the way: it sticks, before one can
+// tell.
 double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
   stopped_ = false;
   const auto respond = [this, after_step](std::size_t k) {
@@ -94,7 +95,7 @@ double NewtonSolver::augmented_error(const Island& island) {
       [this](std::size_t k) { return limited_impulses_[k] = augmented_limited(k); });
 }
 
-// At its limits if the impulse that was predicted says so, and not the velocity alone; else it is linear.
+// The impulse of a row is at a limit if the one that was predicted says so, and not the velocity alone; else linear.
 double NewtonSolver::augmented_limited(std::size_t k) {
   const LimitedRow& row = limited_[k];
   const double asked =

@@ -128,7 +128,7 @@ bool NewtonSolver::solve(const Island& island, int iterations, double tolerance)
   return false;
 }
 
-// Of what slides, before a step.
+// Keeps the directions of what slides before a step.
 void NewtonSolver::keep_directions(const Island& island) {
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);

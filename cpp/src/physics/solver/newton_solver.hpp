@@ -26,7 +26,7 @@ class NewtonSolver : public VelocitySystem {
   //! Whether all islands converged: the error of each velocity is at most `tolerance` of the impulses on its mover.
   bool solve(int iterations, double tolerance);
 
-  //! After `solve`, for other targets of the same rows.
+  //! Solves again for other targets of the same rows.
   bool solve_again(int iterations, double tolerance);
 
   //! Iterations of the last `solve`, of all islands.

@@ -89,7 +89,7 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
   }
 }
 
-// By what the way of a point is off a straight one, over the time [m/s].
+// How far the way of a point is off a straight one, over the time [m/s].
 btVector3 StepEquations::bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm,
                                  double duration) const {
   if (spin.length2() * duration * duration > most_bent * most_bent) return {0, 0, 0};

@@ -14,7 +14,7 @@ class Sweeps {
   //! The system outlives this.
   explicit Sweeps(const VelocitySystem& system) : system_(system) {}
 
-  //! With no impulses.
+  //! Starts anew, with no impulses.
   void start(const Island& island);
 
   //! So many times from one contact to the next, and every other time the other way round.

@@ -28,7 +28,7 @@ int VelocitySystem::add_mover(int count) {
   return static_cast<int>(movers_.size()) - 1;
 }
 
-// Of movers that are new.
+// Keeps the inverse diagonals of movers that are new.
 void VelocitySystem::keep_diagonals() {
   for (; kept_ < movers_.size(); ++kept_) {
     const Mover& mover = movers_[kept_];
