@@ -100,7 +100,7 @@ def play(stream: Stream, tell: Callable[[float], None]) -> Played:
     horizon = round(stream.horizon / task.step) * task.step
     before = os.getloadavg()[0]
 
-    def question(at: float, state: NDArray[np.float64]) -> em.Problem:
+    def question(state: NDArray[np.float64], at: float) -> em.Problem:
         return task.future(state, at % task.length, params, horizon)
 
     with em.Monitor(

@@ -21,12 +21,12 @@ WALK = 0.5  # m/s, the policy's
 FORCE = 1.0  # N for half a second; moves the box by at most 0.19 m in a second
 
 
-def moving(time, state, action):
+def moving(state, time, action):
     """The box at a place with a velocity, which it keeps for a second."""
     return problem(state[0], action[0]).replace(force=(FORCE, 0, 0))
 
 
-def ahead(state):
+def ahead(state, time):
     """What the monitor asks: the policy goes on."""
     return problem(state[0], WALK).replace(force=(FORCE, 0, 0))
 
@@ -50,9 +50,9 @@ class Gate:
         self._may = threading.Event()
         self.open, self.shut = self._may.set, self._may.clear
 
-    def __call__(self, state):
+    def __call__(self, state, time):
         self._may.wait()
-        return ahead(state)
+        return ahead(state, time)
 
 
 def guarded(policy=walk, fallback=stop, monitor=None, **words):
@@ -127,10 +127,10 @@ def test_an_action_that_reaches_the_least_probability_goes_before_the_fallback()
 def test_without_a_fresh_reading_it_does_what_was_chosen(unknown, action, source):
     """The monitor fails from the second state on; its last reading ages."""
 
-    def failing(time, state):
+    def failing(state, time):
         if time > 0:
             raise ArithmeticError("no state estimate")
-        return ahead(state)
+        return ahead(state, time)
 
     with guarded(monitor=watching(failing), unknown=unknown) as guard:
         assert guard(None, time=0.0, state=[0.0])[0] == WALK and guard.last.reason == "fine"
@@ -157,7 +157,7 @@ def test_a_guard_that_is_closed_takes_no_state():
 def test_closing_ends_a_call_that_asks_its_actions():
     asked = threading.Event()
 
-    def long(time, state, action):
+    def long(state, time, action):
         asked.set()
         return problem().replace(force=(1e-4, 0, 0), horizon=60.0)  # stays between the edges
 
@@ -171,7 +171,7 @@ def test_closing_ends_a_call_that_asks_its_actions():
 
 def test_a_loop_does_not_wait_for_its_monitor_and_a_reading_counts_until_it_is_stale():
     gate = Gate()
-    with guarded(monitor=watching(gate), stale=0.25) as guard:
+    with guarded(monitor=watching(gate), max_age=0.25) as guard:
         assert guard(None, time=0.0, state=[0.0])[0] == 0  # no reading yet
         assert guard.last.reading is None and guard.last.reason == "unknown"
         gate.open()
@@ -198,7 +198,7 @@ def test_the_same_seed_takes_the_same_actions():
 
 
 def test_a_question_that_fails_is_the_fallback_or_without_one_an_error():
-    def broken(time, state, action):
+    def broken(state, time, action):
         raise ArithmeticError("no scene")
 
     with guarded(problem_of=broken) as guard:
@@ -322,7 +322,7 @@ def test_the_guides_table_says_from_which_probability_on_no_other_action_is_aske
     [
         ({"policy": None}, "policy is None, expected a function"),
         ({"monitor": 3}, "monitor is 3, expected an em.Monitor"),
-        ({"problem_of": lambda state: state}, r"problem_of takes .* \(time, state, action\)"),
+        ({"problem_of": lambda state: state}, r"problem_of takes .* \(state, time, action\)"),
         ({"fallback": None}, "candidates and fallback are None"),
         ({"confidence": 1.0}, "confidence is 1.0"),
         ({"confidence": "x"}, "confidence is 'x', expected a number from 0.5 to below 1"),
@@ -336,7 +336,7 @@ def test_the_guides_table_says_from_which_probability_on_no_other_action_is_aske
         ),
         ({"least": 2.0}, "least is 2.0"),
         ({"least": 0.5, "fallback": None, "candidates": Noise(1, 1.0)}, "without a fallback"),
-        ({"stale": -1.0}, "stale is -1"),
+        ({"max_age": -1.0}, "max_age is -1"),
         ({"unknown": "guess"}, "unknown is 'guess'"),
         ({"problem_of": None, "candidates": Noise(1, 1.0)}, "without problem_of"),
         ({"problem_of": None, "unknown": "ask"}, "unknown is 'ask' without problem_of"),

@@ -81,7 +81,9 @@ def test_a_monitor_gives_the_bits_of_the_store(dataset, tmp_path):
     stored = in_a_store(dataset, tmp_path / "s.db", ("probability",), LATER)
     problem = dataset.problems([0], future=LATER)[0]
     asked = {"rollouts": SETTINGS.rollouts, "seed": SETTINGS.seed}
-    with Monitor(problem.with_state, disturbance=SETTINGS.disturbance, **asked) as monitor:
+    with Monitor(
+        lambda state, time: problem.with_state(state), disturbance=SETTINGS.disturbance, **asked
+    ) as monitor:
         monitor.push(0.0, problem.state)
         assert monitor.wait(60.0)
     assert monitor.latest.value == stored["probability"]

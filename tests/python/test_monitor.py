@@ -26,7 +26,7 @@ from energymargin.monitor.conditions import SHARE, Pace
 BENCH = Path(__file__).parents[2] / "python" / "bench" / "monitor.py"
 LONG = 60.0  # s; so long a test waits for what has to come
 
-Question = Callable[[np.ndarray], em.Problem]
+Question = Callable[[np.ndarray, float], em.Problem]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def problem() -> em.Problem:
 
 @pytest.fixture
 def question(problem: em.Problem) -> Question:
-    return problem.with_state
+    return lambda state, time: problem.with_state(state)
 
 
 class Gate:
@@ -59,11 +59,11 @@ class Gate:
         self.came = threading.Semaphore(0)
         self.may = threading.Semaphore(0)
 
-    def __call__(self, time: float, state: np.ndarray) -> em.Problem:
+    def __call__(self, state: np.ndarray, time: float) -> em.Problem:
         self.asked.append(time)
         self.came.release()
         assert self.may.acquire(timeout=LONG)
-        return self._question(state)
+        return self._question(state, time)
 
     def wait(self) -> None:
         """Until one more state is asked about."""
@@ -140,10 +140,10 @@ def test_the_state_is_copied(problem, gate):
 
 
 def test_errors_of_a_problem_are_readings_and_the_next_state_is_scored(problem, question, caplog):
-    def fragile(state: np.ndarray) -> em.Problem:
+    def fragile(state: np.ndarray, time: float) -> em.Problem:
         if state[0] > 1:
             raise LookupError(f"no object at {state[0]:g}")
-        return question(state)
+        return question(state, time)
 
     heard: list[monitor.Reading] = []
     with (
@@ -269,7 +269,7 @@ def test_close_does_not_wait_for_a_problem_and_no_reading_comes_after_it(problem
 def test_close_ends_a_score_that_would_take_for_ever(problem):
     begun = threading.Event()
 
-    def endless(state: np.ndarray) -> em.Problem:
+    def endless(state: np.ndarray, time: float) -> em.Problem:
         begun.set()
         return problem.replace(horizon=1000.0, captured=em.regions.Speed("block", 1e9))
 
@@ -292,10 +292,10 @@ def test_a_callback_may_close_the_monitor(problem, question):
     assert closed.wait(LONG)
 
 
-def test_a_task_s_own_plan_is_the_question_of_a_time_and_a_state():
+def test_a_task_s_own_plan_is_the_question_of_a_state_and_its_time():
     task = em.tasks.make("push", friction=0.3)
     push = task.rollout(seed=17)
-    with em.Monitor(lambda t, s: task.future(s, t, push.params, 0.5), rollouts=4) as live:
+    with em.Monitor(lambda s, t: task.future(s, t, push.params, 0.5), rollouts=4) as live:
         live.push(push.times[2], push.states[2])
         assert live.wait(LONG)
         value = live.latest.value
@@ -306,8 +306,11 @@ def test_a_task_s_own_plan_is_the_question_of_a_time_and_a_state():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"problem_of": 3}, "problem_of is 3, expected a function of a state, or of a time"),
-        ({"problem_of": lambda a, b, c: None}, r"problem_of takes \(a, b, c\), expected"),
+        ({"problem_of": 3}, r"problem_of is 3, expected a function \(state, time\)"),
+        (
+            {"problem_of": lambda a, b, c: None},
+            r"problem_of takes \(a, b, c\), expected a function \(state, time\)",
+        ),
         ({"period": 0}, "period is 0, expected a positive number"),
         ({"rollouts": 0}, "rollouts is 0"),
         ({"rollouts": (9, 8)}, "rollouts is 8, expected a whole number of at least 9"),
@@ -413,7 +416,7 @@ def test_the_threshold_is_the_kth_smallest_minimum_before_a_loss():
     strict = threshold(values, lost, false_alarms=0.05, ahead=1)
     assert len(strict.statistics) == 40  # 0.9 and 0.8 of the one lost at frame 3 count too
     assert 0.9 < threshold([[0.95]] * 19, [None] * 19).value < 1.0
-    low, high = found.realized(0.9)
+    low, high = found.coverage(0.9)
     assert 0 < low < 0.05 < high < 0.2
 
 
@@ -538,7 +541,7 @@ def test_a_monitor_refuses_a_threshold_of_other_scores(question, changes, messag
 
 
 def test_a_question_with_another_horizon_than_the_thresholds_has_no_score(problem):
-    def longer(state):
+    def longer(state, time):
         return problem.with_state(state).replace(horizon=0.6)
 
     with em.Monitor(longer, alarm=found(), rollouts=4, period=0.1) as live:

@@ -34,8 +34,8 @@ Source = Literal["policy", "candidate", "fallback"]
 Reason = Literal["fine", "alarm", "unknown"]
 UNKNOWN = ("fallback", "ask", "policy")
 
-ProblemOfAction = Callable[[float, NDArray[np.float64], Any], Problem]
-"""Called with (time, state, action); returns the problem at that state in which the robot takes
+ProblemOfAction = Callable[[NDArray[np.float64], float, Any], Problem]
+"""Called with (state, time, action); returns the problem at that state in which the robot takes
 that action first."""
 
 _log = logging.getLogger("energymargin.actions.guard")
@@ -48,7 +48,7 @@ class Decision:
     __repr__ = short_repr
 
     time: float
-    """Of the state [s]."""
+    """Time of the state [s]."""
     source: Source
     """Whose action it is."""
     reason: Reason
@@ -59,13 +59,13 @@ class Decision:
     reading: Reading | None = field(repr=False)
     """The monitor's, on which it was decided; None if there was none yet."""
     probabilities: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0), repr=False)
-    """Of the policy's action, the candidates, and last the fallback's if there is one; NaN of those
-    that were not asked, or of which too many rollouts diverged. Shape (k,), (0,) if none was
-    asked."""
+    """Probabilities of staying captured after the policy's action, the candidates and last the
+    fallback's, shape (k,), (0,) if none was asked; NaN of an action that was not asked, or of which
+    too many rollouts diverged."""
     rollouts: int = 0
-    """Spent on the actions, without the monitor's."""
+    """Rollouts spent on the actions, without the monitor's."""
     diverged: int = 0
-    """Of these, those that diverged and do not count."""
+    """Rollouts that diverged and do not count."""
     error: Exception | None = None
     """Why the actions have no probabilities, or what of the policy's action is not finite."""
 
@@ -82,7 +82,7 @@ class GuardCounters(NamedTuple):
     """By reason: the alarm was on."""
     unknown: int
     rollouts: int
-    """Spent on actions, without the monitor's."""
+    """Rollouts spent on actions, without the monitor's."""
 
     def after(self, decision: Decision) -> GuardCounters:
         """With one decision more."""
@@ -119,7 +119,7 @@ class Guard(Closing):
         candidates: Candidates | None = None,
         confidence: float = 0.95,
         least: float = 0.0,
-        stale: float | None = None,
+        max_age: float | None = None,
         unknown: Literal["fallback", "ask", "policy"] | None = None,
         rollouts: int = 30,
         disturbance: Any = None,
@@ -136,7 +136,7 @@ class Guard(Closing):
                 or to retreat. With problem_of it is asked with the candidates, and taken where it
                 is the safest, where none reaches `least`, where the margin is unknown, and where
                 asking fails. It is called where it may be taken; what it raises comes out.
-            problem_of: a function (time, state, action) that returns the problem at that state in
+            problem_of: a function (state, time, action) that returns the problem at that state in
                 which the robot takes that action first; it has a horizon. None: no action is asked,
                 and the fallback is taken while the alarm is on; confidence, rollouts and threads
                 have no use, least and disturbance are refused.
@@ -144,7 +144,7 @@ class Guard(Closing):
                 Noise; None: only the policy's action and the fallback's are asked.
             confidence: with which another action has to be better than the policy's.
             least: probability that an action has to reach, or the fallback is taken.
-            stale: how old a reading may be, by the times of the states [s]: for a control loop,
+            max_age: largest age of a reading, by the times of the states [s]: for a control loop,
                 which never waits for the monitor. None: each call waits for the reading of its own
                 state, so that a simulation is the same in every run.
             unknown: what happens without a reading, or with one that failed or is too old:
@@ -170,7 +170,7 @@ class Guard(Closing):
             raise ValueError("monitor has no alarm, expected one with alarm=")
         self._monitor = monitor
         self._fallback = function_or_none("fallback", fallback, "observation")
-        self._problem_of = function_or_none("problem_of", problem_of, "time", "state", "action")
+        self._problem_of = function_or_none("problem_of", problem_of, "state", "time", "action")
         self._candidates = function_or_none(
             "candidates", candidates, "observation", "action", "random"
         )
@@ -181,7 +181,7 @@ class Guard(Closing):
             raise ValueError(f"least is {least!r}, expected a probability, from 0 to 1")
         if least and fallback is None:
             raise ValueError(f"least is {least!r} without a fallback, expected 0 or a fallback")
-        self._stale = None if stale is None else not_negative_number("stale", stale)
+        self._max_age = None if max_age is None else not_negative_number("max_age", max_age)
         self._unknown = _checked_unknown(unknown, fallback)
         check_disturbance(disturbance)
         if problem_of is None:
@@ -218,7 +218,7 @@ class Guard(Closing):
         anew), or an action that is not finite, RuntimeError once the guard is closed.
         """
         self._monitor.push(time, state)
-        if self._stale is None:
+        if self._max_age is None:
             self._monitor.wait()
         action = self._policy(observation)
         decision = self._decided(float(time), np.array(state, dtype=float), observation, action)
@@ -285,7 +285,7 @@ class Guard(Closing):
         )
 
     def _reason(self, time: float, reading: Reading | None) -> Reason:
-        oldest = time - (self._stale or 0.0)
+        oldest = time - (self._max_age or 0.0)
         if reading is None or math.isnan(reading.value) or reading.time < oldest:
             return "unknown"
         return "alarm" if reading.alarm else "fine"
@@ -294,7 +294,7 @@ class Guard(Closing):
         """Among the policy's action, the candidates, and last the fallback's."""
         return self._safest.of(
             len(actions),
-            lambda number: self._problem_of(time, state, actions[number]),
+            lambda number: self._problem_of(state, time, actions[number]),
             seed=int(self._random.integers(2**63)),
             otherwise=0 if self._fallback is None else len(actions) - 1,
         )
@@ -324,7 +324,7 @@ def _require_nothing_asked(
     for name, value in of_no_use.items():
         if value is not None:
             raise ValueError(
-                f"{name} is {shown(value)} without problem_of, expected a function (time, state, "
+                f"{name} is {shown(value)} without problem_of, expected a function (state, time, "
                 "action) too"
             )
 

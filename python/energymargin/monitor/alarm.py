@@ -99,14 +99,14 @@ class Threshold:
     level: float
     """k / (n + 1), at most the share that was asked for."""
     statistics: NDArray[np.float64] = field(repr=False)
-    """Of the n trajectories in which an alarm can be false, rising, shape (n,): the lowest
-    threshold at which it would be."""
+    """Lowest thresholds at which an alarm would be false, one for each of the n trajectories on
+    which one can be, shape (n,), rising."""
     rank: int
     """k: the threshold is the k-th smallest statistic."""
     count: int
-    """As of Alarm."""
+    """As in Alarm."""
     window: int
-    """As of Alarm."""
+    """As in Alarm."""
     announced: Alarms
     """What the alarm does on the calibration trajectories themselves: the lead time it buys."""
     conditions: Conditions | None = None
@@ -116,7 +116,7 @@ class Threshold:
         """The alarm, which goes off at `off`."""
         return Alarm(self.value, off, self.count, self.window, True, self.conditions)
 
-    def realized(self, confidence: float = 0.9) -> tuple[float, float]:
+    def coverage(self, confidence: float = 0.9) -> tuple[float, float]:
         """(low, high) of the share of false alarms that these n trajectories may have led to.
 
         The level is its mean over calibrations at most; the share of one calibration is Beta(k, n +

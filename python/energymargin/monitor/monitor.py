@@ -5,7 +5,6 @@ from __future__ import annotations
 import atexit
 import bisect
 import contextlib
-import inspect
 import logging
 import math
 import threading
@@ -24,7 +23,7 @@ from energymargin._core import (
     Problem,
     disturbances,
 )
-from energymargin.checks import not_negative_number, positive_number, whole_number
+from energymargin.checks import function_of, not_negative_number, positive_number, whole_number
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, is_unknown
 from energymargin.executors.threads import thread_count
@@ -39,7 +38,8 @@ UNKNOWN = (math.nan, math.nan)
 
 _log = logging.getLogger("energymargin.monitor")
 
-ProblemOf = Callable[[NDArray[np.float64]], Problem] | Callable[..., Problem]
+ProblemOf = Callable[[NDArray[np.float64], float], Problem]
+"""Called with (state, time); returns the question about that state."""
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,14 @@ class Reading:
     """The score of one state of a stream."""
 
     time: float
-    """Of the state, as it was pushed [s]."""
+    """Time of the state, as it was pushed [s]."""
     value: float
     """Probability of staying captured over the problem's horizon; NaN with an `error`, or if more
     than one of its rollouts and more than 1 % of them diverged."""
     interval: tuple[float, float]
     """95 % interval of the value."""
     rollouts: int
-    """How many the value is of, without those that diverged."""
+    """Number of rollouts behind the value, without those that diverged."""
     trend: float
     """Slope of the values over the monitor's `trend_window` [1/s]; NaN with fewer than two."""
     alarm: bool
@@ -64,7 +64,7 @@ class Reading:
     late: bool
     """Whether that is more than the monitor's `period`."""
     probability: CaptureProbability | None = field(default=None, repr=False)
-    """All that is known, as its curve; None with an `error`."""
+    """The probability with its curve over time; None with an `error`."""
     error: Exception | None = None
     """Why the state has no value: what `problem_of` or the score raised."""
 
@@ -126,8 +126,9 @@ class Monitor(Closing):
         """Starts the workers.
 
         Args:
-            problem_of: the question about a state: a function of it, shape (n,), or of its time [s]
-                and it. The problem has a horizon, and best a plan: `task.future` makes one.
+            problem_of: a function (state, time) of a state, shape (n,), and its time [s] that
+                returns the question about it: a problem with a horizon, and best with a plan, as
+                `task.future` makes one.
             alarm: when the alarm goes on and off; a number is Alarm(on=number), None never. A
                 threshold from data has to hold for this monitor's rollouts, period and disturbance.
                 A problem with another horizon than the threshold's is a reading with an error.
@@ -145,8 +146,7 @@ class Monitor(Closing):
         The value depends on state, seed and number of rollouts alone: the same bits on any machine.
         Raises ValueError on bad arguments.
         """
-        self._asks_time = _takes_time(problem_of)
-        self._problem_of: Callable[..., Problem] = problem_of
+        self._problem_of: ProblemOf = function_of("problem_of", problem_of, "state", "time")
         self._alarm = _alarm_of(alarm)
         self._period = positive_number("period", period)
         self._pace = Pace(rollouts, self._period)
@@ -310,8 +310,7 @@ class Monitor(Closing):
         with self._lock:
             rollouts = self._pace.rollouts
         try:
-            given = (pushed.time, pushed.state) if self._asks_time else (pushed.state,)
-            problem = self._problem_of(*given)
+            problem = self._problem_of(pushed.state, pushed.time)
             if self._conditions is not None:
                 self._conditions.require_horizon(problem.horizon)
             asked = clock.monotonic()
@@ -407,22 +406,6 @@ def _text(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _takes_time(problem_of: Any) -> bool:
-    """Whether it is a function of a time and a state; ValueError unless of these, or the state."""
-    expected = "expected a function of a state, or of a time and a state"
-    if not callable(problem_of):
-        raise ValueError(f"problem_of is {problem_of!r}, {expected}")
-    try:
-        signature = inspect.signature(problem_of)
-    except (TypeError, ValueError):  # of some compiled functions
-        return False
-    for arguments in (("state",), ("time", "state")):
-        with contextlib.suppress(TypeError):
-            signature.bind(*arguments)
-            return len(arguments) == 2
-    raise ValueError(f"problem_of takes {signature}, {expected}")
-
-
 def _alarm_of(alarm: Alarm | Threshold | float | None) -> Alarm | None:
     if isinstance(alarm, Threshold):
         return alarm.alarm()
@@ -443,7 +426,7 @@ def _conditions_of(alarm: Alarm | None) -> Conditions | None:
 
 
 def _slope(times: Sequence[float], values: Sequence[float]) -> float:
-    """Of the line of least squares through values at times [s]; NaN of fewer than two times."""
+    """Slope of the line of least squares through values at times [s]; NaN below two times."""
     t, y = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
     if len(t) < 2 or np.ptp(t) == 0:
         return float("nan")

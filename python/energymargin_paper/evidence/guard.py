@@ -239,14 +239,14 @@ def guard_of(env: TaskEnv, job: Episode, policy: Policy) -> Guard:
     return Guard(
         lambda _: policy(),
         Monitor(
-            lambda state: env.future(job.horizon),
+            lambda state, time: env.future(job.horizon),
             alarm=Alarm(job.on, job.off),
             rollouts=job.watched,
             seed=job.seed,
             threads=1,
         ),
         (lambda _: np.zeros(space.shape)) if job.least else None,
-        problem_of=lambda time, state, action: env.future(job.horizon, action, job.horizon),
+        problem_of=lambda state, time, action: env.future(job.horizon, action, job.horizon),
         candidates=Noise(job.candidates, job.spread, space.low, space.high),
         confidence=job.confidence,
         least=job.least,
