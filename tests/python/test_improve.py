@@ -30,7 +30,7 @@ def middle():
 def test_the_middle_between_two_edges_holds_best(middle):
     assert abs(middle.values["x"]) < 0.2
     assert middle.after.score > middle.before.score + 0.2
-    assert middle.sure > 0.99
+    assert middle.confidence > 0.99
     assert middle.start == {"x": 0.8}
 
 

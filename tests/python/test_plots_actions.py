@@ -22,7 +22,7 @@ def standing(name, values, low, score, high, *, racing=True):
 
 
 def of_efforts(*standings):
-    return Ranking("effort/est", standings, tolerance=0.05, confidence=0.95)
+    return Ranking("effort/est", standings, tolerance=0.05, level=0.95)
 
 
 def of_probabilities(*names):
@@ -31,7 +31,7 @@ def of_probabilities(*names):
         standing(name, one, one.mean() - 0.1, one.mean(), one.mean(), racing=row == 0)
         for row, (name, one) in enumerate(zip(names, values, strict=True))
     ]
-    return Ranking("probability", tuple(rows), tolerance=0.05, confidence=0.95)
+    return Ranking("probability", tuple(rows), tolerance=0.05, level=0.95)
 
 
 def improvement(scores, ranking=None):

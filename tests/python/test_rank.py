@@ -79,7 +79,7 @@ def test_who_is_out_is_beaten_and_no_race_that_is_over_is_undecided(places):
         boxes = {f"{x:g}": problem(x) for x in places}
         ranking = em.rank(boxes, disturbance=PUSHES, rollouts=400, seed=seed)
         out = [one.name for one in ranking if ranking.left(one.name) == "out"]
-        assert out and not set(out) & set(ranking.alike)
+        assert out and not set(out) & set(ranking.confidence_set)
         if sum(one.racing for one in ranking) == 1:
             assert not ranking.decision.startswith("undecided")
 
@@ -88,7 +88,7 @@ def test_success_is_a_metric_of_its_own():
     boxes = {"left": problem(0.0, -0.5), "right": problem(0.0, 0.5)}
     ranking = em.rank(boxes, metric="probability/success", rollouts=30)
     assert ranking.best == "right"
-    assert "the best is right" in ranking.decision and ranking.sure > 0.95
+    assert "the best is right" in ranking.decision and ranking.confidence > 0.95
 
 
 def test_efforts_are_ranked_by_the_work_that_leads_to_the_nearer_edge(field):
@@ -111,7 +111,7 @@ def test_efforts_that_beat_each_other_in_a_circle_are_undecided():
     ranking = em.actions.Ranking("effort/est", tuple(circle), 0.05, 0.95)
     others = {one.name: duel(circle[0].values, one.values) for one in circle[1:]}
     beaten_by = [name for name, one in others.items() if one.losses > one.wins]
-    assert len(beaten_by) == 1 and set(beaten_by) == set(ranking.alike)
+    assert len(beaten_by) == 1 and (ranking.best, *beaten_by) == ranking.confidence_set
     assert ranking.decision.startswith(f"undecided: {ranking.best} leads, but {beaten_by[0]} may")
 
 
@@ -141,13 +141,13 @@ def test_no_effort_is_called_the_best_by_mistake_in_more_than_one_of_twenty():
 
 def test_equal_ones_are_not_told_apart_and_the_decision_says_so():
     ranking = em.rank([problem(0.0), problem(0.0)], disturbance=PUSHES)
-    assert ranking.best == "0" and ranking.alike == ("1",)
+    assert ranking.best == "0" and ranking.confidence_set == ("0", "1")
     assert ranking.decision.startswith("choose 0: 1 may be better, by at most 0.05")
     few = em.rank([problem(0.0), problem(0.0)], disturbance=PUSHES, rollouts=10)
     assert few.decision == (
         "undecided: 0 leads, but 1 may be better, by at most 0.33, with 95 % confidence"
     )
-    assert few.shortfall == 0.33
+    assert few.regret_bound == 0.33
 
 
 def test_an_uncertainty_gives_every_candidate_the_same_particles():
@@ -329,8 +329,8 @@ def test_efforts_without_an_escape_come_first():
     ranking = em.rank(
         {**open_, "shut": shut}, metric="effort/est", rollouts=3, nodes=60, race=False
     )
-    assert ranking.names[0] == "shut" and ranking["shut"].held == 1.0
-    assert ranking["near"].held < 1.0
+    assert ranking.names[0] == "shut" and ranking["shut"].mean_survival == 1.0
+    assert ranking["near"].mean_survival < 1.0
 
 
 def test_rollouts_that_diverge_do_not_count_and_are_told():
@@ -341,7 +341,7 @@ def test_rollouts_that_diverge_do_not_count_and_are_told():
     alone = em.capture_probability(problem(), disturbance=diverging(2), rollouts=200)
     assert one.score == pytest.approx(alone.captured) == np.nanmean(one.values)
     assert (one.low, one.high) == pytest.approx(alone.interval())
-    assert one.held == pytest.approx(alone.mean_time)
+    assert one.mean_survival == pytest.approx(alone.mean_time)
 
 
 @pytest.mark.parametrize(("diverge", "rollouts"), [(3, 200), (2, 16), (16, 16), (1, 1)])

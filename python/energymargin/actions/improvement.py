@@ -116,7 +116,7 @@ class Improvement:
 
     @property
     def plan(self) -> Plan | None:
-        """Of the problem."""
+        """The plan of the problem."""
         return self.problem.plan
 
     @property
@@ -130,7 +130,7 @@ class Improvement:
         return self.ranking.standings[0]
 
     @property
-    def sure(self) -> float:
+    def confidence(self) -> float:
         """Confidence that the result is better than the start."""
         return self._duel.better
 
@@ -213,15 +213,15 @@ def improve(
         harden: the disturbance grows while most candidates hold, so that the search goes on to the
             plan that withstands the most. The result is told under the stated disturbance.
         seed: the same seed gives the same result, on any number of threads and on any executor.
-        nodes: of the searches, as of `em.escape_effort`.
-        search: the same.
+        nodes: nodes of each search, as in `em.escape_effort`.
+        search: "improved" or "published", as in `em.escape_effort`.
         file: where evaluations are kept by what they ask: the same call goes on from there, after
             Ctrl-C, or with a larger budget. Another plan, constraint or seed asks anew. A file
             cannot tell two functions apart, so the disturbance is a model of em.disturbances, and
             no set is a Predicate.
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
-        progress: progress(steps, budget).
+        progress: progress(done, total) counts simulation steps, of the budget.
         timeout: it ends after so many seconds. A fifth of them is for the last comparison, whose
             draws so far count.
         cancel: ends it with Cancelled once it is set. With a file the same call goes on.
@@ -241,7 +241,7 @@ def improve(
     budget = whole_number("budget", budget, 1)
     rollouts = whole_number("rollouts", rollouts, 1)
     harden = yes_or_no("harden", harden)
-    function_or_none("progress", progress, "steps", "budget")
+    function_or_none("progress", progress, "done", "total")
     check_uncertainty(uncertainty)
     maker = Maker(problem, box, make_plan, constraints, question)
     start = maker.start()
@@ -425,7 +425,7 @@ def _losses(scores: Point, draws: dict[int, Draws], violations: Sequence[float])
     """The order of the points as numbers, equal ones the same: those that can be by their scores
     and by how long they hold, then the others by how far they break the constraints."""
     keys = [
-        (0.0, -scores[k], -draws[k].held) if k in draws else (1.0, violation, 0.0)
+        (0.0, -scores[k], -draws[k].mean_survival) if k in draws else (1.0, violation, 0.0)
         for k, violation in enumerate(violations)
     ]
     ordered = sorted(set(keys))

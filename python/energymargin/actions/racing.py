@@ -39,8 +39,8 @@ class Duel:
 
     @property
     def bet(self) -> float:
-        """Logarithm of the multiple of a bet that the first one wins more than half of the draws in
-        which they differ: the mean over all such shares. Half of it, as the other half of the
+        """Log e-value that the first candidate beats the second one: it wins more than half of the
+        draws in which they differ. The mean over all such shares, halved, as the other half of the
         stakes is on the second one."""
         differ = self.wins + self.losses
         of_share = betaln(self.wins + 1, self.losses + 1)
@@ -105,7 +105,7 @@ def beats(one: Duel, candidates: int) -> float:
 
 
 def _confidence(log: float) -> float:
-    """Of a bet that has this logarithm of a multiple."""
+    """Confidence of a bet with this log e-value."""
     return float(max(0.0, -np.expm1(-log))) if log > 0.0 else 0.0
 
 

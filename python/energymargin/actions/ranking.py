@@ -1,4 +1,4 @@
-"""`em.rank`: which of several problems holds best, and how sure that is."""
+"""`em.rank`: which of several problems holds best, and with what confidence."""
 
 from __future__ import annotations
 
@@ -51,17 +51,17 @@ class Standing:
 
     name: str
     values: NDArray[np.float64]
-    """Of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout that
-    diverged, which does not count."""
-    held: float
-    """For how long it stays captured, as a share of the horizon, in the mean; of efforts the share
-    of the searches that found no escape."""
+    """Values of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout
+    that diverged, which does not count."""
+    mean_survival: float
+    """Mean time that it stays captured, as a share of the horizon; of efforts the share of the
+    searches that found no escape."""
     score: float
     """The probability, or the median of the efforts [J]."""
     low: float
-    """End of a 95 % interval of the score."""
+    """Lower end of a 95 % interval of the score."""
     high: float
-    """The other end."""
+    """Upper end of the interval."""
     steps: int
     """Simulation steps that it took."""
     racing: bool
@@ -94,8 +94,8 @@ class Ranking:
     standings: tuple[Standing, ...]
     """The best first: those that ran to the end, by score; then the others, the last out first."""
     tolerance: float
-    confidence: float
-    """That was asked for."""
+    level: float
+    """Confidence that was asked for, of all comparisons together."""
     complete: bool = True
     """Whether no draw is missing: False if the timeout or the cancel came first."""
 
@@ -120,7 +120,7 @@ class Ranking:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the candidates, the best first."""
+        """Names of the candidates, the best first."""
         return tuple(standing.name for standing in self.standings)
 
     @property
@@ -134,51 +134,52 @@ class Ranking:
         return sum(standing.steps for standing in self.standings)
 
     @cached_property
-    def sure(self) -> float:
+    def confidence(self) -> float:
         """Confidence, at least, that no other one is better than the best by more than
         `tolerance`; whenever the race ended."""
-        return self._sure(self.tolerance)
+        return self._confidence(self.tolerance)
 
     @cached_property
-    def shortfall(self) -> float:
-        """The smallest tolerance, to 0.01, at which `sure` reaches `confidence`: by how much the
-        best falls short of another one, at most; of efforts in what share of the searches."""
+    def regret_bound(self) -> float:
+        """By how much another one is better than the best, at most, with the confidence `level`: a
+        difference of probabilities, to 0.01; of efforts the share of the searches."""
         steps = range(101)
-        short = [step + 1 for step in steps if self._sure(step / 100) < self.confidence]
+        short = [step + 1 for step in steps if self._confidence(step / 100) < self.level]
         return min(max(short, default=0), 100) / 100
 
     @property
-    def alike(self) -> tuple[str, ...]:
-        """The others that may be better than the first, whenever the race ended. The best one is
-        the first or among them, with `confidence`; of efforts the best one beats each other one,
-        and there may be none."""
-        most = 1.0 - self.confidence
-        return tuple(name for name, doubt in self._doubts.items() if doubt > most)
+    def confidence_set(self) -> tuple[str, ...]:
+        """Names of the first and of those that may be better, whenever the race ended. The best
+        one is among them with the confidence `level`; of efforts the best one beats each other
+        one, and there may be none."""
+        most = 1.0 - self.level
+        return self.best, *(name for name, risk in self._risks.items() if risk > most)
 
     def left(self, name: str) -> str:
         """Why a candidate left the race: "out", another one is better, or "as good", it is hardly
         better than the one that led; "" if it did not. KeyError if there is none of this name."""
         if self[name].racing:
             return ""
-        return AS_GOOD if name in self.alike else OUT
+        return AS_GOOD if name in self.confidence_set else OUT
 
     @property
     def decision(self) -> str:
         """One sentence for people."""
         if len(self) == 1:
             return f"there is but one: {self.best}"
-        alike = self.alike
-        if not alike:
-            sure = 1.0 - max(self._doubts.values(), default=0.0)
-            return f"the best is {self.best}, with {_percent(sure)} % confidence"
-        if self.sure >= self.confidence:
-            said, most, sure = f"choose {self.best}:", self.tolerance, self.sure
+        _, *others = self.confidence_set
+        if not others:
+            confidence = 1.0 - max(self._risks.values(), default=0.0)
+            return f"the best is {self.best}, with {_percent(confidence)} % confidence"
+        if self.confidence >= self.level:
+            said, most, confidence = f"choose {self.best}:", self.tolerance, self.confidence
         else:
-            said, most, sure = f"undecided: {self.best} leads, but", self.shortfall, self.confidence
+            said = f"undecided: {self.best} leads, but"
+            most, confidence = self.regret_bound, self.level
         by = f"by at most {most:g}"
         if self.metric.startswith(EFFORT):
             by = f"in at most {most:.0%} of the searches"
-        return f"{said} {_listed(alike)} may be better, {by}, with {_percent(sure)} % confidence"
+        return f"{said} {_listed(others)} may be better, {by}, with {_percent(confidence)} % confidence"
 
     def to_markdown(self) -> str:
         """A table, and the decision."""
@@ -186,24 +187,25 @@ class Ranking:
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""
-        names = ("score", "low", "high", "held", "draws", "diverged", "steps", "racing")
+        names = ("score", "low", "high", "mean_survival", "draws", "diverged", "steps", "racing")
         rows = [(one.name, *(getattr(one, name) for name in names)) for one in self]
         return csv_text(("candidate", *names), rows)
 
-    def _sure(self, tolerance: float) -> float:
+    def _confidence(self, tolerance: float) -> float:
         """Each of the others is beaten, or the first is as good. Bets that one is beaten win by
-        mistake half as often as they are allowed to; the other half of the doubt is shared by all
+        mistake half as often as they are allowed to; the other half of the risk is shared by all
         that may have come first, and are as good."""
         share = 0.5 / _mistaken(self.metric, len(self))
-        doubts = [
-            min(self._doubts[name], (1.0 - one.as_good(tolerance)) / share)
+        risks = [
+            min(self._risks[name], (1.0 - one.as_good(tolerance)) / share)
             for name, one in self._duels.items()
         ]
-        return 1.0 - min(max(doubts, default=0.0), 1.0)
+        return 1.0 - min(max(risks, default=0.0), 1.0)
 
     @cached_property
-    def _doubts(self) -> dict[str, float]:
-        """That each of the others is not the best; of efforts, that the first beats it."""
+    def _risks(self) -> dict[str, float]:
+        """One minus the confidence that each of the others is not the best; of efforts, that the
+        first beats it."""
         if self.metric.startswith(EFFORT):
             return {name: 1.0 - beats(one, len(self)) for name, one in self._duels.items()}
         return {
@@ -259,13 +261,13 @@ def rank(
             searches in which another one may be better. 0: only better is better.
         race: False scores every candidate to the end.
         seed: the same seed draws the same, on any number of threads and on any executor.
-        nodes: of the searches, as of `em.escape_effort`.
-        search: the same.
+        nodes: nodes of each search, as in `em.escape_effort`.
+        search: "improved" or "published", as in `em.escape_effort`.
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
-        progress: progress(draws, most) counts draws; a race does not need them all.
+        progress: progress(done, total) counts draws; a race does not need them all.
         timeout: after so many seconds the draws count that all racing candidates have.
-        cancel: the same once it is set.
+        cancel: ends the race as a timeout does, once it is set.
 
     Without a race the probability of a candidate is that of `em.capture_probability`, to the bit.
     Rollouts that diverge do not count, and the table says how many. Ctrl-C stops within 0.2 s.
@@ -282,7 +284,7 @@ def rank(
         yes_or_no("race", race),
     )
     field = _field(problems)
-    function_or_none("progress", progress, "draws", "most")
+    function_or_none("progress", progress, "done", "total")
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
     _check_alike(question, field)
@@ -292,7 +294,7 @@ def rank(
 
 
 class Terms(NamedTuple):
-    """Of a race."""
+    """Terms of a race."""
 
     rollouts: int
     """The most draws of each candidate."""
@@ -357,7 +359,7 @@ class Race:
         return Standing(
             self._names[candidate],
             draws.values,
-            draws.held,
+            draws.mean_survival,
             score_of(question, draws.kept),
             low,
             high,
@@ -389,14 +391,14 @@ class Race:
     def _decide(self) -> bool:
         """Who leaves: those that are beaten, and later those that the leader is as good as; whether
         that decides the race."""
-        doubt = 1.0 - self._terms.confidence
+        risk = 1.0 - self._terms.confidence
         leader, *others = sorted(self._racing, key=self._place)
-        leaving = {i for i in others if 1.0 - self._beaten(i) <= doubt}
+        leaving = {i for i in others if 1.0 - self._beaten(i) <= risk}
         if self._spent >= SHARE_BEFORE_TIE:
-            doubt *= 0.5 / _mistaken(self._question.metric, len(self._candidates))
+            risk *= 0.5 / _mistaken(self._question.metric, len(self._candidates))
             tolerance = self._terms.tolerance
             as_good = {i: self._duel(leader, i).as_good(tolerance) for i in others}
-            leaving |= {i for i, sure in as_good.items() if 1.0 - sure <= doubt}
+            leaving |= {i for i, confidence in as_good.items() if 1.0 - confidence <= risk}
         self._out += sorted(leaving, key=self._place, reverse=True)
         self._racing = [i for i in self._racing if i not in leaving]
         return len(self._racing) == 1
@@ -422,7 +424,7 @@ class Race:
         """Sorts the best first; of equal ones that which stays longer, then the first given."""
         draws = self._found[candidate]
         score = score_of(self._question, draws.kept)
-        return -score, -draws.held, candidate
+        return -score, -draws.mean_survival, candidate
 
 
 def _mistaken(metric: str, candidates: int) -> int:
@@ -432,14 +434,14 @@ def _mistaken(metric: str, candidates: int) -> int:
 
 
 def score_of(question: Question, values: NDArray[np.float64]) -> float:
-    """Of values of draws that count, shape (N,): their mean; of efforts the median [J]."""
+    """Score of the values of draws that count, shape (N,): their mean, or the median effort [J]."""
     if question.is_effort:  # a lower median: inf where most searches found no way out
         return float(np.quantile(values, 0.5, method="inverted_cdf"))
     return float(values.mean())
 
 
 def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Of order statistics: so wide that it holds the median in 95 of 100 cases, if it can."""
+    """Interval between order statistics that holds the median in 95 of 100 cases, if it can."""
     from scipy import stats
 
     count, ordered = len(values), np.sort(values)

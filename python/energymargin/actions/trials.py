@@ -211,8 +211,8 @@ class Draws:
         return float(found.low), float(found.high)
 
     @property
-    def held(self) -> float:
-        """The mean of their times."""
+    def mean_survival(self) -> float:
+        """Mean of the times."""
         return float(np.nanmean(self.times))
 
     def __add__(self, later: Draws) -> Draws:

@@ -48,7 +48,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     width = 4.2 + LETTER * max(map(len, lines))
     ax = axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
     colors = [
-        BEST if row == 0 else ALIKE if standing.name in ranking.alike else WORSE
+        BEST if row == 0 else ALIKE if standing.name in ranking.confidence_set else WORSE
         for row, standing in enumerate(ranking)
     ]
     edge = _scale(ax, ranking)
