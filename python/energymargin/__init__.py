@@ -67,7 +67,15 @@ if TYPE_CHECKING:
     from energymargin import store as store
     from energymargin import tasks as tasks
     from energymargin import viewer as viewer
-    from energymargin.actions import Along, Guard, Improvement, Ranking, along, improve, rank
+    from energymargin.actions import (
+        Guard,
+        Improvement,
+        MarginProfile,
+        Ranking,
+        improve,
+        margin_profile,
+        rank,
+    )
     from energymargin.beliefs import Belief, score_belief
     from energymargin.meshes import mesh
     from energymargin.monitor import Monitor
@@ -78,7 +86,6 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Along",
     "Audit",
     "Belief",
     "Body",
@@ -103,6 +110,7 @@ __all__ = [
     "Inertial",
     "Joint",
     "LowerBound",
+    "MarginProfile",
     "MassProperties",
     "Mimic",
     "Monitor",
@@ -123,7 +131,6 @@ __all__ = [
     "Tree",
     "World",
     "actions",
-    "along",
     "beliefs",
     "capture_probability",
     "capture_score",
@@ -136,6 +143,7 @@ __all__ = [
     "executors",
     "force_score",
     "improve",
+    "margin_profile",
     "mass_properties",
     "mesh",
     "monitor",
@@ -172,7 +180,7 @@ SUBPACKAGES = (
     "viewer",
 )
 HOMES = {
-    "Along": "actions",
+    "MarginProfile": "actions",
     "Belief": "beliefs",
     "Guard": "actions",
     "Improvement": "actions",
@@ -182,7 +190,7 @@ HOMES = {
     "ScoreError": "scoring",
     "ScoreTable": "scoring",
     "SearchSettings": "searches",
-    "along": "actions",
+    "margin_profile": "actions",
     "improve": "actions",
     "mesh": "meshes",
     "rank": "actions",

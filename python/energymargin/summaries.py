@@ -28,7 +28,7 @@ from energymargin.table_text import DASH
 
 if TYPE_CHECKING:
     from energymargin.actions import Improvement, Ranking
-    from energymargin.actions.along_plan import Along
+    from energymargin.actions.profile import MarginProfile
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
     from energymargin.scoring import ScoreTable
@@ -453,14 +453,14 @@ def improvement(result: Improvement) -> Summary:
     return Summary("", rows, head, notes, further=ranking(result.ranking))
 
 
-def along(result: Along) -> Summary:
+def margin_profile(result: MarginProfile) -> Summary:
     """Where it is weakest, beside the probability at each moment."""
     rows: list[Row] = [
         ("moments", len(result)),
         ("of them captured", int(result.captured.sum())),
         ("from, to", f"{result.times[0]:.4g} s, {result.times[-1]:.4g} s"),
     ]
-    picture = Picture("plot_along", result, "the probability at each moment")
+    picture = Picture("plot_margin_profile", result, "the probability at each moment")
     return Summary("Margin along a plan", rows, notes=[f"{result.summary}."], picture=picture)
 
 

@@ -120,7 +120,7 @@ def test_a_problem_alone_has_the_seed_itself(dataset):
 def test_the_page_of_a_margin_along_a_plan_gives_its_scores_again(dataset):
     problem = dataset.problems([0], future=LATER)[0]
     asked = {"rollouts": 9, "nodes": 60, "seed": 3, "search": "published"}
-    along = em.along(problem, every=0.5, **asked)
+    along = em.margin_profile(problem, every=0.5, **asked)
     with view(along) as viewer:
         viewer.page.score()
         viewer.page.wait()

@@ -14,7 +14,7 @@ from energymargin.searches import SearchSettings
 from energymargin.store import score_dataset
 from energymargin.viewer import guard, view
 from energymargin.viewer.search import replay, score_state
-from energymargin.viewer.sources import along_scores
+from energymargin.viewer.sources import profile_scores
 from energymargin.viewer.texts import NAMES, escape_text, future_text, score_table
 
 SUCCESS = "probability/success"
@@ -311,7 +311,9 @@ def test_the_page_says_why_a_capture_score_says_less_than_it_seems_to():
 
 def test_scores_along_a_plan_have_the_alongs_disturbance_its_intervals_and_its_efforts():
     pushes = em.disturbances.Gaussian(force=0.3, correlation_time=0.1)
-    along = em.along(strong(carried(0.3)), ahead=0.1, rollouts=30, disturbance=pushes, nodes=50)
+    along = em.margin_profile(
+        strong(carried(0.3)), ahead=0.1, rollouts=30, disturbance=pushes, nodes=50
+    )
     assert 0.0 < along.weakest.probability < 1.0
     with view(along, frame=along.weakest.number) as viewer:
         page = scored_page(viewer)
@@ -333,8 +335,8 @@ def test_scores_along_a_plan_have_the_alongs_disturbance_its_intervals_and_its_e
 
 
 def test_scores_that_an_along_has_not_are_no_curves():
-    along = em.along(carried(0.3), ahead=0.1, rollouts=5, effort=False)
-    assert list(along_scores(along).curves) == ["probability", "low", "high"]
+    along = em.margin_profile(carried(0.3), ahead=0.1, rollouts=5, effort=False)
+    assert list(profile_scores(along).curves) == ["probability", "low", "high"]
     with view(along) as viewer:
         assert not viewer.page._panel._efforts.visible
     successful = carried(0.3, succeeded=em.regions.Ball("box", (0.1, 0.0, 0.0), 0.05))

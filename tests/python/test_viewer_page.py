@@ -419,7 +419,7 @@ def test_wrong_options_are_one_line(arguments, message, tmp_path):
 
 
 def test_an_along_is_a_slider_over_its_moments_with_their_scores(chromium):
-    along = em.along(carried(), ahead=0.1, rollouts=20, effort=False)
+    along = em.margin_profile(carried(), ahead=0.1, rollouts=20, effort=False)
     with view(along) as viewer, opened(chromium, viewer.url) as page:
         ready(page)
         shown = viewer.page._panel

@@ -179,7 +179,8 @@ class Ranking:
         by = f"by at most {most:g}"
         if self.metric.startswith(EFFORT):
             by = f"in at most {most:.0%} of the searches"
-        return f"{said} {_listed(others)} may be better, {by}, with {_percent(confidence)} % confidence"
+        percent = _percent(confidence)
+        return f"{said} {_listed(others)} may be better, {by}, with {percent} % confidence"
 
     def to_markdown(self) -> str:
         """A table, and the decision."""

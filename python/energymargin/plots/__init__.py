@@ -12,10 +12,10 @@ except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 from energymargin.plots.actions import figure_improvement, plot_ranking
-from energymargin.plots.along_plan import figure_along, plot_along
 from energymargin.plots.beliefs import figure_belief
 from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.datasets import figure_qualitative
+from energymargin.plots.profile import figure_margin_profile, plot_margin_profile
 from energymargin.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.plots.states import plot_state, state_legend
 from energymargin.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
@@ -31,14 +31,14 @@ __all__ = [
     "LOST_COLOR",
     "SUCCEEDED_COLOR",
     "TrajectoryScores",
-    "figure_along",
     "figure_belief",
     "figure_improvement",
+    "figure_margin_profile",
     "figure_qualitative",
     "figure_scores",
-    "plot_along",
     "plot_effort",
     "plot_future",
+    "plot_margin_profile",
     "plot_precision_recall",
     "plot_probability",
     "plot_ranking",

@@ -21,7 +21,7 @@ from energymargin.viewer.texts import plain
 
 BAND = "#56B4E9"
 # Scores along a trajectory; the second are those of problems with a horizon. Of an interval's ends
-# only those of an Along are known.
+# only those of a MarginProfile are known.
 LINES = {
     False: {"capture": "#0072B2", "success": "#000000"},
     True: {"probability": "#0072B2", "probability/success": "#000000", "low": BAND, "high": BAND},

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from energymargin import datasets
 from energymargin import tasks as registry
 from energymargin._core import Problem
-from energymargin.actions import Along
+from energymargin.actions import MarginProfile
 from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
@@ -68,7 +68,7 @@ class StateSource:
 
     __repr__ = short_repr
 
-    what: Problem | Along | Dataset
+    what: Problem | MarginProfile | Dataset
     title: str
     """What it is, in a few words."""
     future: Future | None = None
@@ -88,7 +88,7 @@ class StateSource:
             raise ValueError(f"trajectory is {trajectory}, expected 0 to {self.trajectories - 1}")
         if isinstance(what, Problem):
             return Frames(np.zeros(1), np.asarray(what.state)[None], lambda _: what)
-        if isinstance(what, Along):
+        if isinstance(what, MarginProfile):
             return Frames(
                 what.times,
                 what.states,
@@ -117,7 +117,7 @@ class StateSource:
 
 
 def source_of(
-    what: Problem | Dataset | Along | str | os.PathLike[str],
+    what: Problem | Dataset | MarginProfile | str | os.PathLike[str],
     parameters: Mapping[str, Any] | None = None,
     *,
     trajectories: int = 6,
@@ -130,7 +130,7 @@ def source_of(
     Of a task so many trajectories of so many frames are generated, with this seed. Raises
     ValueError on anything else, and OSError on a file that cannot be read.
     """
-    if isinstance(what, Along):
+    if isinstance(what, MarginProfile):
         return StateSource(what, "along a plan")
     if isinstance(what, Problem):
         return StateSource(what, "a problem")
@@ -138,8 +138,8 @@ def source_of(
         return StateSource(what, what.task)
     if not isinstance(what, (str, os.PathLike)):
         raise ValueError(
-            f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, an "
-            "Along, or the name of a task"
+            f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, a "
+            "MarginProfile, or the name of a task"
         )
     path = Path(what)
     if parameters and path.suffix in (PROBLEM, DATASET):
@@ -173,7 +173,7 @@ def first_frame(source: StateSource, trajectory: int | None, frame: int | None) 
         trajectory = _first_lost(source, searched)
     if frame is not None:
         return trajectory, frame
-    if isinstance(source.what, Along):
+    if isinstance(source.what, MarginProfile):
         return trajectory, source.what.weakest.number
     return trajectory, _frame_of(source.frames(trajectory))
 
@@ -223,15 +223,15 @@ class FrameScores:
         ]
 
 
-def along_scores(along: Along) -> FrameScores:
+def profile_scores(profile: MarginProfile) -> FrameScores:
     """The scores of a margin along a plan, at each of its moments."""
-    scores = {"probability": along.probabilities, EFFORT: along.efforts}
+    scores = {"probability": profile.probabilities, EFFORT: profile.efforts}
     # An effort without a bound has no place in a curve.
-    finite = np.where(np.isfinite(along.efforts), along.efforts, np.nan)
-    curves = scores | {"low": along.low, "high": along.high, EFFORT: finite}
+    finite = np.where(np.isfinite(profile.efforts), profile.efforts, np.nan)
+    curves = scores | {"low": profile.low, "high": profile.high, EFFORT: finite}
     search = {
-        **{"nodes": along.nodes, "search": along.search, "seed": along.seed},
-        **{"rollouts": along.rollouts, "common_random_numbers": True},
+        **{"nodes": profile.nodes, "search": profile.search, "seed": profile.seed},
+        **{"rollouts": profile.rollouts, "common_random_numbers": True},
     }
     there = {name: values for name, values in curves.items() if not np.isnan(values).all()}
     return FrameScores([("along the plan", scores)], there, search)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from energymargin._core import Problem
-from energymargin.actions import Along
+from energymargin.actions import MarginProfile
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
@@ -18,8 +18,8 @@ from energymargin.viewer.page import Page
 from energymargin.viewer.sources import (
     FrameScores,
     StateSource,
-    along_scores,
     first_frame,
+    profile_scores,
     source_of,
     stored_scores,
 )
@@ -74,7 +74,7 @@ class Viewer(Closing):
 
 
 def view(
-    what: Problem | Dataset | Along | str | os.PathLike[str],
+    what: Problem | Dataset | MarginProfile | str | os.PathLike[str],
     *,
     parameters: Mapping[str, Any] | None = None,
     trajectory: int | None = None,
@@ -96,15 +96,16 @@ def view(
 
     Args:
         what: a problem, a dataset, a path to the file of one, the name of a task, of which
-            trajectories are generated, or an Along, whose moments are the frames.
+            trajectories are generated, or a MarginProfile, whose moments are the frames.
         parameters: of the task.
         trajectory: the one that is shown first, from 0. None takes the first one that ends outside
             of its capture set, or else the first.
         frame: of that trajectory, from 0. None takes one a quarter of all frames before its last
-            loss, the middle one without a loss, or the weakest moment of an Along.
-        nodes: of each search tree. None takes those of `scores` or of an Along, or else 1000.
+            loss, the middle one without a loss, or the weakest moment of a MarginProfile.
+        nodes: nodes of each search tree. None takes those of `scores` or of a MarginProfile, or
+            else 1000.
         seed: of searches and of a task's trajectories. None takes that of `scores`
-            or of an Along, or else 0.
+            or of a MarginProfile, or else 0.
         future: the horizon and plan of the states of a dataset or a task:
             `em.datasets.Future(5, "hold")` asks whether they stay captured over the next five
             frames while the robot goes on as it moves. None takes that of `scores`, or else asks
@@ -148,11 +149,11 @@ def _scores_of(
     run: int | None,
     future: Future | None,
 ) -> FrameScores | None:
-    """Those of a file, or of an Along; ValueError if what they are about is not what is asked."""
+    """Scores of a file, or of a MarginProfile; ValueError if they are about another question."""
     if scores is None:
-        return along_scores(source.what) if isinstance(source.what, Along) else None
+        return profile_scores(source.what) if isinstance(source.what, MarginProfile) else None
     if not isinstance(source.what, Dataset):
-        kind = "an Along" if isinstance(source.what, Along) else "a problem"
+        kind = "a MarginProfile" if isinstance(source.what, MarginProfile) else "a problem"
         raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
     name = source.title if source.opened else "DATASET"
     stored = stored_scores(scores, source.what, run, name)

@@ -29,7 +29,7 @@ def coasting():
 
 @pytest.fixture(scope="module")
 def coasted():
-    return em.along(
+    return em.margin_profile(
         coasting(), every=0.25, ahead=AHEAD, disturbance=one_push, rollouts=400, nodes=300
     )
 
@@ -44,7 +44,7 @@ def gate():
 
 @pytest.fixture(scope="module")
 def through_the_gate():
-    return em.along(gate(), ahead=0.3, rollouts=60, nodes=150)
+    return em.margin_profile(gate(), ahead=0.3, rollouts=60, nodes=150)
 
 
 def test_probabilities_are_those_of_the_closed_form(coasted):
@@ -96,7 +96,7 @@ def test_each_moment_has_the_scores_of_its_problem_alone(through_the_gate):
 
 def test_moments_follow_the_plan_and_have_what_is_left_of_it():
     whole = waving(0.5)
-    found = em.along(whole, rollouts=1, effort=False)
+    found = em.margin_profile(whole, rollouts=1, effort=False)
     rows = np.asarray(whole.plan.wrenches["pusher"])
     steps = [round(time / STEP) for time in found.times]
     assert steps == [0, 24, 48, 72, 96]
@@ -109,13 +109,15 @@ def test_moments_follow_the_plan_and_have_what_is_left_of_it():
 
 def test_another_plan_takes_the_place_of_the_problems_own():
     rows = np.zeros((48, 6))
-    found = em.along(carried(), em.Plan(STEP, wrenches={"pusher": rows}), effort=False, rollouts=1)
+    found = em.margin_profile(
+        carried(), em.Plan(STEP, wrenches={"pusher": rows}), effort=False, rollouts=1
+    )
     assert found.times.tolist() == [0.0, 0.1]
     assert found.problems[1].plan.wrenches["pusher"].shape == (24, 6)
 
 
 def test_moments_after_the_exit_are_not_captured_and_never_the_weakest():
-    found = em.along(carried(), ahead=0.1, effort=False, rollouts=20)
+    found = em.margin_profile(carried(), ahead=0.1, effort=False, rollouts=20)
     assert found.captured.tolist() == [True, True, True, True, False, False]
     assert np.all(found.probabilities[~found.captured] == 0.0)
     assert found.weakest.number == 3
@@ -123,33 +125,35 @@ def test_moments_after_the_exit_are_not_captured_and_never_the_weakest():
 
 
 def test_the_last_moment_looks_no_further_than_the_end():
-    rest = em.along(coasting(), every=0.5, rollouts=1, effort=False)
+    rest = em.margin_profile(coasting(), every=0.5, rollouts=1, effort=False)
     assert rest.ahead == pytest.approx([2.0, 1.5, 1.0, 0.5])
-    ahead = em.along(coasting(), every=0.5, ahead=1.2, rollouts=1, effort=False)
+    ahead = em.margin_profile(coasting(), every=0.5, ahead=1.2, rollouts=1, effort=False)
     assert ahead.times == pytest.approx([0.0, 0.5])
     assert ahead.ahead == pytest.approx([1.2, 1.2])
 
 
 @pytest.mark.parametrize("workers", [{"threads": 1}, {"executor": em.executors.Processes(2)}])
 def test_bits_depend_on_no_executor(through_the_gate, workers):
-    again = em.along(gate(), ahead=0.3, rollouts=60, nodes=150, **workers)
+    again = em.margin_profile(gate(), ahead=0.3, rollouts=60, nodes=150, **workers)
     assert again.to_csv() == through_the_gate.to_csv()
 
 
 def test_without_efforts_they_are_missing():
-    found = em.along(coasting(), every=0.5, effort=False, rollouts=2)
+    found = em.margin_profile(coasting(), every=0.5, effort=False, rollouts=2)
     assert np.isnan(found.efforts).all() and "effort" not in repr(found)
 
 
 def test_progress_counts_rollouts_and_searches():
     seen = []
-    em.along(coasting(), every=0.5, rollouts=2, nodes=10, progress=lambda *done: seen.append(done))
+    em.margin_profile(
+        coasting(), every=0.5, rollouts=2, nodes=10, progress=lambda *done: seen.append(done)
+    )
     assert seen[-1] == (12, 12) and [done for done, _ in seen] == sorted(done for done, _ in seen)
 
 
 def test_a_cancel_keeps_what_is_done_and_says_so():
     cancel = em.Cancel()
-    found = em.along(
+    found = em.margin_profile(
         coasting(),
         every=0.05,
         rollouts=2,
@@ -162,7 +166,7 @@ def test_a_cancel_keeps_what_is_done_and_says_so():
     assert there.any() and not np.isnan(found.low[there]).any()
     assert np.isnan(found.efforts).all()
     with pytest.raises(em.Cancelled):
-        em.along(coasting(), cancel=cancel)
+        em.margin_profile(coasting(), cancel=cancel)
 
 
 @pytest.mark.parametrize(
@@ -183,12 +187,12 @@ def test_a_cancel_keeps_what_is_done_and_says_so():
 )
 def test_bad_input_is_refused(given, message):
     with pytest.raises(ValueError) as error:
-        em.along(**{"problem": coasting(), **given})
+        em.margin_profile(**{"problem": coasting(), **given})
     assert str(error.value).startswith(message)
 
 
 def test_moments_at_50_hz_are_50_a_second():
-    found = em.along(coasting(), every=0.02, ahead=1.0, rollouts=1, effort=False)
+    found = em.margin_profile(coasting(), every=0.02, ahead=1.0, rollouts=1, effort=False)
     assert np.round(found.times[:6] * 240, 6).tolist() == [0, 5, 10, 14, 19, 24]
     assert len(found) == 51 and found.times[-1] == pytest.approx(1.0)
 
@@ -197,7 +201,7 @@ def test_a_plan_of_50_hz_is_followed():
     problem = coasting()
     body = next(body.name for body in problem.scene.bodies if not body.fixed)
     plan = em.Plan(0.02, wrenches={body: np.zeros((20, 6))})
-    found = em.along(problem, plan, every=0.1, rollouts=1, effort=False)
+    found = em.margin_profile(problem, plan, every=0.1, rollouts=1, effort=False)
     assert found.times[-1] + found.ahead[-1] == pytest.approx(0.4)
 
 
@@ -216,28 +220,35 @@ def test_it_can_be_pickled_and_shown(through_the_gate):
 
 
 def test_the_picture_marks_the_weakest_moment_in_both_axes(through_the_gate):
-    above, below = em.plots.figure_along(through_the_gate).axes
+    above, below = em.plots.figure_margin_profile(through_the_gate).axes
     weakest = through_the_gate.weakest
     for ax, value in ((above, weakest.probability), (below, weakest.effort)):
         (mark,) = (line for line in ax.lines if line.get_marker() == "D")
         assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (weakest.time, value)
-    assert len(em.plots.figure_along(em.along(coasting(), effort=False, rollouts=1)).axes) == 1
+    assert (
+        len(
+            em.plots.figure_margin_profile(
+                em.margin_profile(coasting(), effort=False, rollouts=1)
+            ).axes
+        )
+        == 1
+    )
 
 
 def test_the_picture_shades_what_is_not_captured():
-    found = em.along(carried(), ahead=0.1, effort=False, rollouts=5)
-    ax = em.plots.plot_along(found)
+    found = em.margin_profile(carried(), ahead=0.1, effort=False, rollouts=5)
+    ax = em.plots.plot_margin_profile(found)
     shades = [p for p in ax.patches if same_color(p.get_facecolor()[:3], "#D55E00")]
     assert len(shades) == 2
-    with pytest.raises(ValueError, match="along is 1, expected an Along"):
-        em.plots.plot_along(1)
+    with pytest.raises(ValueError, match="profile is 1, expected a MarginProfile"):
+        em.plots.plot_margin_profile(1)
 
 
 @pytest.mark.parametrize(("most", "scale"), [(20.0, "linear"), (40.0, "log")])
 def test_efforts_that_differ_much_have_a_logarithmic_axis(through_the_gate, most, scale):
     efforts = np.full(len(through_the_gate), np.inf)
     efforts[:2] = 1.0, most
-    _, below = em.plots.figure_along(replace(through_the_gate, efforts=efforts)).axes
+    _, below = em.plots.figure_margin_profile(replace(through_the_gate, efforts=efforts)).axes
     low, high = below.get_ylim()
     assert below.get_yscale() == scale
     assert low < 1.0 and high > most
@@ -252,7 +263,7 @@ def test_another_plan_takes_the_place_of_a_drive():
     rows = np.zeros((60, 6))
     rows[:, 1] = 9.0
     plan = em.Plan(1 / 240, wrenches={"effector": rows})
-    along_it = em.along(driven, plan, every=0.125, rollouts=4, effort=False)
+    along_it = em.margin_profile(driven, plan, every=0.125, rollouts=4, effort=False)
     assert len(along_it) == 2 and along_it.problems[0].effector == "coast"
 
 
@@ -260,25 +271,27 @@ def test_the_moments_end_where_a_state_makes_no_problem():
     """A box that leaves the bounds of the states: the moments before it are told, and why."""
     bounds = em.regions.HalfSpace("object", (1, 0, 0), 0.9)
     moving = problem(0.0, 2.0, within=bounds)
-    found = em.along(moving, every=0.25, rollouts=4, effort=False)
+    found = em.margin_profile(moving, every=0.25, rollouts=4, effort=False)
     assert np.allclose(found.times, [0.0, 0.25]) and found.complete
     assert "after 0.5 s of the nominal motion: state is outside" in found.ended
     assert found.ended in repr(found)
-    assert em.along(problem(), every=0.5, rollouts=4, effort=False).ended is None
+    assert em.margin_profile(problem(), every=0.5, rollouts=4, effort=False).ended is None
 
 
 def test_results_are_themselves_alone():
     """They hold arrays, which have no one answer to ==."""
-    first, second = (em.along(problem(), every=0.5, rollouts=4, effort=False) for _ in range(2))
+    first, second = (
+        em.margin_profile(problem(), every=0.5, rollouts=4, effort=False) for _ in range(2)
+    )
     assert first != second and len({first, second}) == 2
 
 
 def test_rollouts_that_diverge_do_not_count_at_a_moment_and_too_many_are_an_error():
     asked = problem(horizon=0.5)
-    found = em.along(
+    found = em.margin_profile(
         asked, every=0.25, rollouts=20, disturbance=diverging(1), effort=False, threads=1
     )
     assert found.diverged.tolist() == [1, 0]
     assert not np.isnan(found.probabilities).any()
     with pytest.raises(em.DivergedError, match="2 of 20 rollouts of the moment at 0 s diverged"):
-        em.along(asked, every=0.25, rollouts=20, disturbance=diverging(2), threads=1)
+        em.margin_profile(asked, every=0.25, rollouts=20, disturbance=diverging(2), threads=1)

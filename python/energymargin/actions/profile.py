@@ -1,4 +1,4 @@
-"""`em.along`: the margin at each moment of a plan's nominal motion, and where it is weakest."""
+"""`em.margin_profile`: the margin at each moment of a plan's nominal motion, and the weakest."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ class Moment(NamedTuple):
     """One moment of a nominal motion."""
 
     number: int
-    """Of all, from 0."""
+    """Number of the moment, from 0."""
     time: float
     """[s]."""
     probability: float
     low: float
-    """End of a 95 % interval of the probability."""
+    """Lower end of a 95 % interval of the probability."""
     high: float
-    """The other end."""
+    """Upper end of the interval."""
     effort: float
     """[J]; inf if no escape was found, NaN if it was not asked for."""
 
 
 @dataclass(frozen=True, eq=False)
-class Along:
+class MarginProfile:
     """The margin along a plan: of K moments of the motion without a disturbance."""
 
     _repr_html_ = html_or_text
 
     times: NDArray[np.float64]
-    """Of the moments [s], shape (K,)."""
+    """Times of the moments [s], shape (K,)."""
     ahead: NDArray[np.float64]
     """How far each of them looks ahead [s], shape (K,)."""
     states: NDArray[np.float64]
@@ -57,13 +57,13 @@ class Along:
     captured: NDArray[np.bool_]
     """Whether the nominal motion itself is in the capture set, shape (K,)."""
     probabilities: NDArray[np.float64]
-    """Of staying captured for so long, shape (K,); NaN if the time was over before."""
+    """Probabilities of staying captured for so long, shape (K,); NaN if there was no time left."""
     low: NDArray[np.float64]
-    """Ends of 95 % intervals of them (Clopper and Pearson), shape (K,)."""
+    """Lower ends of their 95 % intervals (Clopper and Pearson), shape (K,)."""
     high: NDArray[np.float64]
-    """The other ends, shape (K,)."""
+    """Upper ends, shape (K,)."""
     diverged: NDArray[np.int64]
-    """Of their rollouts, those that diverged and do not count, shape (K,)."""
+    """Numbers of rollouts that diverged and do not count, shape (K,)."""
     efforts: NDArray[np.float64]
     """Least effort of escape in the same time that was found [J], shape (K,): inf if none was, NaN
     if it was not asked for, or the time was over before."""
@@ -75,7 +75,7 @@ class Along:
     disturbance: Disturbance | None = None
     """None: Uniform()."""
     search: Search | None = None
-    """Of the efforts, as of `em.escape_effort`."""
+    """Search of the efforts, as in `em.escape_effort`."""
     complete: bool = True
     """Whether every moment has its scores: False if the timeout or the cancel came first."""
     ended: str | None = None
@@ -106,7 +106,7 @@ class Along:
         more = f", {lost} of them not captured" if lost else ""
         more += "" if self.complete else ", stopped early"
         more += "" if self.ended is None else f"; {self.ended}"
-        return f"Along({len(self)} moments{more}; {self.summary})"
+        return f"MarginProfile({len(self)} moments{more}; {self.summary})"
 
     @property
     def summary(self) -> str:
@@ -131,7 +131,7 @@ class Along:
         return csv_text(names, list(zip(*(c.tolist() for c in columns), strict=True)))
 
 
-def along(
+def margin_profile(
     problem: Problem,
     plan: Plan | None = None,
     *,
@@ -148,7 +148,7 @@ def along(
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-) -> Along:
+) -> MarginProfile:
     """The margin at each moment of the motion that a plan makes if nothing disturbs it.
 
     At each moment: the probability of staying captured from there on, and the least effort of
@@ -165,15 +165,15 @@ def along(
         rollouts: of each probability.
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform().
         effort: False leaves out the efforts.
-        nodes: of each search, as of `em.escape_effort`.
-        search: the same.
+        nodes: nodes of each search, as in `em.escape_effort`.
+        search: "improved" or "published", as in `em.escape_effort`.
         seed: of all moments: their probabilities are those of `em.capture_probability` with this
             seed, their searches those of `em.escape_effort` with em.stream(seed, 0).
         threads: None takes all cores. The bits do not depend on them.
         executor: in place of threads, as of `em.score`.
         progress: progress(done, total) counts rollouts and searches.
         timeout: after so many seconds the scores count that are there; others are NaN.
-        cancel: the same once it is set.
+        cancel: ends it as a timeout does, once it is set.
 
     Where a state of the nominal motion makes no problem, such as one outside of the bounds
     `within`, the moments end, and `ended` says why. Ctrl-C stops within 0.2 s. Raises ValueError on
@@ -222,7 +222,7 @@ def along(
     _require_few_diverged(found[0], numbers, step)
     missing = (np.nan, np.nan)
     low, high = np.array([missing if one is None else one.interval() for one in found[0]]).T
-    return Along(
+    return MarginProfile(
         times=np.array(numbers) * step,
         ahead=np.array(lengths) * step,
         states=states,
@@ -255,7 +255,9 @@ def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
             plan=fitting, horizon=fitting.duration, effector="coast", start_outside=True
         )
     if problem.horizon is None:
-        raise ValueError("problem is without plan and horizon, expected one: along(problem, plan)")
+        raise ValueError(
+            "problem is without plan and horizon, expected one: margin_profile(problem, plan)"
+        )
     return problem
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from energymargin.actions.along_plan import EFFORT, Along, Moment
+from energymargin.actions.profile import EFFORT, MarginProfile, Moment
 from energymargin.arguments import shown
 from energymargin.metrics import KINDS, value_text, with_unit
 from energymargin.plots.styles import (
@@ -25,38 +25,38 @@ FREE = 0.15  # of the height, below those marks
 WEAKEST_COLOR = "black"
 
 
-def plot_along(along: Along, *, ax: Axes | None = None) -> Axes:
+def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Axes:
     """Probability of staying captured at each moment, between the ends of its interval.
 
     A diamond is at the weakest moment. Moments at which the nominal motion itself is out of the
     capture set are shaded. Returns `ax`, or the axes of a new figure. Raises ValueError on another
-    thing than an Along.
+    thing than a MarginProfile.
     """
-    _check(along)
+    _check(profile)
     ax = axes_or_new(ax, WIDTH, HEIGHT)
-    style, weakest = metric_style("probability"), along.weakest
+    style, weakest = metric_style("probability"), profile.weakest
     ax.fill_between(
-        along.times, along.low, along.high, color=CAPTURED_COLOR, alpha=0.35, linewidth=0
+        profile.times, profile.low, profile.high, color=CAPTURED_COLOR, alpha=0.35, linewidth=0
     )
     ax.plot(
-        along.times,
-        along.probabilities,
+        profile.times,
+        profile.probabilities,
         color=style.color,
         linewidth=1.4,
         marker=style.marker,
         markersize=3.5,
-        label=f"captured for {_ahead(along)}",
+        label=f"captured for {_ahead(profile)}",
     )
     text = f"weakest: {value_text('probability', weakest.probability)} at {weakest.time:.3g} s"
     _mark(ax, weakest, weakest.probability, text)
     ax.set_ylim(-0.05, 1.05)
-    return _finished(ax, along, "probability")
+    return _finished(ax, profile, "probability")
 
 
-def figure_along(along: Along) -> Figure:
-    """`plot_along`, and the efforts below it, if they were asked for."""
-    _check(along)
-    efforts = not np.isnan(along.efforts).all()
+def figure_margin_profile(profile: MarginProfile) -> Figure:
+    """`plot_margin_profile`, and the efforts below it, if they were asked for."""
+    _check(profile)
+    efforts = not np.isnan(profile.efforts).all()
     height = HEIGHT + OF_EFFORTS * efforts
     figure = Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
     axes = figure.subplots(
@@ -65,20 +65,20 @@ def figure_along(along: Along) -> Figure:
         squeeze=False,
         height_ratios=(HEIGHT, OF_EFFORTS)[: 1 + efforts],
     )[:, 0]
-    plot_along(along, ax=axes[0])
+    plot_margin_profile(profile, ax=axes[0])
     if efforts:
         axes[0].set_xlabel("")
-        _draw_efforts(axes[1], along)
+        _draw_efforts(axes[1], profile)
     return figure
 
 
-def _draw_efforts(ax: Axes, along: Along) -> None:
+def _draw_efforts(ax: Axes, profile: MarginProfile) -> None:
     """On a logarithmic axis if they differ much; marks at the top where no escape was found."""
-    style, weakest = metric_style(EFFORT), along.weakest
+    style, weakest = metric_style(EFFORT), profile.weakest
     draw_bounded(
         ax,
-        along.times,
-        along.efforts,
+        profile.times,
+        profile.efforts,
         "least effort found",
         endless="no escape found",
         color=style.color,
@@ -86,18 +86,18 @@ def _draw_efforts(ax: Axes, along: Along) -> None:
         marker=style.marker,
         markersize=3.5,
     )
-    there = along.efforts[np.isfinite(along.efforts)]
+    there = profile.efforts[np.isfinite(profile.efforts)]
     if len(there):
         _scale(ax, float(there.min()), float(there.max()))
     if np.isfinite(weakest.effort):
         _mark(ax, weakest, weakest.effort, f"there: {with_unit(EFFORT, weakest.effort)}")
-    _finished(ax, along, "effort")
+    _finished(ax, profile, "effort")
     if not len(there):
         ax.set_yticks([])
 
 
 def _scale(ax: Axes, least: float, most: float) -> None:
-    """Of an axis of efforts, with space for the marks above them."""
+    """Scales an axis of efforts, with space for the marks above them."""
     if least > 0 and most / least >= LOG_FROM:
         ax.set_yscale("log")
         ax.set_ylim(least * (least / most) ** FREE, most * (most / least) ** (2 * FREE))
@@ -120,22 +120,24 @@ def _mark(ax: Axes, weakest: Moment, value: float, text: str) -> None:
     )
 
 
-def _finished(ax: Axes, along: Along, kind: str) -> Axes:
+def _finished(ax: Axes, profile: MarginProfile, kind: str) -> Axes:
     """Shades, labels and the legend."""
-    shade_frames(ax, along.times, ~along.captured, "nominal motion not captured")
+    shade_frames(ax, profile.times, ~profile.captured, "nominal motion not captured")
     ax.set(xlabel="time of the plan [s]", ylabel=KINDS[kind].axis)
     light_grid(ax)
     ax.legend(fontsize=LEGEND_SIZE, frameon=False)
     return ax
 
 
-def _ahead(along: Along) -> str:
+def _ahead(profile: MarginProfile) -> str:
     """How far they look, in words."""
-    if len(along) > 1 and np.ptp(along.ahead) > 0:
+    if len(profile) > 1 and np.ptp(profile.ahead) > 0:
         return "the rest of the plan"
-    return f"{along.ahead[0]:.3g} s"
+    return f"{profile.ahead[0]:.3g} s"
 
 
-def _check(along: Along) -> None:
-    if not isinstance(along, Along):
-        raise ValueError(f"along is {shown(along)}, expected an Along, as of em.along")
+def _check(profile: MarginProfile) -> None:
+    if not isinstance(profile, MarginProfile):
+        raise ValueError(
+            f"profile is {shown(profile)}, expected a MarginProfile, as of em.margin_profile"
+        )
