@@ -77,7 +77,7 @@ def shape_corners(shape: Any) -> NDArray[np.float64]:
 
 
 def body_poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
-    """Of all bodies, in a state."""
+    """Poses of all bodies in a state, by name."""
     moving = scene.unpack(state)
     return {
         body.name: (body.position, body.orientation)

@@ -43,7 +43,7 @@ def nearest_steps(times: ArrayLike, step: float) -> NDArray[np.int64]:
 
 
 def in_steps(plan: Plan, step: float) -> Plan:
-    """The same plan for a scene of this step [s], which a problem and a world take.
+    """The plan for a scene of this step [s], which a problem and a world take.
 
     Each row begins at the step that is nearest to its time, by `nearest_steps`: rows of 50 Hz last
     5 or 4 steps at 240 steps a second, and 50 of them a second. A plan whose rows are whole steps

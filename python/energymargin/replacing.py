@@ -37,7 +37,7 @@ def replace_text(path: Path, text: str) -> None:
 
 
 def _remove_leftovers(path: Path) -> None:
-    """Of processes of this machine that are gone."""
+    """Removes the files of processes of this machine that are gone."""
     prefix = f".{path.name}.{socket.gethostname()}."
     for name in os.listdir(path.parent):
         process = name.removeprefix(prefix)

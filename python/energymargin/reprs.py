@@ -45,7 +45,7 @@ def _text(value: object) -> str:
 
 
 def _entry(value: object) -> str:
-    """Of a field or a dictionary; its own entries are counted."""
+    """An entry of a field or a dictionary in words; its own entries are counted."""
     if isinstance(value, np.ndarray):
         return _text(value)
     if isinstance(value, Mapping) and value:

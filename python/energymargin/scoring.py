@@ -160,15 +160,16 @@ class ScoreTable:
     __repr__ = short_repr
 
     index: NDArray[np.int64]
-    """Which problem, shape (N,), rising."""
+    """Number of the problem of each row, shape (N,), rising."""
     seconds: NDArray[np.float64]
     """Computing time of each, that of its searches on their threads added up [s], shape (N,)."""
     scores: dict[str, NDArray[np.float64]]
-    """By metric, (N,): capture, success in 0..1; effort [J], inf if there is no escape; force."""
+    """Scores by metric, shape (N,): capture, success in 0..1; effort [J], inf without an escape;
+    force."""
     steps: NDArray[np.int64]
-    """Simulation steps of each, shape (N,)."""
+    """Simulation steps of each problem, shape (N,)."""
     unconverged: NDArray[np.int64]
-    """Of these, steps whose contact solver did not converge, shape (N,)."""
+    """Simulation steps whose contact solver did not converge, shape (N,)."""
     lost_time: NDArray[np.float64]
     """Time of each in which nothing moved, as bodies would have passed through each other [s],
     shape (N,)."""

@@ -54,10 +54,11 @@ ALGORITHM = "0.14.0"
 any score sets it to the version that has the change, together with the golden values."""
 
 ALGORITHM_IMPROVED = "0.14.0"
-"""The same of the efforts of search="improved", which more changes may move than the others."""
+"""The version since which efforts of search="improved" have the same bits: more changes may move
+them than the others."""
 
 Search = Literal["improved", "published"]
-"""Of the efforts, as of `escape_effort`."""
+"""Search of the efforts, as in `escape_effort`."""
 SEARCHES: tuple[Search, ...] = ("improved", "published")
 
 MOST_NODES = 10**9
@@ -86,38 +87,38 @@ class SearchSettings:
         "Of capture and success: the most states of a rollout that are nodes. More of them take "
         "fewer rollouts.",
     )
-    """Of capture and success, as of `capture_score`."""
+    """Most nodes of a rollout in the trees of capture and success, as in `capture_score`."""
     least_likelihood: float = setting(
         0.0,
         "Of capture and success: a rollout ends where its likelihood falls to this share of the "
         "root's.",
     )
-    """Of capture and success, as of `capture_score`."""
+    """Likelihood at which a rollout ends, as a share of the root's, as in `capture_score`."""
     stop_at_escape: bool = setting(
         False, "Of the efforts: a rollout ends where it is seen outside of the capture set."
     )
-    """Of the efforts, as of `escape_effort`."""
+    """Whether rollouts of the efforts end at an escape, as in `escape_effort`."""
     rollouts: int = setting(30, "Of each probability: more make its interval narrower.")
-    """Of the probabilities, as of `capture_probability`."""
+    """Rollouts of each probability, as in `capture_probability`."""
     strength: float = setting(
         1.0, "Of the disturbance of the probabilities: a share of the task's bounds.", shown="1"
     )
-    """Of their disturbance, as of `em.disturbances.Uniform`."""
+    """Strength of the disturbance of the probabilities, as in `em.disturbances.Uniform`."""
     objects: int | None = setting(None, "Objects that are disturbed at a time; all if not given.")
-    """The same: how many of several objects it meets at a time; None: all."""
+    """Number of objects that the disturbance meets at a time; None: all."""
     common_random_numbers: bool = setting(
         False,
         "All states meet the same disturbances (common random numbers), to be compared.",
     )
-    """Of the probabilities: every problem draws from the seed itself, and not from its own stream,
-    so that problems are compared under the same disturbances."""
+    """Whether every problem draws the disturbances of its probability from the seed itself, and not
+    from its own stream, so that problems are compared under the same disturbances."""
     search: Search | None = setting(
         None,
         "Of the efforts: improved finds cheaper escapes, published is the paper's search. If not "
         "given improved with a horizon, published without, where it alone ranks.",
     )
-    """Of the efforts, as of `escape_effort`: "improved", or "published", which is the paper's;
-    None: that which ranks, "improved" of problems with a horizon and "published" of others."""
+    """Search of the efforts, as in `escape_effort`: "improved", or "published", the paper's; None:
+    that which ranks, "improved" of problems with a horizon and "published" of others."""
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
@@ -153,7 +154,7 @@ class SearchSettings:
         return Uniform(self.strength, self.objects)
 
     def of_clock(self, *, timed: bool) -> SearchSettings:
-        """The same of problems with a horizon or of others, with a word for the search."""
+        """These settings with the default search of problems with a horizon, or of others."""
         search = self.search or ("improved" if timed else "published")
         changed: SearchSettings = replace(self, search=search)
         return changed
@@ -271,7 +272,7 @@ def value_of(metric: str, found: Found) -> float:
 
 
 def _seed(metric: str, settings: SearchSettings, number: int | None) -> int:
-    """Of the search of a batch's problem of this number."""
+    """Seed of the search of a batch's problem of this number."""
     common = settings.common_random_numbers and metric in TIMED
     return settings.seed if number is None or common else stream(settings.seed, number)
 

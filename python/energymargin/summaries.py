@@ -408,7 +408,7 @@ def _yes(value: bool) -> str:
 
 
 def _parameters(values: Mapping[str, Any]) -> str:
-    """Of a task, or of a trajectory. None is a parameter that is drawn for each trajectory."""
+    """Parameters in words; None is one that is drawn at random for each trajectory."""
     named = values.items()
     parts = [f"{n} drawn at random" if v is None else f"{n} = {_short(v)}" for n, v in named]
     return ", ".join(parts) or "nothing"

@@ -93,14 +93,14 @@ class Choice:
     __repr__ = short_repr
 
     number: int
-    """Of the chosen action; 0 is the policy's."""
+    """Number of the chosen action; 0 is the policy's."""
     probabilities: NDArray[np.float64]
-    """Of the actions, NaN of those that were not asked, or of which too many rollouts diverged,
-    shape (k,)."""
+    """Probabilities of staying captured, shape (k,); NaN of an action that was not asked, or of
+    which too many rollouts diverged."""
     rollouts: int = 0
-    """Spent on all of them."""
+    """Rollouts spent on all of them."""
     diverged: int = 0
-    """Of these, those that diverged and do not count."""
+    """Rollouts that diverged and do not count."""
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ class Generation:
     points: NDArray[np.float64]
     """Their parameters in the unit cube, shape (P, D)."""
     scores: NDArray[np.float64]
-    """Shape (P,): a probability, or the median effort [J]; NaN of those that cannot be."""
+    """Probabilities, or median efforts [J], shape (P,); NaN of plans that cannot be."""
     best: int
     """Number of the best."""
     factor: float
@@ -372,7 +372,8 @@ class _Run:
         return ranking
 
     def _raced(self, points: dict[str, Point], seed: int, terms: Terms, limit: Limit) -> Ranking:
-        """Of those that can be. Whose rollouts diverge cannot, but the start has to."""
+        """Ranking of the points that make a plan. A plan whose rollouts diverge leaves; the start
+        has to stay."""
         problems = self._there(points)
         if not problems:
             raise ValueError("make_plan returned None for values that it made a plan of before")
@@ -414,7 +415,7 @@ class _Run:
 
 
 def _scores(question: Question, count: int, draws: dict[int, Draws]) -> Point:
-    """Of each point, shape (count,); NaN of those that were not simulated."""
+    """Scores of all points, shape (count,); NaN of those that were not simulated."""
     scores = np.full(count, np.nan)
     for number, one in draws.items():
         scores[number] = score_of(question, one.kept)

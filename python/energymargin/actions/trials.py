@@ -47,16 +47,16 @@ class Question:
     """What each draw is asked; raises ValueError on what cannot be."""
 
     metric: str = "probability"
-    """Of OBJECTIVES."""
+    """One of OBJECTIVES."""
     disturbance: Disturbance | None = None
-    """Of the probabilities, as of `capture_probability`; None: Uniform()."""
+    """Disturbance of the probabilities, as in `capture_probability`; None: Uniform()."""
     seed: int = 0
-    """Of draw j: rollout number j of a probability with it; of an effort the search of the seed
-    stream(seed, j)."""
+    """Seed of the draws: draw j of a probability is rollout number j with it, of an effort the
+    search with the seed stream(seed, j)."""
     nodes: int = 1000
-    """Of the efforts."""
+    """Nodes of each search."""
     search: Search | None = None
-    """The same."""
+    """Search of the efforts, as in `escape_effort`."""
 
     def __post_init__(self) -> None:
         """Checks it."""
@@ -133,7 +133,7 @@ class Trial:
     """With an uncertainty the numbers of its draws, one for each problem."""
 
     def parts(self, size: int) -> Iterator[Trial]:
-        """The same in parts of so many draws, at most."""
+        """Yields this trial in parts of so many draws, at most."""
         for start in range(0, self.count, size):
             count = min(size, self.count - start)
             alone = len(self.problems) == 1
@@ -184,8 +184,8 @@ class Draws:
     __repr__ = short_repr
 
     values: NDArray[np.float64]
-    """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]; NaN of a rollout that
-    diverged."""
+    """Values of the draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout
+    that diverged."""
     times: NDArray[np.float64]
     """For how long each stayed captured, as a share of its horizon, shape (N,); of an effort 1 if
     the search found no escape, else 0; NaN of a rollout that diverged."""

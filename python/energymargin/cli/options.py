@@ -103,7 +103,7 @@ PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none"
 def chosen_executor(
     threads: int | None, processes: int | None = None, scheduler: str | None = None
 ) -> Executor:
-    """Of these options, of which one may be given; threads if none is."""
+    """Executor that these options choose, of which one may be given; threads if none is."""
     from energymargin.executors import Processes, Threads
 
     require_one(threads=threads, processes=processes, scheduler=scheduler)

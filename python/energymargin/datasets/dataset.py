@@ -42,7 +42,7 @@ from energymargin.tasks.base import Task
 from energymargin.trajectories import Trajectory
 
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
-"""Of a state: trajectory, frame, captured, success, captured_any, success_any."""
+"""Label of a state: trajectory, frame, captured, success, captured_any, success_any."""
 
 # The seed of a trajectory changes none of its numbers.
 _HASHED = [name for name in (*(ROW.names or ()), *COLUMNS) if name != "seed"]
@@ -103,7 +103,7 @@ class Dataset(Closing):
         return list(self._places(range(self.size)))
 
     def labels(self, first: int, last: int) -> list[Label]:
-        """Of the states from number `first` on, before `last`.
+        """Labels of the states from number `first` on, before `last`.
 
         Raises ValueError unless 0 <= first <= last <= size.
         """
@@ -299,7 +299,7 @@ def _read(path: Path, file: h5py.File) -> Dataset:
 
 
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
-    """Of trajectories in any blocks: each column is a stream of bytes of its own."""
+    """Digest of trajectories in any blocks: each column is a stream of bytes of its own."""
     streams = {name: hashlib.sha256() for name in _HASHED}
     bodies = BodyNames()
     for block in blocks:

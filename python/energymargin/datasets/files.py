@@ -156,7 +156,7 @@ class Recorded(Sequence[Trajectory]):
             yield self._read(number)
 
     def captured(self, first: int, last: int) -> tuple[NDArray[np.bool_], NDArray[np.int8]]:
-        """Of the states from number `first` on, before `last`: `captured` and `captured_any`."""
+        """`captured` and `captured_any` of the states from number `first` on, before `last`."""
         self._require_open()
         with reading(self.path):
             captured, some = (self._file[name][first:last] for name in ("captured", "captured_any"))
@@ -205,7 +205,7 @@ def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
 
 
 def _cut(blocks: Iterable[Block]) -> Iterator[Block]:
-    """The same trajectories, cut into blocks by their lengths alone."""
+    """Cuts trajectories into blocks by their lengths alone."""
     waiting: list[Block] = []
     for block in blocks:
         waiting.append(block)

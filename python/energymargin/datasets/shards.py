@@ -111,7 +111,7 @@ def folder_of(path: Path) -> Path:
 
 
 def spans_in(folder: Path) -> list[Span]:
-    """Of the shards that are there, rising."""
+    """Spans of the shards that are there, rising."""
     names = [file.name.removesuffix(SUFFIX) for file in folder.glob(f"[0-9]*{SUFFIX}")]
     return sorted((int(first), int(last)) for first, _, last in (n.partition("-") for n in names))
 
@@ -152,7 +152,7 @@ class ShardFolder(Closing):
             raise OSError(error.errno, error.strerror, str(self.folder)) from error
 
     def spans(self) -> list[Span]:
-        """Of the shards that are there, rising."""
+        """Spans of the shards that are there, rising."""
         return spans_in(self.folder)
 
     def missing(self, total: int) -> Iterator[Span]:

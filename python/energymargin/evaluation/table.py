@@ -239,7 +239,7 @@ class Evaluation:
 
     @property
     def columns(self) -> list[str]:
-        """Of a table: the horizons, and the paper if its values stand beside."""
+        """Heads of a table's columns: the horizons, and the paper if its values stand beside."""
         return [*(f"h = {horizon}" for horizon in self.horizons), *["paper"] * self.shows_paper]
 
     def paper_column(self, score: str) -> list[str]:

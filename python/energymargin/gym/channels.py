@@ -29,11 +29,11 @@ class Channel:
     high: float
     """The most, in the same unit."""
     body: str | None = None
-    """On which the wrench acts."""
+    """Body on which the wrench acts."""
     axis: int = 0
-    """Of the wrench: 0 to 2 are forces on x, y and z, 3 to 5 torques about them."""
+    """Number of the wrench's axis: 0 to 2 are forces on x, y and z, 3 to 5 torques about them."""
     joint: str | None = None
-    """Whose control gets the target."""
+    """Joint whose control gets the target."""
     offset: float = 0.0
     """What acts when the number is 0, such as the force that holds a weight."""
 

@@ -230,7 +230,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         return float(np.mean(self._inside(self._succeeded)))
 
     def _inside(self, sets: Regions) -> list[bool]:
-        """Of each object, or of all together."""
+        """Whether the state is in the set of each object, or in that of all together."""
         by_object = sets.values() if isinstance(sets, dict) else [sets]
         return [bool(region.contains(self._world.scene, self.state)) for region in by_object]
 

@@ -35,7 +35,7 @@ class Pace:
         self._budget = SHARE * period
         self._cost: float | None = None  # s, of a rollout, a running mean
         self.rollouts = self._least
-        """Of the next score."""
+        """Number of rollouts of the next score."""
 
     def note(self, rollouts: int, asking: float, scoring: float) -> None:
         """What a score took [s]: `asking` for the problem, and `scoring` its `rollouts`."""
@@ -55,13 +55,13 @@ class Conditions:
     """
 
     rollouts: Rollouts
-    """Of each score, as of Monitor."""
+    """Rollouts of each score, as in Monitor."""
     horizon: float
-    """Of each question [s]."""
+    """Horizon of each question [s]."""
     period: float
-    """Between two states [s]."""
+    """Time between two states [s]."""
     disturbance: Any = None
-    """As of `capture_probability`; None: Uniform()."""
+    """Disturbance, as in `capture_probability`; None: Uniform()."""
 
     def __post_init__(self) -> None:
         """Checks them."""

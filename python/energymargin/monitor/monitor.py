@@ -373,7 +373,7 @@ class Monitor(Closing):
                 self._is_on = self._alarm.after(self._recent, is_on=self._is_on)
 
     def _trend(self, reading: Reading) -> float:
-        """Of this reading and those of the time before it."""
+        """Slope of this reading and those of the time before it [1/s]."""
         first = reading.time - self._trend_window
         near = [r for r in self._history if first <= r.time < reading.time]
         near = [r for r in near if not math.isnan(r.value)]

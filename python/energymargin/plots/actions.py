@@ -142,7 +142,7 @@ def _ranking_handles(ranking: Ranking, colors: list[str]) -> list[Line2D]:
 
 
 def _draw_scores(ax: Axes, improvement: Improvement) -> None:
-    """Of all plans, the best and the median of each generation; the factor beside them."""
+    """Draws the scores of all plans, best and median of each generation, and the factor."""
     generations = improvement.generations
     numbers = np.arange(1, len(generations) + 1)
     every = np.repeat(numbers, [len(one.scores) for one in generations])
@@ -205,7 +205,7 @@ def _count_generations(ax: Axes, count: int) -> None:
 
 
 def _median(scores: NDArray[np.float64]) -> float:
-    """Of those that there are; NaN if there is none."""
+    """Median of the scores that are not NaN; NaN if there is none."""
     there = scores[~np.isnan(scores)]
     return float(np.median(there)) if len(there) else np.nan
 

@@ -308,7 +308,7 @@ def _finish_axes(ax: Axes, view: _View, title: str) -> None:
 
 
 def _height(limits: Limits, title: str) -> float:
-    """Of a figure [inch], with what is around the axes."""
+    """Height of a figure [inch], with what is around the axes."""
     (x0, x1), (y0, y1) = limits
     axes = float(np.clip(0.72 * WIDTH * (y1 - y0) / (x1 - x0), 1.5, 5.0))
     return axes + 1.4 + 0.2 * (title.count("\n") + 1)

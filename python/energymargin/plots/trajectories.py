@@ -55,7 +55,7 @@ class TrajectoryScores(NamedTuple):
     """What `plot_scores` draws of one trajectory of K frames."""
 
     times: NDArray[np.float64] | None
-    """Of the frames [s], shape (K,), rising; None: they are counted."""
+    """Times of the frames [s], shape (K,), rising; None: they are counted."""
     scores: Mapping[str, NDArray[np.float64]]
     """By metric, shape (K,): inf where no escape was found, NaN where there is no score."""
     captured: NDArray[np.bool_] | None

@@ -68,7 +68,7 @@ class _Sighting(NamedTuple):
     pose: tuple[float, ...]
     """x, y, z [m] and the quaternion x, y, z, w."""
     number: int
-    """Of the message on its topic, from 1 on."""
+    """Number of the message on its topic, from 1 on."""
 
 
 def read_bag(

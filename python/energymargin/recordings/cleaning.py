@@ -66,8 +66,8 @@ def gap_limits(longest_gap: float, times: NDArray[np.float64]) -> tuple[float, f
 
 
 def lost(poses: NDArray[np.float64], least_jump: float) -> NDArray[np.bool_]:
-    """Of N poses, shape (N, 3), those, shape (N,), of a tracker that has lost the body and writes
-    x = y = yaw = 0; a pose that was not seen is NaN.
+    """Poses at which a tracker has lost the body and writes x = y = yaw = 0: a mask (N,) of N
+    poses, shape (N, 3); a pose that was not seen is NaN.
 
     They are those of zeros that the motion does not lead to: before or behind them the body is
     farther away than it usually goes in a step, and than `least_jump` [m].
@@ -222,8 +222,8 @@ def unit_variances(
 
 
 def error_variance(residuals: NDArray[np.float64], unit: NDArray[np.float64]) -> float:
-    """Of the measurements, from the spline's residuals at them, shape (N,), and its variances there
-    for errors of variance 1: their sum is the number of the spline's parameters."""
+    """Variance of the measurements' errors, from the spline's residuals at them, shape (N,), and
+    its variances there for errors of variance 1. Those add up to the number of its parameters."""
     return float((residuals**2).sum() / (len(residuals) - unit.sum()))
 
 
@@ -256,7 +256,7 @@ def _ahead(known: NDArray[np.float64], step: float, noise: float) -> NDArray[np.
 
 
 def _back(known: NDArray[np.float64], step: float, noise: float) -> NDArray[np.float64]:
-    """The same before the step."""
+    """What was known, as the inverse of a covariance, before a step of a white acceleration."""
     ahead = np.array([[1.0, step], [0.0, 1.0]])
     return np.asarray(
         ahead.T @ np.linalg.solve(np.eye(2) + known @ _added(step, noise), known) @ ahead

@@ -83,7 +83,7 @@ class Columns:
     header: bool | None = None
     """Whether the first line has names; None: unless `columns` has numbers alone."""
     origin: Sequence[float] = (0.0, 0.0, 0.0)
-    """Of the camera's frame in the scene's: x, y [m] and yaw [rad]."""
+    """Pose of the camera's frame in the scene's: x, y [m] and yaw [rad]."""
 
     def __post_init__(self) -> None:
         """Checks what can be checked without a file."""

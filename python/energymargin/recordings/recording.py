@@ -30,10 +30,10 @@ class Motion:
     velocities: NDArray[np.float64]
     """Their rates [m/s, rad/s], shape (K, 3)."""
     pose_covariances: NDArray[np.float64] | None = None
-    """Of the poses' errors, shape (K, 3, 3), from the residuals of a smoothing spline; None: they
-    are not known."""
+    """Covariances of the poses' errors, shape (K, 3, 3), from the residuals of a smoothing spline;
+    None: they are not known."""
     velocity_covariances: NDArray[np.float64] | None = None
-    """The same of the rates; None also of rates that were measured."""
+    """Covariances of the rates' errors, shape (K, 3, 3); None also of rates that were measured."""
 
 
 @dataclass(frozen=True)

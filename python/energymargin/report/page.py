@@ -208,7 +208,7 @@ def _evaluated(
 
 
 def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
-    """Of each one table, or two if there are several objects: of all, and of at least one."""
+    """A table of each result, or two if there are several objects: of all, and of at least one."""
     for result in results:
         table: Summary | None = summary(result)
         while table is not None:

@@ -30,7 +30,7 @@ class Image(NamedTuple):
     """One of several pictures at the same place."""
 
     group: str
-    """Of the list that it is chosen from; may be empty."""
+    """Title of the list that it is chosen from; may be empty."""
     title: str
     source: str
     """A data URI."""
@@ -61,8 +61,8 @@ def along(subject: Subject, data: Data, wrong: NDArray[np.float64], most: int) -
 def chosen(
     scored: NDArray[np.int64], wrong: NDArray[np.float64], most: int
 ) -> tuple[list[int], list[int]]:
-    """Of the trajectories `scored` the most wrong ones, from the worst on, and evenly spaced
-    others, rising."""
+    """The most wrong of the trajectories `scored`, from the worst on, and evenly spaced others,
+    rising."""
     order = scored[np.argsort(-np.nan_to_num(wrong[scored], nan=-1.0), kind="stable")]
     worst = order[: (most + 1) // 2]
     rest = np.sort(order[len(worst) :])

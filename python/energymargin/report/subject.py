@@ -43,11 +43,11 @@ class Subject:
     path: Path
     """The file of scores."""
     number: int
-    """Of the run."""
+    """Number of the run."""
     runs: int
     """How many the file has."""
     digest: str | None
-    """Of the dataset; None in a file of an older version."""
+    """Digest of the dataset; None in a file of an older version."""
     about: Summary
     """What is said of the run."""
     settings: dict[str, Any]
@@ -84,14 +84,14 @@ class Subject:
         return [t for t, own in enumerate(self.members) if not lacks[own].all()]
 
     def scores(self, metric: str) -> NDArray[np.float64]:
-        """Of a metric as it is named in tables, shape (N,): there one force score is held against
-        two labels."""
+        """Scores of a metric as it is named in tables, shape (N,): there one force score is held
+        against two labels."""
         name = FORCE if metric == FORCE + ANY else metric
         return self.labelled.scores[name]
 
     @property
     def metrics(self) -> Sequence[str]:
-        """Of which there are scores."""
+        """Metrics of which there are scores."""
         return list(self.labelled.scores)
 
     @property

@@ -66,7 +66,7 @@ def worst(
     each: int,
     progress: Callable[[float], None],
 ) -> tuple[list[Mistakes], str]:
-    """Of each metric and label up to `each` states; and why there are no pictures, empty if there
+    """Up to `each` states of each metric and label; and why there are no pictures, empty if there
     are. progress(share) has the share that is done."""
     chosen = [
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
@@ -99,7 +99,7 @@ class _Drawer:
                 self.lacking = str(error)
 
     def card(self, one: Wrongness, place: int) -> Card:
-        """Of a state, or of the last state of a trajectory."""
+        """Card of a state, or of the last state of a trajectory."""
         number = self._number(one, place)
         title = _title(one, place)
         text = f"{self._where(number)}. {_why(one, place)}"
@@ -113,7 +113,7 @@ class _Drawer:
         return Card(title, text, images, self._view(number), self._notes(one, number, repeated))
 
     def _number(self, one: Wrongness, place: int) -> int:
-        """Of the state that stands for a place in what is compared."""
+        """Number of the state that stands for a place in what is compared."""
         if one.target == CAPTURED:
             return int(one.compared.number[place])
         return int(self._subject.members[one.compared.trajectory[place]][-1])

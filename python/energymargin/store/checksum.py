@@ -33,7 +33,7 @@ def holds(database: sqlite3.Connection) -> bool:
 
 
 def _value(database: sqlite3.Connection) -> int:
-    """Of all rows of all other tables, in any order."""
+    """Checksum of all rows of all other tables, in any order."""
     return sum(
         zlib.crc32(repr((table, row)).encode())
         for table in _tables(database)

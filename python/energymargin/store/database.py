@@ -201,7 +201,7 @@ class Database(Closing):
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
-    """The same for all names of a file; None if there is none."""
+    """Device and inode of a file, equal for all its names; None if there is no file."""
     try:
         status = path.stat()
     except OSError:

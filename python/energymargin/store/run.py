@@ -25,7 +25,7 @@ from energymargin.store.schema import NO_FUTURE
 from energymargin.summary import html_or_text
 
 FLOATS = np.dtype("<f8")
-"""Of the numbers of a curve, as they are packed."""
+"""Type of the numbers of a curve, as they are packed."""
 
 
 class ScoredState(NamedTuple):
@@ -42,7 +42,7 @@ class ScoredState(NamedTuple):
     seconds: float
     """Computing time of all its scores [s]."""
     scores: tuple[float | None, ...]
-    """Of the run's metrics, in their order; None: not there yet."""
+    """Scores of the run's metrics, in their order; None: not there yet."""
 
 
 class Run:

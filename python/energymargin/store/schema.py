@@ -120,7 +120,7 @@ def state_digest(dataset: str, number: int) -> bytes:
 
 
 def future_number(database: sqlite3.Connection, asks: str) -> int:
-    """Of a future (JSON), which is put in if it is not there."""
+    """Number of a future (JSON), which is put in if it is not there."""
     database.execute("INSERT INTO futures (asks) VALUES (?) ON CONFLICT DO NOTHING", (asks,))
     (number,) = database.execute("SELECT id FROM futures WHERE asks = ?", (asks,)).fetchone()
     return int(number)

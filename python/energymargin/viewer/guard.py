@@ -185,7 +185,7 @@ def _only(headers: Headers, name: str) -> str | None:
 
 
 def _name(host: str | None, port: int) -> str | None:
-    """Of the header Host: its name or address; None if it has none, or is of another port."""
+    """Name or address in the header Host; None if there is none, or it is of another port."""
     try:
         parts = urlsplit(f"//{host}")
         return parts.hostname if (parts.port or HTTP) == port else None

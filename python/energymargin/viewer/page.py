@@ -172,7 +172,8 @@ class Page:
         self._show_scores()
 
     def _show_scores(self) -> None:
-        """Of the nodes that are shown, at the slider's lambda; and along the trajectory."""
+        """Shows the scores of the nodes that are shown, at the slider's lambda, and those along the
+        trajectory."""
         panel, file = self._panel, self._stored
         stored = [] if file is None else file.at(self._frames.first + self._frame)
         panel.scores.content = score_table(self.scored, self._nodes(), value_of(panel.rate), stored)

@@ -60,7 +60,7 @@ class Scored:
     probability: CaptureProbability | None = None
     """None of a problem without a horizon, or if it was stopped before there was any rollout."""
     disturbance: Disturbance | None = None
-    """Of the probability."""
+    """Disturbance of the probability."""
 
     @property
     def complete(self) -> bool:
@@ -230,7 +230,7 @@ def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
 
 
 def _wrench(control: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of one object (6,), of k objects (k, 6)."""
+    """Wrenches of k objects, shape (k, 6), or that of one, shape (6,)."""
     return control if len(control) == 6 else control.reshape(-1, 6)
 
 

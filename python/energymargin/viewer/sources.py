@@ -58,7 +58,7 @@ class Frames:
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
     disturbance: Disturbance | None = None
-    """Of their probabilities; None: that of the settings."""
+    """Disturbance of their probabilities; None: that of the settings."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -260,8 +260,8 @@ def _surface(
     cell: NDArray[np.float64],
     sides: int,
 ) -> Any:
-    """Of the cells that are inside, closed one cell beyond the grid's ends; its border is looked
-    for along the first so many axes."""
+    """Surface of the cells that are inside, closed one cell beyond the grid's ends; its border is
+    looked for along the first so many axes."""
     if inside.all() or not inside.any():
         return None
     padded = np.pad(inside, 1)

@@ -187,7 +187,7 @@ def _live(scored: Scored, nodes: int, rate: float) -> dict[str, float]:
 
 
 def _intervals(scored: Scored) -> dict[str, str]:
-    """Of the probabilities, with 95 % confidence."""
+    """95 % intervals of the probabilities, in words."""
     found = scored.probability
     if found is None:
         return {}
@@ -229,7 +229,7 @@ def _warnings(scored: Scored) -> str:
 
 
 def _rollouts(found: CaptureProbability, disturbance: Disturbance) -> str:
-    """Of which the probabilities are, and under what."""
+    """The rollouts behind the probabilities, and their disturbance, in words."""
     diverged = f", {found.diverged} diverged" if found.diverged else ""
     return (
         f"{_counted(found.rollouts, 'rollout')}{diverged} under {_in_words(disturbance)}; "
@@ -238,7 +238,7 @@ def _rollouts(found: CaptureProbability, disturbance: Disturbance) -> str:
 
 
 def _in_words(disturbance: Disturbance) -> str:
-    """Of another model its numbers, of a function its name."""
+    """A disturbance in words: a model by its numbers, a function by its name."""
     if isinstance(disturbance, Uniform):
         return uniform_in_words(disturbance)
     return str(getattr(disturbance, "__name__", repr(disturbance)))
