@@ -303,7 +303,7 @@ def evaluation(result: Evaluation) -> Summary:
         score: [_stacked(cell) for cell in cells.values()] for score, cells in result.states.items()
     }
     for score, cell in result.trajectories.items():
-        rows[score] = [_stacked(cell), *[""] * (len(result.horizons) - 1)]
+        rows[score] = [_stacked(cell), *[""] * (len(result.frames) - 1)]
     lines = [(score, *cells, *result.paper_column(score)) for score, cells in rows.items()]
     of_any = [line for line in lines if line[0].endswith(ANY)]
     if not (of_any or result.several):

@@ -55,7 +55,7 @@ def many():
 
 def test_the_roc_is_that_of_a_table_computed_by_hand(four):
     # At 3 one of two captured states counts; at 2 three of all four; then all.
-    curve = roc(four, "capture", horizon=0)
+    curve = roc(four, "capture", frames=0)
     assert curve.true_positive_rate.tolist() == [0, 0.5, 1, 1]
     assert curve.false_positive_rate.tolist() == [0, 0, 0.5, 1]
     assert curve.threshold[1:].tolist() == [3, 2, 1]
@@ -64,7 +64,7 @@ def test_the_roc_is_that_of_a_table_computed_by_hand(four):
 
 
 def test_precision_over_recall_ends_at_the_threshold_that_has_all_recall(four):
-    curve = precision_recall(four, "capture", horizon=0)
+    curve = precision_recall(four, "capture", frames=0)
     assert curve.recall.tolist() == [0, 0.5, 1]
     assert curve.precision.tolist() == pytest.approx([1, 1, 2 / 3])
     assert curve.threshold[1:].tolist() == [3, 2]
@@ -73,7 +73,7 @@ def test_precision_over_recall_ends_at_the_threshold_that_has_all_recall(four):
 
 def test_a_threshold_may_be_an_infinite_effort(four):
     four.scores["effort/est"] = np.array([np.inf, 5.0, 1.0, np.inf])
-    curve = roc(four, "effort/est", horizon=0)
+    curve = roc(four, "effort/est", frames=0)
     assert curve.threshold[1:].tolist() == [np.inf, 5, 1]
     assert curve.true_positive_rate.tolist() == [0, 0.5, 0.5, 1]
 
@@ -83,8 +83,8 @@ def test_auc_and_ap_are_the_very_numbers_of_evaluate_for_every_metric_and_horizo
     assert metrics_against(many) == [*result.states]
     for metric, cells in result.states.items():
         for horizon, cell in cells.items():
-            curve = roc(many, metric, horizon=horizon)
-            found = (curve.auc, precision_recall(many, metric, horizon=horizon).ap)
+            curve = roc(many, metric, frames=horizon)
+            found = (curve.auc, precision_recall(many, metric, frames=horizon).ap)
             assert found == (cell.auc, cell.ap)
             assert (curve.count, curve.positives) == (cell.count, cell.positives)
 
@@ -108,13 +108,13 @@ def test_the_area_below_the_curves_is_auc_and_ap(many):
 
 
 def test_each_point_is_what_its_threshold_gives(many):
-    curve = roc(many, "effort/est", horizon=0)
+    curve = roc(many, "effort/est", frames=0)
     scores, captured = many.scores["effort/est"], many.captured
     for k in range(1, len(curve.threshold)):
         counts = scores >= curve.threshold[k]
         assert curve.true_positive_rate[k] == pytest.approx(counts[captured].mean())
         assert curve.false_positive_rate[k] == pytest.approx(counts[~captured].mean())
-    steps = precision_recall(many, "effort/est", horizon=0)
+    steps = precision_recall(many, "effort/est", frames=0)
     for k in range(1, len(steps.threshold)):
         counts = scores >= steps.threshold[k]
         assert steps.recall[k] == pytest.approx(counts[captured].mean())
@@ -126,10 +126,10 @@ def test_labels_of_one_kind_are_refused_with_what_they_are(four):
     with pytest.raises(
         OneLabelError, match=r"all of the 2 states .* label 'captured over the next 1"
     ):
-        roc(four, "capture", horizon=1)
+        roc(four, "capture", frames=1)
     four.captured[:] = False
     with pytest.raises(OneLabelError, match="none of the 4 states"):
-        precision_recall(four, "capture", horizon=0)
+        precision_recall(four, "capture", frames=0)
     with pytest.raises(OneLabelError, match="none of the states has a score of 'capture'"):
         roc(four, "capture", among="captured")
 
@@ -148,8 +148,8 @@ def test_scores_that_are_all_missing_are_refused(four):
     [
         ({"metric": "grip"}, "metric is 'grip', expected one that has scores: capture"),
         ({"target": "luck"}, "target is 'luck', expected 'captured' or 'success'"),
-        ({"horizon": -1}, "horizon is -1, expected a whole number of at least 0"),
-        ({"horizon": 1.5}, "horizon is 1.5"),
+        ({"frames": -1}, "frames is -1, expected a whole number of at least 0"),
+        ({"frames": 1.5}, "frames is 1.5"),
         ({"last": 0}, "last is 0"),
     ],
 )
@@ -160,6 +160,6 @@ def test_a_bad_argument_is_named_with_what_was_expected(four, arguments, message
 
 
 def test_a_target_is_said_in_words():
-    assert target_name(horizon=1) == "captured over the next 1 frame"
-    assert target_name(horizon=0) == "captured"
+    assert target_name(frames=1) == "captured over the next 1 frame"
+    assert target_name(frames=0) == "captured"
     assert target_name("success") == "success of a trajectory, by its last 5 frames"

@@ -47,9 +47,9 @@ def test_the_trajectory_score_weighs_the_last_five_frames_from_1_to_5():
 def test_auc_and_ap_are_those_of_a_table_computed_by_hand():
     # Pairs 3>1, 3>2, 2>1 and the tie 2=2: AUC 3.5/4. Thresholds 3 (P 1, R 1/2) and 2 (P 2/3, R 1):
     # AP 1/2 + 1/3.
-    cell = evaluate(
-        labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, 2, 2]), horizons=[0]
-    ).states["capture"][0]
+    cell = evaluate(labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, 2, 2]), frames=[0]).states[
+        "capture"
+    ][0]
     assert (cell.auc, cell.ap) == pytest.approx((3.5 / 4, 5 / 6))
     assert (cell.count, cell.positives) == (4, 2)
 
@@ -57,7 +57,7 @@ def test_auc_and_ap_are_those_of_a_table_computed_by_hand():
 def test_an_infinite_effort_ranks_above_every_finite_one():
     # The pairs are inf>5 and 1<5: AUC 1/2. Were inf left out or ranked last, it would be 0.
     data = labelled([0, 0, 1], [1, 0, 1], **{"effort/est": [np.inf, 5, 1]})
-    cell = evaluate(data, horizons=[0]).states["effort/est"][0]
+    cell = evaluate(data, frames=[0]).states["effort/est"][0]
     assert (cell.auc, cell.ap) == pytest.approx((1 / 2, 1 / 2 + 1 / 3))
 
 
@@ -96,7 +96,7 @@ def several():
 
 
 def test_a_score_of_at_least_one_object_is_held_against_the_label_of_at_least_one(several):
-    result = evaluate(several, horizons=[0, 1])
+    result = evaluate(several, frames=[0, 1])
     # Of all: pairs 4>3, 4>1, 2<3, 2>1. Of at least one: the one that is lost ranks first.
     assert result.states["capture"][0].auc == pytest.approx(3 / 4)
     assert result.states["capture/any"][0].auc == 0.0
@@ -108,7 +108,7 @@ def test_a_score_of_at_least_one_object_is_held_against_the_label_of_at_least_on
 
 
 def test_the_force_score_is_held_against_both_labels(several):
-    states = evaluate(several, horizons=[0]).states
+    states = evaluate(several, frames=[0]).states
     assert states["force"][0].auc == pytest.approx(3 / 4)
     assert states["force/any"][0].auc == 1.0
 
@@ -178,7 +178,7 @@ def pushes():
 
 
 def test_states_count_that_have_the_whole_horizon_left(pushes):
-    cells = evaluate(pushes, horizons=[0, 1, 2, 3, 4]).states["capture"]
+    cells = evaluate(pushes, frames=[0, 1, 2, 3, 4]).states["capture"]
     assert [(c.count, c.positives) if c else None for c in cells.values()] == [
         *((8, 6), (6, 4), (4, 2)),
         *(None, None),  # at 3 each trajectory has one state, and neither stays; at 4 none is left
@@ -186,7 +186,7 @@ def test_states_count_that_have_the_whole_horizon_left(pushes):
 
 
 def test_clipped_a_horizon_ends_with_its_trajectory_and_every_state_counts(pushes):
-    result = evaluate(pushes, horizons=[1, 3], clipped=True)
+    result = evaluate(pushes, frames=[1, 3], clipped=True)
     cells = result.states["capture"]
     assert [(c.count, c.positives) for c in cells.values()] == [(8, 5), (8, 3)]
     assert "ends with its trajectory (clipped)" in result.to_markdown()
@@ -195,15 +195,15 @@ def test_clipped_a_horizon_ends_with_its_trajectory_and_every_state_counts(pushe
 
 def test_scores_with_a_clock_have_no_clipped_reading(pushes):
     asked = replace(pushes, asks="horizon 2 frames, plan hold")
-    assert evaluate(asked, horizons=[1]).states["capture"][1].count == 6
+    assert evaluate(asked, frames=[1]).states["capture"][1].count == 6
     with pytest.raises(ValueError, match=r"clipped is True, .*horizon 2 frames, plan hold.*False"):
         evaluate(asked, clipped=True)
 
 
 def test_among_states_that_are_captured_now_there_is_nothing_to_tell_at_horizon_0(pushes):
     with_success = replace(pushes, scores={**pushes.scores, "success": np.arange(8.0)})
-    result = evaluate(with_success, horizons=[0, 1, 2], among="captured")
-    assert result.horizons == (1, 2) and result.success is None
+    result = evaluate(with_success, frames=[0, 1, 2], among="captured")
+    assert result.frames == (1, 2) and result.success is None
     assert [(c.count, c.positives) for c in result.states["capture"].values()] == [(5, 4), (3, 2)]
     text = result.to_markdown()
     assert "States that are captured now" in text and "paper" not in text
@@ -217,7 +217,7 @@ def test_among_states_that_are_captured_now_there_is_nothing_to_tell_at_horizon_
         captured_any=np.array([True, False] * 4),
         success_any=pushes.success,
     )
-    cells = evaluate(any_one, horizons=[0, 2], among="captured", draws=10).states["capture/any"]
+    cells = evaluate(any_one, frames=[0, 2], among="captured", draws=10).states["capture/any"]
     assert cells == {2: None}  # states 0 and 4, of which both are lost within two frames
 
 
@@ -226,7 +226,7 @@ def test_among_states_that_are_captured_now_there_is_nothing_to_tell_at_horizon_
     [
         ({"last": 0}, "last is 0, expected a whole number of at least 1"),
         ({"draws": 0}, "draws is 0, expected a whole number of at least 1"),
-        ({"horizons": [-1]}, "horizon is -1, expected a whole number of at least 0"),
+        ({"frames": [-1]}, "frames is -1, expected a whole number of at least 0"),
         ({"among": "lost"}, "among is 'lost', expected 'all' or 'captured'"),
     ],
 )
@@ -250,19 +250,19 @@ def test_states_out_of_order_or_of_another_number_are_refused(pushes):
 def test_a_perfect_score_has_a_bound_on_one_side(pushes):
     # Each of 20 trajectories has one captured state above its lost one: of 20 trials none fails.
     data = labelled(np.repeat(np.arange(20), 2), [1, 0] * 20, capture=[2, 1] * 20)
-    cell = evaluate(data, horizons=[0]).states["capture"][0]
+    cell = evaluate(data, frames=[0]).states["capture"][0]
     assert (cell.auc, cell.ap) == (1.0, 1.0)
     low = 0.05 ** (1 / 20)  # the share of successes of which 20 in a row have a chance of 1 in 20
     assert cell.auc_interval == pytest.approx((low, 1.0))
     assert cell.ap_interval == pytest.approx((low, 1.0))
     upside_down = replace(data, scores={"capture": -data.scores["capture"]})
-    cell = evaluate(upside_down, horizons=[0]).states["capture"][0]
+    cell = evaluate(upside_down, frames=[0]).states["capture"][0]
     assert cell.auc_interval == pytest.approx((0.0, 1 - low))
 
 
 def test_a_score_that_is_missing_is_left_out_and_counted():
     data = labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, np.nan, 2])
-    result = evaluate(data, horizons=[0])
+    result = evaluate(data, frames=[0])
     assert result.missing == 1
     assert "1 state has no score and is left out" in result.to_markdown()
     cell = result.states["capture"][0]
@@ -273,13 +273,13 @@ def test_a_trajectory_whose_last_frames_lack_a_score_is_left_out_of_success_and_
     scores = {"success": np.array([0.9, np.nan, 0.8, 0.1, 0.2, 0.3])}
     data = labelled([0, 0, 1, 1, 2, 2], [1, 1, 1, 0, 0, 0], success=[1, 1, 1, 1, 0, 0])
     data = replace(data, scores=scores)
-    result = evaluate(data, horizons=[0])
+    result = evaluate(data, frames=[0])
     assert result.missing_trajectories == 1 and result.success.count == 2
     words = "1 state has no score and is left out; so is 1 trajectory of success."
     assert words in result.to_markdown()
-    assert evaluate(data, horizons=[0], last=1).missing_trajectories == 1
+    assert evaluate(data, frames=[0], last=1).missing_trajectories == 1
     first = replace(data, scores={"success": np.roll(scores["success"], -1)})
-    assert evaluate(first, horizons=[0], last=1).missing_trajectories == 0
+    assert evaluate(first, frames=[0], last=1).missing_trajectories == 0
 
 
 def test_all_draws_at_once_give_what_scikit_learn_gives_for_each():
@@ -308,13 +308,13 @@ def test_the_interval_does_not_shrink_when_every_state_counts_ten_times():
     tenfold = labelled(
         np.repeat(np.arange(12), 10), np.repeat(captured, 10), capture=np.repeat(scores, 10)
     )
-    cells = [evaluate(data, horizons=[0]).states["capture"][0] for data in (once, tenfold)]
+    cells = [evaluate(data, frames=[0]).states["capture"][0] for data in (once, tenfold)]
     assert cells[0].auc_interval == pytest.approx(cells[1].auc_interval)
     assert cells[0].auc_interval[0] < cells[0].auc < cells[0].auc_interval[1]
 
 
 def test_a_single_trajectory_has_no_interval():
-    cell = evaluate(labelled([0, 0], [1, 0], capture=[1, 2]), horizons=[0]).states["capture"][0]
+    cell = evaluate(labelled([0, 0], [1, 0], capture=[1, 2]), frames=[0]).states["capture"][0]
     assert cell.auc_interval is None and cell.intervals() == ("—", "—")
 
 

@@ -147,8 +147,8 @@ def test_a_recording_follows_no_script(dataset):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Future(0), "horizon is 0, expected a whole number of at least 1"),
-        (lambda: Future(1.5), "horizon is 1.5, expected a whole number"),
+        (lambda: Future(0), "frames is 0, expected a whole number of at least 1"),
+        (lambda: Future(1.5), "frames is 1.5, expected a whole number"),
         (lambda: Future(1, "dance"), "plan is 'dance', expected 'script', 'hold' or None"),
         (lambda: Future(1, check=0), "check is 0, expected a positive number"),
         (lambda: Future(1, dwell=-1), "dwell is -1, expected a finite number of at least 0"),
@@ -170,7 +170,7 @@ def test_a_trajectory_of_one_frame_has_no_horizon_in_frames(dataset):
     )
     alone = replace(dataset, trajectories=[one])
     with pytest.raises(
-        ValueError, match=r"trajectory 0, frame 0: horizon is 2 frames, .* one frame"
+        ValueError, match=r"trajectory 0, frame 0: the horizon is 2 frames, .* one frame"
     ):
         alone.problems(future=Future(2))
 

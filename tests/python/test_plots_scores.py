@@ -286,9 +286,9 @@ def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tm
 
 
 def test_the_roc_that_is_drawn_is_the_curve_and_its_legend_the_auc_of_evaluate(labelled, ax):
-    assert plots.plot_roc(labelled, ax=ax, horizon=1) is ax
-    for metric, cells in evaluate(labelled, horizons=[1], draws=2).states.items():
-        line, curve = named(ax, metric), roc(labelled, metric, horizon=1)
+    assert plots.plot_roc(labelled, ax=ax, frames=1) is ax
+    for metric, cells in evaluate(labelled, frames=[1], draws=2).states.items():
+        line, curve = named(ax, metric), roc(labelled, metric, frames=1)
         assert np.array_equal(line.get_xdata(), curve.false_positive_rate)
         assert np.array_equal(line.get_ydata(), curve.true_positive_rate)
         assert line.get_label() == f"{metric} {cells[1].value().split('/')[0]}"
@@ -331,7 +331,7 @@ def test_labels_of_one_kind_are_said_in_the_legend_instead_of_a_curve(labelled, 
         ({"metrics": "capture"}, "metrics is 'capture', expected several"),
         ({"metrics": []}, "metrics is empty"),
         ({"target": "luck"}, "target is 'luck'"),
-        ({"horizon": -1}, "horizon is -1"),
+        ({"frames": -1}, "frames is -1"),
     ],
 )
 def test_a_bad_argument_of_curves_is_named_with_what_was_expected(labelled, arguments, message):

@@ -275,15 +275,14 @@ def test_the_authors_recordings_come_out_of_the_readers():
     parts = [part for part in authors.parts(DATA) if part not in authors.SIMULATED]
     horizons = (0, 1, 2, 5, 10, 20)
     every = [authors.labelled_scores(DATA, part) for part in parts]
-    results = [evaluate(labelled, horizons=horizons, draws=2) for labelled in every]
+    results = [evaluate(labelled, frames=horizons, draws=2) for labelled in every]
     of_all = [[(c.auc, c.ap) for c in r.states["capture"].values()] for r in results]
     assert np.mean(of_all, axis=0).round(3).tolist() == [
         *([0.908, 0.958], [0.814, 0.875], [0.763, 0.797]),
         *([0.71, 0.647], [0.661, 0.467], [0.632, 0.297]),
     ]
     now = [
-        evaluate(one, horizons=horizons, draws=2, among="captured").states["capture"]
-        for one in every
+        evaluate(one, frames=horizons, draws=2, among="captured").states["capture"] for one in every
     ]
     aucs = np.mean([[cell.auc for cell in cells.values()] for cells in now], axis=0)
     assert aucs.round(3).tolist() == [0.571, 0.55, 0.557, 0.532, 0.524]

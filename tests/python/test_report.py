@@ -98,15 +98,15 @@ def test_no_card_is_of_a_state_whose_label_would_look_past_the_end(own):
     changed(path, "UPDATE states SET captured = number % 6 >= 3")
     values = " ".join(f"WHEN {k} THEN {v}" for k, v in enumerate((1, 0.9, 0.8, 0.95, 0.85, 0.5)))
     changed(path, f"UPDATE scores SET value = CASE stream % 6 {values} END WHERE question = 1")
-    assert "frame 5." in written(own, pictures=2, horizon=0).text
-    ahead = written(own, pictures=2, horizon=2).text
+    assert "frame 5." in written(own, pictures=2, frames=0).text
+    ahead = written(own, pictures=2, frames=2).text
     assert "frame 3." in ahead and "frame 4." not in ahead and "frame 5." not in ahead
 
 
 def test_a_horizon_that_no_state_has_is_refused_and_the_default_is_one_that_some_have(own):
-    with pytest.raises(ValueError, match=r"horizon is 6, expected 0 to 5: .* has 6 frames"):
-        written(own, horizon=6)
-    assert "captured over the next 5 frames" in written(own, horizon=5).text
+    with pytest.raises(ValueError, match=r"horizon is 6 frames, expected 0 to 5: .* has 6 frames"):
+        written(own, frames=6)
+    assert "captured over the next 5 frames" in written(own, frames=5).text
     dataset = datasets.generate("push", trajectories=2, frames=2, seed=1)
     (own / "push-scores.db").unlink()
     score_dataset(dataset, own / "push-scores.db", ["force"])
@@ -191,7 +191,7 @@ def test_a_state_that_is_level_with_others_is_said_to_be_and_is_not_wrong_by_tha
         "CASE WHEN stream < 24 THEN .5 WHEN stream < 30 THEN 1 WHEN stream < 42 THEN .5 ELSE 0 END"
     )
     changed(path, f"UPDATE scores SET value = {value} WHERE question = 1")
-    text = written(own, pictures=1, horizon=0).text
+    text = written(own, pictures=1, frames=0).text
     assert "Ranked below or level with 37.5 % of all with the other label." in text
     assert "Ranked above 100 % of all with the other label." in text
 
@@ -368,7 +368,7 @@ def test_what_cannot_be_is_said_and_the_page_that_was_there_stays(
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("trajectories", 0), ("pictures", -1), ("horizon", 0.5), ("draws", 0), ("seed", -1)],
+    [("trajectories", 0), ("pictures", -1), ("frames", 0.5), ("draws", 0), ("seed", -1)],
 )
 def test_an_option_that_cannot_be_is_named_with_its_value(name, value):
     with pytest.raises(ValueError, match=f"{name} is {value}"):

@@ -98,7 +98,7 @@ def evaluate(
         labelled,
         outputs,
         among=which,
-        horizons=horizon or HORIZONS,
+        frames=[whole_number("horizon", frames, 0) for frames in horizon or HORIZONS],
         draws=draws,
         seed=seed,
         last=last,

@@ -87,7 +87,7 @@ def report(
     options = Options(
         trajectories=trajectories,
         pictures=pictures,
-        horizon=horizon,
+        frames=horizon,
         last=last,
         draws=draws,
         seed=seed,

@@ -26,7 +26,7 @@ class Future:
     Raises ValueError on what cannot be.
     """
 
-    horizon: int
+    frames: int
     """Frames to look ahead, from 1. One behind the last frame of a trajectory counts as the mean
     time between its frames."""
     plan: Following | None = "script"
@@ -39,7 +39,7 @@ class Future:
 
     def __post_init__(self) -> None:
         """Checks the fields, and gives each one type, so that a store recognizes equal futures."""
-        object.__setattr__(self, "horizon", whole_number("horizon", self.horizon, 1))
+        object.__setattr__(self, "frames", whole_number("frames", self.frames, 1))
         if self.plan not in ("script", "hold", None):
             raise ValueError(f"plan is {self.plan!r}, expected 'script', 'hold' or None")
         if self.check is not None:
@@ -48,8 +48,8 @@ class Future:
 
     def __str__(self) -> str:
         """As a store's run names it: "horizon 5 frames, plan script"."""
-        frames = "1 frame" if self.horizon == 1 else f"{self.horizon} frames"
-        parts = [f"horizon {frames}", f"plan {self.plan or 'none'}"]
+        ahead = "1 frame" if self.frames == 1 else f"{self.frames} frames"
+        parts = [f"horizon {ahead}", f"plan {self.plan or 'none'}"]
         if self.check is not None:
             parts.append(f"check {self.check:g} s")
         if self.dwell:
@@ -57,8 +57,9 @@ class Future:
         return ", ".join(parts)
 
     def all(self) -> dict[str, Any]:
-        """Its fields, by name."""
-        return asdict(self)
+        """Its fields by their names in files, where the frames are the horizon."""
+        fields = asdict(self)
+        return {"horizon": fields.pop("frames"), **fields}
 
     def to_json(self) -> str:
         """JSON; equal futures give the same text."""
@@ -67,7 +68,8 @@ class Future:
     @staticmethod
     def from_json(text: str) -> Future:
         """The future that `to_json` wrote."""
-        return Future(**json.loads(text))
+        fields = json.loads(text)
+        return Future(fields.pop("horizon"), **fields)
 
     def seconds(self, trajectory: Trajectory, frame: int) -> float:
         """From a frame of a trajectory to the end of the horizon [s].
@@ -77,11 +79,11 @@ class Future:
         times, last = np.asarray(trajectory.times), len(trajectory) - 1
         if last == 0:
             raise ValueError(
-                f"horizon is {self.horizon} frames, but the trajectory has one frame alone, "
+                f"the horizon is {self.frames} frames, but the trajectory has one frame alone, "
                 "expected two or more"
             )
-        end = min(frame + self.horizon, last)
-        behind = frame + self.horizon - end
+        end = min(frame + self.frames, last)
+        behind = frame + self.frames - end
         return float(times[end] - times[frame] + behind * (times[-1] - times[0]) / last)
 
     def problem(self, task: Task, trajectory: Trajectory, frame: int) -> Problem:

@@ -125,22 +125,22 @@ def roc(
     metric: str,
     *,
     target: Target = CAPTURED,
-    horizon: int = HORIZON,
+    frames: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
 ) -> Roc:
     """The ROC of a metric.
 
-    `target`: "captured", over a `horizon` of frames after a state's own, or "success" of a whole
+    `target`: "captured", over so many `frames` after a state's own, or "success" of a whole
     trajectory, against the weighted mean of its `last` frames' scores. A metric that ends in "/any"
     is compared with the label of at least one object; "force/any" is the force score.
-    States without a score, or with fewer frames left than the horizon, are left out, and with
+    States without a score, or with fewer frames left, are left out, and with
     `among` "captured" those that are not captured now. Raises ValueError on a metric that has no
-    scores, another word, a negative horizon, `last` below 1; OneLabelError if all labels are alike.
+    scores, another word, negative `frames`, `last` below 1; OneLabelError if all labels are alike.
     """
     from sklearn.metrics import roc_curve
 
-    compared = _compared(labelled, metric, target, horizon, last, among=among)
+    compared = _compared(labelled, metric, target, frames, last, among=among)
     false, true, rank = roc_curve(compared.labels, ranked(compared.scores))
     return Roc(
         false_positive_rate=np.asarray(false),
@@ -157,14 +157,14 @@ def precision_recall(
     metric: str,
     *,
     target: Target = CAPTURED,
-    horizon: int = HORIZON,
+    frames: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
 ) -> PrecisionRecall:
     """Precision over recall of a metric; arguments and errors as of `roc`."""
     from sklearn.metrics import precision_recall_curve
 
-    compared = _compared(labelled, metric, target, horizon, last, among=among)
+    compared = _compared(labelled, metric, target, frames, last, among=among)
     precision, recall, rank = precision_recall_curve(compared.labels, ranked(compared.scores))
     first = int(np.flatnonzero(recall == 1.0)[-1])  # below that threshold precision alone is lost
     return PrecisionRecall(
@@ -184,26 +184,24 @@ def metrics_against(labelled: LabelledScores, target: Target = CAPTURED) -> list
     return [metric for metric in SUCCESSES if metric in labelled.scores]
 
 
-def target_name(target: Target = CAPTURED, horizon: int = HORIZON, last: int = LAST_FRAMES) -> str:
+def target_name(target: Target = CAPTURED, frames: int = HORIZON, last: int = LAST_FRAMES) -> str:
     """A target in words, for a title."""
     if target == SUCCESS:
         return f"success of a trajectory, by its last {last} frames"
-    return (
-        f"captured over the next {horizon} frame{'s' * (horizon != 1)}" if horizon else "captured"
-    )
+    return f"captured over the next {frames} frame{'s' * (frames != 1)}" if frames else "captured"
 
 
 def _compared(
-    labelled: LabelledScores, metric: str, target: Target, horizon: int, last: int, *, among: Among
+    labelled: LabelledScores, metric: str, target: Target, frames: int, last: int, *, among: Among
 ) -> Compared:
     """The scores and labels; raises OneLabelError unless there are labels of both kinds."""
     one_of("target", target, TARGETS)
-    whole_number("horizon", horizon, 0)
+    whole_number("frames", frames, 0)
     whole_number("last", last, 1)
     if not len(labelled.trajectory):
         raise OneLabelError("there are no states", "no states")
     if target == CAPTURED:
-        compared, what = compared_states(labelled, metric, horizon, among=among), "states"
+        compared, what = compared_states(labelled, metric, frames, among=among), "states"
     else:
         compared, what = compared_trajectories(labelled, metric, last), "trajectories"
     if not len(compared.labels):
@@ -213,7 +211,7 @@ def _compared(
         have = "have" if which == "all" else "has"
         raise OneLabelError(
             f"{which} of the {len(compared.labels)} {what} with a score of {metric!r} {have} the "
-            f"label {target_name(target, horizon, last)!r}: expected both labels"
+            f"label {target_name(target, frames, last)!r}: expected both labels"
         )
     return compared
 
@@ -269,10 +267,10 @@ class Wrongness:
         return [int(place) for place in order[np.sort(first)][:count]]
 
 
-def wrongness(labelled: LabelledScores, horizon: int, last: int) -> list[Wrongness]:
+def wrongness(labelled: LabelledScores, frames: int, last: int) -> list[Wrongness]:
     """Every metric compared with its label, as `evaluate` does."""
     of_states = [
-        (metric, CAPTURED, compared_states(labelled, metric, horizon))
+        (metric, CAPTURED, compared_states(labelled, metric, frames))
         for metric in metrics_against(labelled, CAPTURED)
     ]
     of_trajectories = [

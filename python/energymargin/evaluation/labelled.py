@@ -98,14 +98,15 @@ class Compared(NamedTuple):
         return bool(self.labels.any() and not self.labels.all())
 
 
-def captured_labels(captured: NDArray[np.bool_], horizon: int) -> NDArray[np.bool_]:
-    """Label of each state of one trajectory, shape (K,): captured in all frames k to k + horizon
+def captured_labels(captured: NDArray[np.bool_], frames: int) -> NDArray[np.bool_]:
+    """Label of each state of one trajectory, shape (K,): captured in all frames k to k +
+    `frames`
     (Section VI-D).
 
     The clipped reading: a horizon that runs past the last frame ends there, so all K states have a
     label.
     """
-    return np.array([captured[k : k + horizon + 1].all() for k in range(len(captured))], dtype=bool)
+    return np.array([captured[k : k + frames + 1].all() for k in range(len(captured))], dtype=bool)
 
 
 def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:
@@ -129,12 +130,12 @@ def state_metrics(labelled: LabelledScores) -> list[str]:
 def compared_states(
     labelled: LabelledScores,
     metric: str,
-    horizon: int,
+    frames: int,
     *,
     among: Among = "all",
     clipped: bool = False,
 ) -> Compared:
-    """The states that have a score, against "captured over a horizon of `horizon` frames".
+    """The states that have a score, against "captured over a horizon of `frames` frames".
 
     Only states that have as many frames after them, unless `clipped`: then a horizon that runs past
     the last frame ends there, which asks less of the last states than of others. `among`
@@ -145,7 +146,7 @@ def compared_states(
     such label, and on `clipped` of scores with a clock: theirs does not end where the trajectory
     does.
     """
-    whole_number("horizon", horizon, 0)
+    whole_number("frames", frames, 0)
     one_of("among", among, AMONG)
     if clipped and labelled.asks is not None:
         raise ValueError(
@@ -155,9 +156,9 @@ def compared_states(
     captured = _label(metric, labelled.captured, labelled.captured_any)
     scores = _scores(labelled, metric).copy()
     members = labelled.by_trajectory()
-    labels = [captured_labels(captured[states], horizon) for states in members]
+    labels = [captured_labels(captured[states], frames) for states in members]
     for states in [] if clipped else members:
-        scores[states[max(len(states) - horizon, 0) :]] = np.nan
+        scores[states[max(len(states) - frames, 0) :]] = np.nan
     if among == "captured":
         scores[~captured] = np.nan
     return _there(

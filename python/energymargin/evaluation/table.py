@@ -136,7 +136,7 @@ class Evaluation:
     __repr__ = short_repr
 
     task: str
-    horizons: tuple[int, ...]
+    frames: tuple[int, ...]
     states: dict[str, dict[int, Cell | None]]
     """By score, then by horizon."""
     success: Cell | None
@@ -181,7 +181,7 @@ class Evaluation:
     @property
     def shows_paper(self) -> bool:
         """Whether its values stand beside the tables: those of its horizon have to be there."""
-        return self.has_paper and PAPER_HORIZON in self.horizons
+        return self.has_paper and PAPER_HORIZON in self.frames
 
     @property
     def trajectories(self) -> dict[str, Cell]:
@@ -240,7 +240,7 @@ class Evaluation:
     @property
     def columns(self) -> list[str]:
         """Heads of a table's columns: the horizons, and the paper if its values stand beside."""
-        return [*(f"h = {horizon}" for horizon in self.horizons), *["paper"] * self.shows_paper]
+        return [*(f"h = {horizon}" for horizon in self.frames), *["paper"] * self.shows_paper]
 
     def paper_column(self, score: str) -> list[str]:
         """The cell of the paper's column, if there is one."""
@@ -279,7 +279,7 @@ class Evaluation:
 def evaluate(
     labelled: LabelledScores,
     *,
-    horizons: Sequence[int] = HORIZONS,
+    frames: Sequence[int] = HORIZONS,
     draws: int = DRAWS,
     seed: int = 0,
     last: int = LAST_FRAMES,
@@ -291,7 +291,7 @@ def evaluate(
 
     Args:
         labelled: scores of states, with what happened.
-        horizons: in frames; a state counts that has as many frames after it.
+        frames: horizons in frames; a state counts that has as many frames after it.
         draws: of the bootstrap; the intervals take time in proportion.
         seed: of the bootstrap.
         last: k-bar, the frames of a trajectory whose success scores count.
@@ -305,13 +305,13 @@ def evaluate(
     """
     whole_number("draws", draws, 1)
     whole_number("last", last, 1)
-    for horizon in horizons:
-        whole_number("horizon", horizon, 0)
+    for horizon in frames:
+        whole_number("frames", horizon, 0)
     if among == "captured":
-        horizons = [horizon for horizon in horizons if horizon > 0]
+        frames = [horizon for horizon in frames if horizon > 0]
     weights = bootstrap_weights(len(labelled.by_trajectory()), draws, seed)
     states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
-    cells = [(metric, horizon) for metric in states for horizon in horizons]
+    cells = [(metric, horizon) for metric in states for horizon in frames]
     for done, (metric, horizon) in enumerate(cells):
         if progress is not None:
             progress(done, len(cells))
@@ -321,7 +321,7 @@ def evaluate(
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
     return Evaluation(
         task=labelled.task,
-        horizons=tuple(horizons),
+        frames=tuple(frames),
         states=states,
         success=successes.get(SUCCESS),
         missing=int(missing.sum()),

@@ -48,7 +48,7 @@ def plot_roc(
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
     target: Target = CAPTURED,
-    horizon: int = HORIZON,
+    frames: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
     legend: bool = True,
@@ -62,9 +62,9 @@ def plot_roc(
             run, open or by its path.
         ax: the axes. None makes a figure.
         metrics: None takes all that `evaluate` compares with the target.
-        target: "captured", over a `horizon` of frames, or "success" of whole trajectories by their
+        target: "captured", over so many `frames`, or "success" of whole trajectories by their
             `last` frames.
-        horizon: frames that the label "captured" looks ahead.
+        frames: frames that the label "captured" looks ahead.
         last: frames at the end of a trajectory whose scores count for "success".
         among: "all" states, or those that are "captured" now.
         legend: whether there is a legend: inside `ax`, or beside the axes of a new figure.
@@ -78,7 +78,7 @@ def plot_roc(
     """
     yes_or_no("legend", legend)
     found, lacking = _curves(
-        curves.roc, scores, metrics, target=target, horizon=horizon, last=last, among=among
+        curves.roc, scores, metrics, target=target, frames=frames, last=last, among=among
     )
     inside = None if ax is None else "lower right"
     ax = axes_or_new(ax, *SIZE)
@@ -88,7 +88,7 @@ def plot_roc(
         _draw(ax, curve.false_positive_rate, curve.true_positive_rate, metric, label)
     ax.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
     return _finished(
-        ax, lacking, target_name(target, horizon, last), "AUC" if legend else None, inside
+        ax, lacking, target_name(target, frames, last), "AUC" if legend else None, inside
     )
 
 
@@ -98,7 +98,7 @@ def plot_precision_recall(
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
     target: Target = CAPTURED,
-    horizon: int = HORIZON,
+    frames: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
     legend: bool = True,
@@ -113,9 +113,9 @@ def plot_precision_recall(
             run, open or by its path.
         ax: the axes. None makes a figure.
         metrics: None takes all that `evaluate` compares with the target.
-        target: "captured", over a `horizon` of frames, or "success" of whole trajectories by their
+        target: "captured", over so many `frames`, or "success" of whole trajectories by their
             `last` frames.
-        horizon: frames that the label "captured" looks ahead.
+        frames: frames that the label "captured" looks ahead.
         last: frames at the end of a trajectory whose scores count for "success".
         among: "all" states, or those that are "captured" now.
         legend: whether there is a legend: inside `ax`, or beside the axes of a new figure.
@@ -133,7 +133,7 @@ def plot_precision_recall(
         scores,
         metrics,
         target=target,
-        horizon=horizon,
+        frames=frames,
         last=last,
         among=among,
     )
@@ -147,7 +147,7 @@ def plot_precision_recall(
         _draw(ax, curve.recall, curve.steps, metric, label, steps=True)
     ax.set(xlabel="recall [0..1]", ylabel="precision [0..1]")
     return _finished(
-        ax, lacking, target_name(target, horizon, last), "AP" if legend else None, inside
+        ax, lacking, target_name(target, frames, last), "AP" if legend else None, inside
     )
 
 

@@ -51,7 +51,7 @@ class Options:
     """At most so many are shown, half of them those that the scores get most wrong."""
     pictures: int = 2
     """So many states of each score and label have a picture, for which their search is repeated."""
-    horizon: int | None = None
+    frames: int | None = None
     """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
     as far as the scores do, which is HORIZON for those without one of their own, or as far as the
     longest trajectory goes."""
@@ -64,20 +64,20 @@ class Options:
         """Checks each of them."""
         for name, least in _LEAST.items():
             whole_number(name, getattr(self, name), least)
-        if self.horizon is not None:
-            whole_number("horizon", self.horizon, 0)
+        if self.frames is not None:
+            whole_number("frames", self.frames, 0)
 
-    def horizon_of(self, ahead: int, scored: int | None = None) -> int:
-        """The horizon, where no state has more than `ahead` frames after its own, of scores that
-        look `scored` frames ahead. Raises ValueError if it is longer than that."""
-        if self.horizon is None:
+    def frames_of(self, ahead: int, scored: int | None = None) -> int:
+        """Frames to look ahead, of scores that look `scored` frames ahead. Raises ValueError on
+        more than `ahead`, the most frames that a state has after its own."""
+        if self.frames is None:
             return min(HORIZON if scored is None else scored, ahead)
-        if self.horizon > ahead:
+        if self.frames > ahead:
             raise ValueError(
-                f"horizon is {self.horizon}, expected 0 to {ahead}: the longest trajectory has "
+                f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest trajectory has "
                 f"{ahead + 1} frames"
             )
-        return self.horizon
+        return self.frames
 
 
 def write(
@@ -107,7 +107,7 @@ def write(
 
     Raises:
         ValueError: if `scores` is no file of scores or has no run, or several and none is chosen;
-            if `options` are not Options, or their horizon is longer than any trajectory; if `data`
+            if `options` are not Options, or their `frames` are more than any trajectory; if `data`
             is another dataset; if `output` has another suffix or is one of these files.
         OSError: if a file cannot be read or written.
     """
@@ -136,12 +136,12 @@ def _page(
 ) -> dict[str, Any]:
     """Computes what the template shows, by its names there."""
     labelled, last, future = subject.labelled, options.last, subject.future
-    scored = None if future is None else future.horizon
-    horizon = options.horizon_of(int(subject.ahead.max()), scored)
+    scored = None if future is None else future.frames
+    frames = options.frames_of(int(subject.ahead.max()), scored)
     results = [
         _evaluated(labelled, options, among, place, tell) for place, among in enumerate(AMONG)
     ]
-    every = wrongness(labelled, horizon, last)
+    every = wrongness(labelled, frames, last)
     wrong = by_trajectory(every, len(subject.members))
     mistakes, lacking = worst(
         *(subject, data, every),
@@ -158,14 +158,14 @@ def _page(
         "last": last,
         "draws": options.draws,
         "enough": ENOUGH,
-        "target": target_name(horizon=horizon),
+        "target": target_name(frames=frames),
         "tables": list(tables(results)),
         "along": along(subject, data, wrong, options.trajectories),
         "scored": len(subject.scored),
         "unscored": len(wrong) - len(subject.scored),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
         "view": view_command(subject, data),
-        "curves": curves(labelled, horizon, last),
+        "curves": curves(labelled, frames, last),
         "distributions": distributions(every),
         "pictures": options.pictures,
         "mistakes": mistakes,

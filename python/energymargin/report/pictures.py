@@ -85,16 +85,16 @@ def _trajectory(subject: Subject, data: Data, t: int, group: str) -> Image:
     return Image(group, title, _svg(figure_scores({title: scores}, width=WIDE)))
 
 
-def curves(labelled: LabelledScores, horizon: int, last: int) -> Picture:
+def curves(labelled: LabelledScores, frames: int, last: int) -> Picture:
     """ROC and precision over recall of the states, and of whole trajectories."""
     images = []
     for target in TARGETS:
         if metrics_against(labelled, target):
             figure = Figure(figsize=CURVES, layout="constrained")
             left, right = figure.subplots(1, 2)
-            plot_roc(labelled, ax=left, target=target, horizon=horizon, last=last)
-            plot_precision_recall(labelled, ax=right, target=target, horizon=horizon, last=last)
-            images.append(Image("", target_name(target, horizon, last), _svg(figure)))
+            plot_roc(labelled, ax=left, target=target, frames=frames, last=last)
+            plot_precision_recall(labelled, ax=right, target=target, frames=frames, last=last)
+            images.append(Image("", target_name(target, frames, last), _svg(figure)))
     label = "ROC, and precision over recall, of each score"
     return Picture("roc", label, images, "Held against")
 

@@ -246,13 +246,13 @@ def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str
     if not set(subject.settings) <= set(known):
         return None
     future = subject.future
-    if future is not None and future != Future(future.horizon, future.plan):
+    if future is not None and future != Future(future.frames, future.plan):
         return None
     words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
     if metrics is not None:
         words += ["--metrics", ",".join(metrics)]
     if future is not None:
-        words += ["--horizon", str(future.horizon), "--plan", future.plan or "none"]
+        words += ["--horizon", str(future.frames), "--plan", future.plan or "none"]
     for name, value in subject.settings.items():
         option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
         if value is True:

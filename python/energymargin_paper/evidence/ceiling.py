@@ -180,7 +180,7 @@ def evaluate_ceiling(labelled: LabelledScores, seed: int = 0) -> Evaluation:
 
     def alone(share: str, horizon: int) -> Evaluation:
         one = replace(labelled, scores={share: labelled.scores[share]})
-        return evaluate(one, horizons=[horizon], seed=seed)
+        return evaluate(one, frames=[horizon], seed=seed)
 
     states = {
         CEILING + which: {h: alone(n + which, h).states[n + which][h] for h, n in CAPTURED.items()}
@@ -190,7 +190,7 @@ def evaluate_ceiling(labelled: LabelledScores, seed: int = 0) -> Evaluation:
     last = alone(SUCCESS, 0)
     if SUCCESS + ANY in labelled.scores:
         last = replace(last, success_any=alone(SUCCESS + ANY, 0).success_any)
-    return replace(last, horizons=tuple(CAPTURED), states=states)
+    return replace(last, frames=tuple(CAPTURED), states=states)
 
 
 def scripted(dataset: Dataset) -> ScriptedTask:

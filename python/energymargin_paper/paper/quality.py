@@ -45,7 +45,7 @@ def quality(labelled: LabelledScores) -> dict[str, tuple[float, float]]:
     The scores of states are compared with "captured over the next HORIZON frames", the success
     score of a trajectory with its success.
     """
-    result = evaluate(labelled, horizons=(HORIZON,), draws=1)  # the intervals are not looked at
+    result = evaluate(labelled, frames=(HORIZON,), draws=1)  # the intervals are not looked at
     cells: dict[str, Cell | None] = {m: own[HORIZON] for m, own in result.states.items()}
     cells[SUCCESS] = result.success
     return {metric: (cell.auc, cell.ap) for metric, cell in cells.items() if cell is not None}

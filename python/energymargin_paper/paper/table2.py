@@ -259,7 +259,7 @@ def recorded(combination: str, count: int = RECORDINGS) -> Dataset:
 
 def _row(combination: str, dataset: Dataset, run: Run) -> Combination:
     labelled = run.labelled_scores()
-    evaluation = evaluate(labelled, horizons=HORIZONS, last=K_BAR)
+    evaluation = evaluate(labelled, frames=HORIZONS, last=K_BAR)
     return Combination(combination, dataset, labelled, evaluation, run.seconds())
 
 
