@@ -19,9 +19,9 @@ import typer
 from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.checks import core_count
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
-from energymargin.executors.threads import thread_count
 from energymargin.monitor import Counters, Reading
 from energymargin.tasks.push import FRICTION_MIDDLE as FRICTION
 from energymargin.tasks.push import PushTask
@@ -84,7 +84,7 @@ def main(
     """Plays pushes to a Monitor in real time, and says how many readings were late."""
     least, _, most = rollouts.partition(",")
     count = (int(least), int(most)) if most else int(least)
-    stream = Stream(seconds, rate, count, horizon, thread_count(threads))
+    stream = Stream(seconds, rate, count, horizon, core_count("threads", threads))
     with share_bar(err) as bar:
         played = play(stream, lambda done: bar("Playing", done))
     text = table(stream, played)

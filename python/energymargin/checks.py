@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,6 +25,11 @@ def whole_number(name: str, value: int, least: int, most: int | None = None) -> 
         raise ValueError(f"{name} is {value!r}, expected a whole number, as {int(value)}")
     expected = f"of at least {least}" if most is None else f"from {least} to {most}"
     raise ValueError(f"{name} is {value!r}, expected a whole number {expected}")
+
+
+def core_count(name: str, count: int | None) -> int:
+    """`count`, or for None all cores that this process may use; a ValueError if it is below 1."""
+    return len(os.sched_getaffinity(0)) if count is None else whole_number(name, count, 1)
 
 
 def positive_number(name: str, value: float) -> float:

@@ -6,6 +6,7 @@ value and what was expected.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -32,6 +33,7 @@ from energymargin._core import (
     Problem,
     Sphere,
 )
+from energymargin.checks import core_count
 from energymargin.disturbances import Disturbance, Uniform
 
 __all__ = [
@@ -48,6 +50,12 @@ __all__ = [
 
 UNIFORM = Uniform()
 
+# What the core takes where a number is not given: the most with a tolerance, else the number.
+MOST_TREES = 1000
+MOST_ROLLOUTS = 10000
+ROLLOUTS = 30
+REPLICAS = 1000
+
 
 def capture_score(
     problem: Problem,
@@ -56,14 +64,14 @@ def capture_score(
     seed: int = 0,
     rate: float | None = None,
     trees: int | None = None,
-    threads: int = 1,
+    threads: int | None = None,
     nodes_per_edge: int = 1,
     nodes_per_round: int = 1,
     least_likelihood: float = 0.0,
     tolerance: float | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
 ) -> CaptureScore:
     """Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
@@ -74,7 +82,8 @@ def capture_score(
         seed: the same seed gives the same bits.
         rate: lambda of eq. 4 [1/J]; by default the problem's.
         trees: independent trees, by default 1. Two or more give standard errors.
-        threads: for several trees, and for the nodes of a round. The score does not depend on them.
+        threads: for several trees, and for the nodes of a round; None takes all cores. The score
+            does not depend on them.
         nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones.
             More of them take fewer rollouts. The tree grows from the ends alone.
         nodes_per_round: how many nodes are extended at once, all drawn from the tree before, and at
@@ -86,8 +95,8 @@ def capture_score(
             trees, and at most `trees`, by default 1000.
         timeout: the search ends after so many seconds.
         cancel: the search ends once it is set.
-        progress: progress(nodes) is called now and then with the nodes of all trees so far. An
-            exception of it ends the search.
+        progress: progress(done, total) is called now and then with the nodes of all trees so far.
+            An exception of it ends the search.
         warn: whether the score's warnings are issued.
 
     After a timeout or a cancel the complete trees count, up to the first that is not; if there is
@@ -98,7 +107,9 @@ def capture_score(
     and if more than 1 % of the steps did not converge, or of the time is lost. `warnings` of the
     score has the same texts. Raises ValueError on a bad problem or argument.
     """
-    return core.capture_score(**locals())
+    given = locals() | {"threads": core_count("threads", threads)}
+    count = trees or (1 if tolerance is None else MOST_TREES)
+    return core.capture_score(**given | {"progress": _counted(progress, nodes, count)})
 
 
 def escape_effort(
@@ -117,7 +128,7 @@ def escape_effort(
     bound_tolerance: float = 0.05,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
 ) -> EscapeEffort:
     """The least effort of an escape from the capture set, Algorithm 1.
@@ -149,8 +160,8 @@ def escape_effort(
         bound_tolerance: the lower bound is done once its barrier is known to this share.
         timeout: the search ends after so many seconds.
         cancel: the search ends once it is set.
-        progress: progress(nodes) is called now and then with the nodes so far. An exception of it
-            ends the search.
+        progress: progress(done, total) is called now and then with the nodes so far. An exception
+            of it ends the search.
         warn: whether the effort's warnings are issued.
 
     With a horizon or a plan an escape has to be outside in time, at one of the looks (every
@@ -169,7 +180,7 @@ def escape_effort(
     converge, or of the time is lost. `warnings` of the result has the same texts. Raises ValueError
     on a bad problem or argument.
     """
-    return core.escape_effort(**locals())
+    return core.escape_effort(**locals() | {"progress": _counted(progress, nodes)})
 
 
 def effort_lower_bound(
@@ -207,7 +218,7 @@ def capture_probability(
     rollouts: int | None = None,
     seed: int = 0,
     first: int = 0,
-    threads: int = 1,
+    threads: int | None = None,
     tolerance: float | None = None,
     success: bool = False,
     by_object: bool = False,
@@ -218,7 +229,7 @@ def capture_probability(
     ahead: float | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
 ) -> CaptureProbability:
     """Probability that the objects stay captured over the problem's horizon while the robot follows
@@ -233,7 +244,8 @@ def capture_probability(
         seed: the same seed draws the same disturbances, in units of the bounds, for every problem.
         first: the number of the first rollout. A part of the rollouts has the bits that it has in
             the whole.
-        threads: for several rollouts. The probability does not depend on them.
+        threads: for several rollouts; None takes all cores. The probability does not depend on
+            them.
         tolerance: rollouts are added, 32, 64, 128, ..., until half of the 95 % interval is at most
             this. It takes at most `rollouts`, by default 10000.
         success: also the probability of being in the success set at the horizon. Rollouts go on
@@ -256,8 +268,9 @@ def capture_probability(
             which 20 rollouts of their own tell.
         timeout: the call ends after so many seconds.
         cancel: the call ends once it is set.
-        progress: progress(rollouts) is called now and then with the rollouts so far. An exception
-            of it ends the call.
+        progress: progress(done, total) is called now and then with the rollouts so far. With
+            `rare` it is not known how many there will be: the total is `done` from `rollouts` on.
+            An exception of it ends the call.
         warn: whether the probability's warnings are issued.
 
     After a timeout or a cancel the complete rollouts count, up to the first that is not, and
@@ -267,7 +280,9 @@ def capture_probability(
     if more than 1 % of the steps did not converge, or of the time is lost; `warnings` of the result
     has the same texts.
     """
-    return core.capture_probability(**locals())
+    given = locals() | {"threads": core_count("threads", threads)}
+    count = rollouts or (REPLICAS if rare else ROLLOUTS if tolerance is None else MOST_ROLLOUTS)
+    return core.capture_probability(**given | {"progress": _counted(progress, count)})
 
 
 def escape_energy(
@@ -321,3 +336,13 @@ def mass_properties(
 def stream(seed: int, number: int) -> int:
     """The seed of one of a seed's own streams."""
     return core.stream(**locals())
+
+
+def _counted(
+    progress: Callable[[int, int], None] | None, *factors: int
+) -> Callable[[int], None] | None:
+    """The function of the number done that tells `progress` the total too. What is no function is
+    the core's to refuse."""
+    if not callable(progress):
+        return progress
+    return lambda done: progress(done, max(done, math.prod(factors)))

@@ -104,13 +104,13 @@ def everything(
 
     Example: `energymargin reproduce all --only table1,table2`
     """
-    from energymargin.executors.threads import thread_count
+    from energymargin.checks import core_count
 
     chosen = list(TOGETHER) if only is None else split(only)
     wrong = [name for name in chosen if name not in TOGETHER]
     if wrong:
         raise ValueError(f"only has {wrong[0]!r}, expected some of {', '.join(TOGETHER)}")
-    count = thread_count(threads)
+    count = core_count("threads", threads)
     folder = output or Path("out", "all-quick" if quick else "all")
     require_own_folder(folder, overwrite=overwrite)
     times = Times(folder / "times.json")

@@ -8,9 +8,9 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
+from energymargin.checks import core_count
 from energymargin.cli.progress import progress_bar
 from energymargin.cli.terminal import err, out
-from energymargin.executors.threads import thread_count
 from energymargin.replacing import replace_text
 from energymargin.settings import setting
 
@@ -105,7 +105,7 @@ class Study(ABC, Generic[SettingsT, ResultT]):
 
         `threads`: all cores if not given. Raises ValueError on a folder that holds another study.
         """
-        count = thread_count(threads)
+        count = core_count("threads", threads)
         folder.mkdir(parents=True, exist_ok=True)
         result = self.compute(settings, folder, count, progress or (lambda *_: None))
         self.write(result, folder)

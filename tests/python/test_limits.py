@@ -277,22 +277,24 @@ def test_a_timeout_that_cannot_be_is_refused_by_value(task, problem, timeout, tm
 @pytest.mark.parametrize("search", [em.capture_score, em.escape_effort])
 def test_progress_tells_how_many_nodes_there_are_and_changes_no_bit(resting, search):
     told = []
-    followed = search(resting, nodes=300, seed=2, progress=told.append)
+    followed = search(resting, nodes=300, seed=2, progress=lambda *count: told.append(count))
     assert told == sorted(set(told))
-    assert told[-1] == followed.nodes
+    assert told[-1] == (followed.nodes, 300)
     alone = search(resting, nodes=300, seed=2)
     assert np.array_equal(followed.tree.states, alone.tree.states)
 
 
 def test_progress_counts_the_nodes_of_all_trees(problem):
     told = []
-    em.capture_score(problem, nodes=50, trees=4, threads=2, progress=told.append)
-    assert told[-1] == 200
+    em.capture_score(
+        problem, nodes=50, trees=4, threads=2, progress=lambda *count: told.append(count)
+    )
+    assert told[-1] == (200, 200)
 
 
 @pytest.mark.parametrize("search", [em.capture_score, em.escape_effort])
 def test_what_progress_raises_ends_the_search(resting, search):
-    def refuse(nodes):
+    def refuse(nodes, total):
         raise LookupError(f"{nodes} nodes")
 
     with ends_within(SLACK), pytest.raises(LookupError, match="nodes"):

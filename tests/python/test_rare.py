@@ -210,9 +210,9 @@ def test_threads_and_repetitions_change_no_bit():
 
 
 def test_progress_counts_rollouts_and_cancel_ends_the_call():
-    counts: list[int] = []
-    rare(WEAK.problem, disturbance=WEAK.disturbance, progress=counts.append)
-    assert counts[-1] > 400
+    counts: list[tuple[int, int]] = []
+    rare(WEAK.problem, disturbance=WEAK.disturbance, progress=lambda *told: counts.append(told))
+    assert counts[-1][0] > 400
     cancel = em.Cancel()
     cancel.set()
     with pytest.raises(em.Cancelled):

@@ -23,9 +23,15 @@ from energymargin.actions.choosing import (
 )
 from energymargin.actions.trials import check_disturbance
 from energymargin.arguments import shown
-from energymargin.checks import function_of, function_or_none, not_negative_number, one_of, share
+from energymargin.checks import (
+    core_count,
+    function_of,
+    function_or_none,
+    not_negative_number,
+    one_of,
+    share,
+)
 from energymargin.closing import Closing
-from energymargin.executors.threads import thread_count
 from energymargin.monitor import Monitor, Reading
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings
@@ -189,7 +195,12 @@ class Guard(Closing):
         self._settings = SearchSettings(rollouts=rollouts, seed=seed)
         self._cancel = Cancel()
         self._safest = SafestAction(
-            self._settings, disturbance, confidence, least, thread_count(threads), self._cancel
+            self._settings,
+            disturbance,
+            confidence,
+            least,
+            core_count("threads", threads),
+            self._cancel,
         )
         self._on_decision = function_or_none("on_decision", on_decision, "decision")
         self._random = np.random.default_rng(self._settings.seed)

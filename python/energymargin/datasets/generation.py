@@ -18,7 +18,7 @@ from typing import NoReturn
 
 from energymargin import tasks
 from energymargin._core import Cancel
-from energymargin.checks import whole_number
+from energymargin.checks import core_count, whole_number
 from energymargin.datasets import files
 from energymargin.datasets.columns import Block
 from energymargin.datasets.dataset import Dataset, load, open
@@ -32,7 +32,6 @@ from energymargin.datasets.shards import (
 )
 from energymargin.executors import Executor, Processes, Threads
 from energymargin.executors.choice import chosen_executor
-from energymargin.executors.threads import core_count
 from energymargin.limits import Limit
 from energymargin.parallel import run
 from energymargin.tasks.base import Task, parameters_of

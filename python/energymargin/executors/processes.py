@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import Any
 
-from energymargin.executors.threads import core_count
+from energymargin.checks import core_count
 from energymargin.parallel import RemoteWorkers
 
 

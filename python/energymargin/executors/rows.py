@@ -38,7 +38,7 @@ class Row:
     steps: int = 0
     """Simulation steps of all of them."""
     unconverged: int = 0
-    """Of these, steps whose contact solver did not converge."""
+    """Simulation steps whose contact solver did not converge."""
     lost_time: float = 0.0
     """Time in which nothing moved, as bodies would have passed through each other [s]."""
     warnings: tuple[str, ...] = ()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 from energymargin._core import Cancel
-from energymargin.checks import whole_number
+from energymargin.checks import core_count
 from energymargin.parallel import Done, Function, Workers, work
 
 
@@ -23,11 +22,11 @@ class Threads:
 
     def __post_init__(self) -> None:
         """Raises ValueError if `count` is below 1."""
-        thread_count(self.count)
+        core_count("threads", self.count)
 
     def workers(self) -> Workers:
         """As Executor.workers."""
-        return _ThreadWorkers(thread_count(self.count))
+        return _ThreadWorkers(core_count("threads", self.count))
 
 
 class _ThreadWorkers(Workers):
@@ -79,13 +78,3 @@ def _work_once(
         done.set_result(work(function, items, cancel))
     except BaseException as error:
         done.set_exception(error)
-
-
-def core_count(name: str, count: int | None) -> int:
-    """`count`, or for None all cores that this process may use; ValueError if below 1."""
-    return len(os.sched_getaffinity(0)) if count is None else whole_number(name, count, 1)
-
-
-def thread_count(threads: int | None) -> int:
-    """`threads`, or for None all cores that this process may use; ValueError if below 1."""
-    return core_count("threads", threads)

@@ -24,7 +24,7 @@ from energymargin.actions.choosing import (
     SafestAction,
     candidates_of,
 )
-from energymargin.checks import function_of, one_of, share, whole_number
+from energymargin.checks import core_count, function_of, one_of, share, whole_number
 from energymargin.disturbances import Disturbance
 from energymargin.divergence import ANY, is_unknown
 from energymargin.metrics import TIMED, check_metrics, is_likelihood
@@ -81,7 +81,7 @@ class CaptureWrapper(
         discount: float = 0.99,
         candidates: Candidates | int | None = None,
         confidence: float = 0.95,
-        threads: int = 1,
+        threads: int | None = None,
     ) -> None:
         """Wraps an environment.
 
@@ -107,7 +107,7 @@ class CaptureWrapper(
                 many are drawn with noise of a quarter of the way from the middle of the action
                 space to its bounds. None: the policy's action is taken.
             confidence: with which another action has to be better than the policy's.
-            threads: of rollouts and searches; results do not depend on them.
+            threads: of rollouts and searches; None takes all cores. Results do not depend on them.
 
         Raises ValueError on a bad argument: a metric that is no likelihood in the reward, a
         `problem_of` that takes no action with candidates.
@@ -137,7 +137,7 @@ class CaptureWrapper(
         self._discount = _share("discount", discount)
         self._settings = SearchSettings() if settings is None else settings
         self._disturbance = disturbance
-        self._threads = whole_number("threads", threads, 1)
+        self._threads = core_count("threads", threads)
         self._candidates = _candidates(candidates, env.action_space)
         share("confidence", confidence, LEAST_CONFIDENCE)
         self._safest = SafestAction(self._settings, disturbance, confidence, threads=self._threads)

@@ -23,10 +23,15 @@ from energymargin._core import (
     Problem,
     disturbances,
 )
-from energymargin.checks import function_of, not_negative_number, positive_number, whole_number
+from energymargin.checks import (
+    core_count,
+    function_of,
+    not_negative_number,
+    positive_number,
+    whole_number,
+)
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, is_unknown
-from energymargin.executors.threads import thread_count
 from energymargin.monitor.alarm import Alarm, Threshold
 from energymargin.monitor.conditions import Conditions, Pace
 from energymargin.searches import SearchSettings, metric_search
@@ -156,7 +161,7 @@ class Monitor(Closing):
         if self._conditions is not None:
             self._conditions.require(rollouts, self._period, self._disturbance)
         count = whole_number("workers", workers, 1)
-        self._threads = max(1, thread_count(threads) // (count if threads is None else 1))
+        self._threads = max(1, core_count("threads", threads) // (count if threads is None else 1))
         self._most_waiting = whole_number("waiting", waiting, 1)
         self._trend_window = positive_number("trend_window", trend_window)
         self._kept = whole_number("kept", kept, 1)

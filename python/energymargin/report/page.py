@@ -74,8 +74,8 @@ class Options:
             return min(HORIZON if scored is None else scored, ahead)
         if self.frames > ahead:
             raise ValueError(
-                f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest trajectory has "
-                f"{ahead + 1} frames"
+                f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest "
+                f"trajectory has {ahead + 1} frames"
             )
         return self.frames
 

@@ -217,7 +217,7 @@ class Player:
 
 
 def value_of(slider: Any) -> float:
-    """Of a slider; the number beside it may be typed out of its range, and is then put back."""
+    """Value of a slider; a number that was typed out of its range is put back."""
     value = float(min(max(slider.value, slider.min), slider.max))
     if value != slider.value:
         set_value(slider, value)

@@ -167,10 +167,10 @@ def _scores_of(
 
 
 def _asked(source: StateSource, future: Future | None) -> StateSource:
-    """The same states, asked about this future; ValueError on what is no dataset."""
+    """The source whose states are asked about this future; ValueError on what is no dataset."""
     if future is not None and not isinstance(source.what, Dataset):
         raise ValueError(
-            f"horizon is {future.horizon} frames, but there is no dataset that has them: give a "
+            f"the horizon is {future.frames} frames, but there is no dataset that has them: give a "
             "problem its horizon in seconds, problem.replace(horizon=...)"
         )
     return replace(source, future=future)
