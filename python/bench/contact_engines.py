@@ -29,7 +29,7 @@ class Played:
     """What an engine does with a scene."""
 
     poses: dict[str, Vector]
-    """Of the bodies that move freely: position [m] and quaternion (x, y, z, w), shape (K, 7)."""
+    """Poses of bodies that move freely: position [m] and quaternion (x, y, z, w), shape (K, 7)."""
     seconds: float
     """In the engine's steps."""
     steps: int

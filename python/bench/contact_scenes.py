@@ -52,7 +52,7 @@ class Judged:
     second: float
     """Time of a simulated second, median [s]."""
     falls: bool | None
-    """Of a grip: whether it falls above its limit."""
+    """Whether a grip falls above its limit; None: it is no grip."""
 
 
 def judged(question: Question, engine: Engine, runs: int) -> Judged:
@@ -125,20 +125,20 @@ def _wander(scene: em.Scene, played: Played) -> float:
 
 
 def _way(scene: em.Scene, played: Played) -> float:
-    """Of the corner of the cube that is furthest from its start."""
+    """Way of the corner of the cube that is furthest from its start [m]."""
     size = (0.04,) * 3
     start = _corners(scene.pack()[scene.slice("cube")][:7], size)
     return _furthest(start, _corners(played.poses["cube"][-1], size))
 
 
 def _apart(scene: em.Scene, played: Played) -> float:
-    """Of the corner of the box that is furthest from where it is on paper, in the end."""
+    """Distance of the box's corner that is furthest from its end on paper [m]."""
     ends = corners(coulomb(Push())), corners(played.poses["box"][-1])
     return _furthest(*ends)
 
 
 def _corners(pose: Vector, size: Sequence[float]) -> Vector:
-    """Of a box of a size about a frame, shape (8, 3)."""
+    """Corners of a box of a size about a frame, shape (8, 3) [m]."""
     signs = np.stack(np.meshgrid(*([-0.5, 0.5],) * 3), axis=-1).reshape(-1, 3)
     corners: Vector = pose[:3] + Rotation.from_quat(pose[3:]).apply(signs * size)
     return corners

@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Edge:
-    """Of a tree."""
+    """An edge of a tree."""
 
     start: Vector
     wrenches: Vector
@@ -27,10 +27,10 @@ class Edge:
 
 @dataclass(frozen=True)
 class Inertia:
-    """Of a body, in its frame."""
+    """Inertia of a body, in its frame."""
 
     center: Vector
-    """Of mass [m]."""
+    """Centre of mass [m]."""
     moments: Vector
     """Principal ones about the centre [kg m^2]."""
     axes: Vector
@@ -56,7 +56,7 @@ def objects(scene: em.Scene) -> list[str]:
 
 
 def positions(scene: em.Scene, states: Iterable[Vector]) -> Vector:
-    """Of the objects in some states [m], shape (M, k, 3)."""
+    """Positions of the objects in some states [m], shape (M, k, 3)."""
     starts = [scene.slice(name).start for name in objects(scene)]
     return np.array([[state[at : at + 3] for at in starts] for state in states])
 

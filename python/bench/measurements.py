@@ -41,9 +41,9 @@ class Settings:
 
     tasks: tuple[str, ...] = TASKS
     states: int = 8
-    """Of each task."""
+    """States of each task."""
     rounds: int = 3
-    """Of each comparison."""
+    """Rounds of each comparison."""
     nodes: tuple[int, int] = (100, 1000)
     growth: tuple[int, ...] = (100, 1000, 10_000, 100_000)
     weighed: int = 30_000
@@ -51,10 +51,10 @@ class Settings:
     batch: int = 60
     """States of the dataset that is scored on one thread and on two."""
     rollouts: int = 30
-    """Of a probability."""
+    """Rollouts of a probability."""
     bodies: tuple[int, ...] = (10, 100, 1000)
     steps: int = 100
-    """Of the rollout of so many bodies."""
+    """Simulation steps of the rollout of so many bodies."""
     processes: int = 5
     """That start anew."""
 
@@ -82,7 +82,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Pairs:
-    """The same job by us and by another one, in turns."""
+    """Times of one job by us and by another one, in turns [s]."""
 
     ours: list[float]
     """Times [s]; of the CPU unless noted otherwise."""
@@ -100,7 +100,7 @@ class Pairs:
 
 
 def problems_of(task: str, count: int) -> list[em.Problem]:
-    """Of states at different moments of as many trajectories."""
+    """Problems of states at different moments of as many trajectories."""
     problems = em.datasets.generate(task, trajectories=count, frames=FRAMES, seed=0).problems()
     return [problems[i * FRAMES + i * FRAMES // count] for i in range(count)]
 

@@ -42,7 +42,7 @@ class Stream:
     rollouts: int | tuple[int, int] = 30
     """A number, or the least and the most."""
     horizon: float = 0.5
-    """Of each state [s]."""
+    """Horizon of each state [s]."""
     threads: int = 2
 
     @property
@@ -56,13 +56,13 @@ class Played:
     """What came of a stream."""
 
     lateness: list[float] = field(default_factory=list)
-    """Of each reading [s]."""
+    """Lateness of each reading [s]."""
     rollouts: list[int] = field(default_factory=list)
     pushes: list[float] = field(default_factory=list)
     """How long each call of `push` took [s]."""
     counters: Counters = field(default_factory=lambda: Counters(0, 0, 0, 0, 0))
     load: tuple[float, float] = (0.0, 0.0)
-    """Of the machine, before and after: the processes that run or want to, in the last minute."""
+    """Load of the machine in the last minute, before and after: processes that run or want to."""
     processor: float = 0.0
     """Time of this process on all cores, over the time of the stream."""
 

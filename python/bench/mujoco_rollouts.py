@@ -64,7 +64,7 @@ class MuJoCoEdges:
 
     @property
     def steps(self) -> int:
-        """Of all edges."""
+        """Simulation steps of all edges."""
         return sum(self.edge_steps)
 
     def step(self) -> None:

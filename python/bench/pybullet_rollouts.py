@@ -223,7 +223,7 @@ class PyBulletScene:
 
 
 def position(place: Place) -> Any:
-    """Of the centre of mass [m]."""
+    """Position of the centre of mass [m]."""
     if place.chained:
         return p.getLinkState(place.uid, place.link, computeForwardKinematics=1)[0]
     return p.getBasePositionAndOrientation(place.uid)[0]

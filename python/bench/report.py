@@ -62,7 +62,7 @@ def report(measured: Mapping[str, Any], settings: Settings, load: float) -> str:
 
 
 def bars(results: Any) -> Iterator[list[str]]:
-    """Of a part: what it is, what is asked, and what there is so far."""
+    """Rows of a part: what it is, what is asked, and what there is so far."""
     if isinstance(results, Tasks):
         yield from of_tasks(results)
     elif isinstance(results, Frames):

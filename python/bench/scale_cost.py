@@ -41,7 +41,7 @@ class Sizes:
     tasks: Sequence[str] = ("push", "balance", "topple", "grasp", "push-multi", "scoop")
     trajectories: int = 5
     frames: dict[int, int] = field(default_factory=lambda: {100: 10, 1000: 3})
-    """Of each trajectory, by the number of nodes."""
+    """Frames of each trajectory, by the number of nodes."""
     driver: tuple[int, int] = (50, 20)
     """Trajectories and frames of the dataset with which the driver is timed."""
     chunks: int = 4000
@@ -57,11 +57,11 @@ class Driver:
     """What it costs to have a state scored elsewhere."""
 
     seconds: float
-    """Of the driver's processor, a state: problem, fingerprint, store, to the cluster and back."""
+    """Time of the driver's processor a state [s]: problem, fingerprint, store, cluster and back."""
     data: float
-    """Of the dataset on disk, a state [B]."""
+    """Size of the dataset on disk, a state [B]."""
     store: float
-    """Of the store on disk, a state with all its metrics [B]."""
+    """Size of the store on disk, a state with all its metrics [B]."""
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Cost:
 
     sizes: Sizes
     seconds: dict[str, dict[int, dict[str, float]]] = field(default_factory=dict)
-    """Of a state, by task, number of nodes and metric."""
+    """Time of a state [s], by task, number of nodes and metric."""
     drivers: dict[str, Driver] = field(default_factory=dict)
     """By task."""
     chunks: float = 0.0
@@ -162,7 +162,7 @@ def measure_cost(results: Cost, folder: Path, tell: Callable[[str], None]) -> No
 
 
 def seconds_of(data: Path, store: Path, nodes: int) -> dict[str, float]:
-    """Of each metric, a state, on one thread."""
+    """Time of each metric a state, on one thread [s]."""
     store.unlink(missing_ok=True)
     scored_run(data, store, "threads:1", nodes)
     with ScoreStore(store) as opened:

@@ -24,7 +24,7 @@ class Sample:
     seconds: float
     """Since the start."""
     cpu: float
-    """Of the process, without those that it has started [s]."""
+    """Processor time of the process, without those that it has started [s]."""
     resident: int
     """Memory [B]."""
     peak: int
@@ -54,7 +54,7 @@ class ScoredRun:
 
     @property
     def cpu(self) -> float:
-        """Of the process [s], for a state."""
+        """Processor time of the process for a state [s]."""
         return (self.last.cpu - self.first.cpu) / self._states
 
     @property

@@ -1,4 +1,4 @@
-"""The same states scored by threads, by processes and by a Dask cluster, in turns."""
+"""States scored by threads, by processes and by a Dask cluster, in turns."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Throughput:
 
     nodes: int = 100
     states: dict[str, int] = field(default_factory=lambda: {"push": 120, "topple": 400})
-    """Of each task."""
+    """Number of states of each task."""
     runs: dict[str, dict[str, list[ScoredRun]]] = field(default_factory=dict)
     """By task and executor, one each round."""
 
@@ -108,7 +108,7 @@ def measure_throughput(
 
 
 def turned(names: Sequence[str], by: int) -> list[str]:
-    """The same in turns: another one is the first."""
+    """The names in turns: another one is the first."""
     by %= len(names)
     return [*names[by:], *names[:by]]
 

@@ -53,7 +53,7 @@ class Growth:
     """By the number of nodes [s]."""
 
     def slopes(self) -> tuple[float, float]:
-        """Of log time over log nodes: by least squares, and the largest between neighbours."""
+        """Slopes of log time over log nodes: by least squares, and the largest of neighbours."""
         nodes = np.log(list(self.times))
         times = np.log([median(seconds) for seconds in self.times.values()])
         between = [(t - s) / (n - m) for (m, s), (n, t) in pairwise(zip(nodes, times, strict=True))]

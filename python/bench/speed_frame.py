@@ -28,7 +28,7 @@ COLUMN = "probability, script"  # of its first table of results, which has no pu
 
 @dataclass(frozen=True)
 class Frame:
-    """Of one state."""
+    """Times of one state [s]."""
 
     wall: dict[int, list[float]]
     """By the number of threads, 1 and 2 [s]."""
@@ -54,7 +54,7 @@ class Frames:
     """Those of `ahead` [s]."""
 
     def wall(self, task: str, threads: int) -> float:
-        """Of the next half second, the median of the states [s]."""
+        """Time of the probability over the next half second, the median of the states [s]."""
         return median(median(frame.wall[threads]) for frame in self.soon[task])
 
     def tables(self) -> str:
@@ -83,7 +83,7 @@ class Frames:
 
 
 def row(task: str, frames: Sequence[Frame]) -> list[str]:
-    """Of a table."""
+    """A row of a table."""
     times = np.median([frame.times() for frame in frames], axis=0)
     steps = median(frame.steps for frame in frames)
     return [task, *(digits(1e3 * seconds) for seconds in times), f"{steps:.0f}"]

@@ -34,12 +34,12 @@ class MuJoCo:
     contacts: tuple[float, float]
     """Mean number of contacts at the ends of edges: ours, and MuJoCo's at its own ends."""
     iterations: float
-    """Of its solver, the mean of all steps."""
+    """Iterations of its solver, the mean of all steps."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one state."""
+    """Cost of one state."""
 
     floor: dict[int, Pairs]
     """Against Bullet alone, by the number of nodes."""
@@ -54,16 +54,16 @@ class Tasks:
 
     settings: Settings
     costs: dict[str, list[Cost]] = field(default_factory=dict)
-    """Of the states of each task."""
+    """Costs of the states of each task."""
     bytes: dict[str, float] = field(default_factory=dict)
-    """Of a node, by task."""
+    """Memory of a node, by task [B]."""
 
     def of(self, task: str, value: Callable[[Cost], float]) -> float:
         """The median of a task's states."""
         return median(value(cost) for cost in self.costs[task])
 
     def step(self, task: str) -> float:
-        """Of ours, in large trees [s]."""
+        """Time of a step of ours, in large trees [s]."""
         return self.of(task, lambda c: a_step(self._floor(c).ours, self._floor(c).steps))
 
     def over_floor(self, task: str) -> float:

@@ -76,7 +76,7 @@ class Job:
     task: str
     trajectories: int
     index: int
-    """Of the state in its dataset."""
+    """Number of the state in its dataset."""
     method: str
     rollouts: int
     strength: float
@@ -91,7 +91,7 @@ class Shares:
     shares: list[float]
     """Captured throughout until h frames later, for h = 1, 2, ... as far as the trajectory goes."""
     steps: int
-    """Of the simulation."""
+    """Steps of the simulation."""
     seconds: float
     """It took, on one thread [s]."""
     error: str | None = None
@@ -99,7 +99,7 @@ class Shares:
 
 
 def jobs(dataset: Dataset, trajectories: int, methods: Mapping[str, Method]) -> Iterator[Job]:
-    """Of the states that are captured now, with a frame after them."""
+    """Jobs of the states that are captured now, with a frame after them."""
     program, frames, most = version("energymargin"), dataset.frames(), _objects(dataset)
     for name, method in methods.items():
         objects = None if method.objects is None else min(method.objects, most)

@@ -47,9 +47,9 @@ class Study(ABC, Generic[SettingsT, ResultT]):
     """
 
     name: str
-    """Of its command and folder; its files have it with underscores."""
+    """Name of its command and folder; its files have it with underscores."""
     settings: SettingsT
-    """Of the whole study."""
+    """Settings of the whole study."""
     quick: SettingsT
     """For a first picture."""
     title: str

@@ -99,7 +99,7 @@ class BalanceDemo(Demo):
         return np.linspace(values["early"], values["late"], self._task.steps)
 
     def _speed(self, values: Values) -> NDArray[np.float64]:
-        """Of the bar along x, at the ends of the steps, shape (steps + 1,)."""
+        """Speed of the bar along x [m/s], at the ends of the steps, shape (steps + 1,)."""
         times = np.arange(self._task.steps + 1) * self._task.step
         speeds = (0.0, values["peak"], values["after"], 0.0)
         return np.asarray(np.interp(times, (0.0, RUSH / 2, RUSH, RUSH + EASE), speeds))

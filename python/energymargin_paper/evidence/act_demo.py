@@ -42,7 +42,7 @@ class Demo(ABC):
     budget: int = 6_000_000
     """Simulation steps for choosing a plan."""
     plane: tuple[str, str] = ("x", "y")
-    """Of pictures."""
+    """Plane of pictures."""
 
     @property
     def nominal(self) -> dict[str, float]:

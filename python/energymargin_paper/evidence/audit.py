@@ -66,7 +66,7 @@ class Settings:
     rollouts: int = setting(100, "Rollouts of each task with each stepping.")
     seed: int = setting(0, "Seed of the states and of the disturbances.")
     trajectories: int = 20
-    """Of each task, that the states are drawn from."""
+    """Trajectories of each task that the states are drawn from."""
 
     def __post_init__(self) -> None:
         """Checks the numbers; `compute` checks the names of the tasks."""
@@ -80,9 +80,9 @@ class AuditedRollout:
 
     task: str
     step: float
-    """Of the simulation [s]."""
+    """Step of the simulation [s]."""
     iterations: int
-    """Of the solver, at most."""
+    """Iterations of the solver, at most."""
     audit: Audit
 
     def share(self, entry: str) -> float:
@@ -183,7 +183,7 @@ def _rows(made: list[Task], settings: Settings) -> Iterator[AuditedRollout]:
 
 
 def stepped(problem: Problem, **stepping: float) -> Problem:
-    """The same problem with another `step` [s], `solver_iterations` or `solver_tolerance` of its
+    """The problem with another `step` [s], `solver_iterations` or `solver_tolerance` of its
     scene, which is changed in its text: a Scene keeps what it was made with."""
     fields = json.loads(problem.to_json())
     fields["scene"] |= stepping
@@ -224,7 +224,7 @@ class Cause:
     """From the step [s] and the number of solver iterations; it starts as it is built."""
 
     def audit(self, step: float, iterations: int) -> Audit:
-        """Of one rollout without a disturbance."""
+        """Audit of one rollout without a disturbance."""
         scene = self.build(step, iterations)
         rollout = World(scene).rollout(scene.pack(), np.zeros(6), self.seconds, audit=True)
         assert rollout.audit is not None  # it was asked for

@@ -53,7 +53,7 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """Settings of the study; raises ValueError on numbers out of range."""
 
     cells: int = setting(200_000, "Cells of each lower bound.")
     nodes: int = setting(2000, "Nodes of each search.")

@@ -26,9 +26,9 @@ class Cell(NamedTuple):
 
     x: float
     y: float
-    """Of its middle [m]."""
+    """Place of its middle [m]."""
     half: float
-    """Of its edge [m]."""
+    """Half of its edge [m]."""
 
     def depth(self) -> float:
         """How deep the disc is in a wall in the middle [m]; negative: it is as far from all."""
@@ -55,7 +55,7 @@ class Flooded(NamedTuple):
     cells: list[Cell]
     reached: set[int]
     level: float
-    """Of the lower sides of the cells: the highest on the lowest way out [m]."""
+    """Highest lower side of the cells on the lowest way out [m]."""
 
 
 def flood(level: int) -> Flooded:

@@ -61,7 +61,7 @@ class Cage:
     object: str
     """One of OBJECTS."""
     thickness: float
-    """Of the walls [m]."""
+    """Thickness of the walls [m]."""
     weights: float
     """Bound on the force, in weights of the object."""
 
@@ -154,7 +154,7 @@ def _plates(inside: Vector, thickness: float) -> list[tuple[Vector, Vector]]:
 
 
 def corners(center: Vector, size: Vector) -> Vector:
-    """Of a box along the axes, shape (8, 3)."""
+    """Corners of a box along the axes, shape (8, 3) [m]."""
     signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
     return np.asarray(center + 0.5 * size * signs)
 

@@ -126,7 +126,7 @@ class ClosedForms:
     problems: list[KnownAnswer]
     runs: list[Search]
     finer: dict[str, float]
-    """Of each problem, effort that the cheapest escape of all runs takes in finer steps [J]."""
+    """Effort of each problem that the cheapest escape of all runs takes in finer steps [J]."""
 
     def efforts(
         self, problem: KnownAnswer, planner: str, search: str, amount: int, *, steps: bool = False
@@ -194,7 +194,7 @@ class ClosedForms:
         return f"{lowest / problem.answer:.4f}", f"{finer / problem.answer:.4f}"
 
     def cheapest(self, problem: KnownAnswer) -> Search:
-        """Of all runs of our search the one with the least effort."""
+        """The one of all runs of our search with the least effort."""
         runs = [run for planner in PLANNERS for run in self.of(problem, planner, OURS)]
         return min(runs, key=lambda run: run.effort)
 
@@ -292,7 +292,7 @@ def _in_finer_steps(known: KnownAnswer, job: Job) -> float:
 def _effort(
     world: World, problem: Problem, path: Sequence[tuple[NDArray[np.float64], float]]
 ) -> float:
-    """Of a path until it is outside [J]; inf if it never is."""
+    """Effort of a path until it is outside [J]; inf if it never is."""
     state, effort = problem.state, 0.0
     for wrench, time in path:
         rollout = world.rollout(state, wrench, time)

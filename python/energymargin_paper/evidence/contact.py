@@ -57,7 +57,7 @@ class Job:
     check: str
     """One of CHECKS, or GRASP."""
     seed: int
-    """Of a grasp its number in the file."""
+    """Seed of the check; of a grasp its number in the file."""
 
 
 @dataclass(frozen=True)

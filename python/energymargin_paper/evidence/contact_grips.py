@@ -69,7 +69,7 @@ class Finger:
     force: float
     """[N]"""
     aside: float = 0.0
-    """Of the pad's middle, to the left of the direction [m]."""
+    """Place of the pad's middle, to the left of the direction [m]."""
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,9 @@ class Grip:
     friction: float = 0.5
     """Coefficient of pads and object."""
     mass: float = 0.1
-    """Of each pad [kg]."""
+    """Mass of each pad [kg]."""
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Of the object's mass, in its frame [m]."""
+    """Centre of the object's mass, in its frame [m]."""
     load: tuple[float, float, float] = (0.0, 0.0, -1.0)
     """Direction of the load, a unit vector; what is not downward is a constant force."""
     object_mass: float | None = None
@@ -96,7 +96,7 @@ class Grip:
     preload: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """A force on the object beside the load, over what friction bears."""
     step: float | None = None
-    """Of the scene [s]; by default the default one."""
+    """Step of the scene [s]; by default the default one."""
 
     @property
     def limit(self) -> float:
@@ -257,14 +257,14 @@ def grip_scene(grip: Grip) -> Scene:
 
 
 def _mass(grip: Grip) -> float:
-    """Of the object: with gravity of 9.81 m/s^2 it weighs what the share says."""
+    """Mass of the object [kg]: with gravity of 9.81 m/s^2 it weighs what the share says."""
     if grip.object_mass is not None:
         return grip.object_mass
     return grip.share * grip.limit / GRAVITY
 
 
 def _inertial(grip: Grip) -> dict[str, Any]:
-    """Of the object, if its mass is not in the middle: that of an even cube, moved."""
+    """Inertia of the object, if its mass is not in the middle: that of an even cube, moved."""
     if not any(grip.center):
         return {}
     moments = np.full(3, _mass(grip) * CUBE**2 / 6)

@@ -43,7 +43,7 @@ class Slide(NamedTuple):
     """What a sliding box does."""
 
     lift: float
-    """Of its centre, at most [mm]."""
+    """Largest lift of its centre [mm]."""
     steps: float
     """Steps until it stops, over those on paper."""
 

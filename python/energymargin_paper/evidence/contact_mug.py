@@ -106,7 +106,7 @@ class Grasps:
 
     @cached_property
     def shape(self) -> Any:
-        """Of the mug."""
+        """Shape of the mug."""
         return mesh(self.path, scale=self.scale)
 
     def chosen(self, count: int, seed: int) -> list[int]:

@@ -36,9 +36,9 @@ class Push:
     """Where the box is pushed and on what it stands."""
 
     aside: float = 0.02
-    """Of the ball, from the middle of the box [m]."""
+    """Place of the ball, from the middle of the box [m]."""
     friction: float = 0.48
-    """Of a foot on the floor."""
+    """Friction of a foot on the floor."""
     feet: tuple[tuple[float, float], ...] = ((0.04, 0.0), (-0.03, 0.04), (-0.03, -0.04))
     """Three, seen from above [m]."""
 
@@ -110,7 +110,7 @@ def coulomb(push: Push, duration: float = DURATION) -> Vector:
 
 
 def corners(pose: Vector) -> Vector:
-    """Of the box at a pose (7,), about its frame, shape (4, 3): it stands upright."""
+    """Corners of the box at a pose (7,), about its frame, shape (4, 3): it stands upright."""
     x, y, z = pose[:3]
     turn = 2.0 * math.atan2(pose[5], pose[6])
     half = SIZE[0] / 2

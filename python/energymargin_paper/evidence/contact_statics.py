@@ -25,7 +25,7 @@ class Mass(NamedTuple):
     mass: float
     """[kg]"""
     center: Vector
-    """Of its mass [m]. Shape (3,)."""
+    """Centre of its mass [m], shape (3,)."""
 
 
 class Touch(NamedTuple):

@@ -34,11 +34,11 @@ class Trace:
         return np.array([self.scene.unpack(state)[body][what] for state in self.states])
 
     def position(self, body: str) -> Vector:
-        """Of the body's frame, shape (K, 3) [m]."""
+        """Positions of the body's frame, shape (K, 3) [m]."""
         return self.of(body, "position")
 
     def height(self, body: str) -> Vector:
-        """Of the body's frame, shape (K,) [m]."""
+        """Heights of the body's frame, shape (K,) [m]."""
         return self.position(body)[:, 2]
 
     def at(self, time: float) -> int:

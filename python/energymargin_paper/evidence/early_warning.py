@@ -60,9 +60,9 @@ class Other:
 
     name: str
     parameters: Mapping[str, float]
-    """Of the task."""
+    """Parameters of the task."""
     believed: Mapping[str, float]
-    """Of the model, in place of the trajectory's own."""
+    """Parameters of the model, in place of the trajectory's own."""
 
 
 OTHERS = {
@@ -260,7 +260,7 @@ STUDY = EarlyWarningStudy()
 
 
 def _groups(settings: Settings, folder: Path, name: str) -> Iterator[Trajectories]:
-    """Of a task: for the calibration, held out, and of other kinds."""
+    """Groups of a task: for the calibration, held out, and of other kinds."""
     groups = [Other(CALIBRATION, {}, {}), Other(HELD_OUT, {}, {}), *OTHERS[name]]
     for number, other in enumerate(groups):
         path = folder / f"{name}-{number}.h5"
@@ -332,7 +332,7 @@ def _share(counts: tuple[int, int] | None) -> str:
 
 
 def _median(seen: Alarms) -> float:
-    """Of the losses that are announced [frames]; NaN of none."""
+    """Median lead of the losses that are announced [frames]; NaN of none."""
     leads = seen.leads[seen.leads > 0]
     return float(np.median(leads)) if len(leads) else float("nan")
 

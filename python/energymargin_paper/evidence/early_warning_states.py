@@ -69,7 +69,7 @@ class Episode:
     """The frames of one trajectory up to its loss."""
 
     indices: tuple[int | None, ...]
-    """Of the state of each frame in its dataset; None of a frame that is not scored."""
+    """Numbers of the frames' states in their dataset; None of a frame that is not scored."""
     lost: int | None
     """Frame of the loss, behind the last of them; None if it holds to its end."""
 
@@ -84,7 +84,7 @@ class Watched(ABC):
 
     @abstractmethod
     def scores(self, index: int, job: Job, cancel: Cancel) -> dict[str, float]:
-        """Of a state."""
+        """Scores of a state."""
 
     @property
     def scored(self) -> Iterator[int]:
@@ -93,7 +93,7 @@ class Watched(ABC):
 
 
 class Trajectories(Watched):
-    """Of a task of ours, whose robot follows its script."""
+    """Trajectories of a task of ours, whose robot follows its script."""
 
     ahead = AHEAD
 
@@ -110,7 +110,7 @@ class Trajectories(Watched):
             first += len(trajectory)
 
     def scores(self, index: int, job: Job, cancel: Cancel) -> dict[str, float]:
-        """Of a state."""
+        """Scores of a state."""
         t, k = self._places[index]
         trajectory, task = self._dataset.trajectories[t], self._task
         state, params = trajectory.states[k], {**trajectory.params, **self._believed}
@@ -124,7 +124,7 @@ class Trajectories(Watched):
 
 
 class Recordings(Watched):
-    """Of one half of the authors' recordings: of each the longest time in which it is captured, by
+    """Recordings of one half of the authors': of each the longest time in which it is captured, by
     labels from velocities over half a second. The tool goes on as it did."""
 
     ahead = RECORDED_AHEAD
@@ -140,7 +140,7 @@ class Recordings(Watched):
         ]
 
     def scores(self, index: int, job: Job, cancel: Cancel) -> dict[str, float]:
-        """Of a state."""
+        """Scores of a state."""
         number = int(np.searchsorted(self._first, index, side="right")) - 1
         source, own = self._sources[number], index - int(self._first[number])
         asked = source.asked(own)
@@ -205,7 +205,7 @@ class _Asked:
 
 
 def _scores(asked: _Asked, job: Job, cancel: Cancel) -> dict[str, float]:
-    """Of a state, but for the authors'."""
+    """Scores of a state, but for the authors'."""
     seed = stream(job.seed, job.index)
     objects = [body.name for body in asked.now.scene.bodies if body.role == "object"]
     p = capture_probability(
@@ -243,7 +243,7 @@ class Job:
     group: str
     trajectories: int
     index: int
-    """Of the state in its dataset."""
+    """Number of the state in its dataset."""
     rollouts: int
     nodes: int
     seed: int

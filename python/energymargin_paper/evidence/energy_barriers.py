@@ -173,7 +173,7 @@ def _two_link_finger() -> KnownAnswer:
     )
 
     def energy(q: float) -> float:
-        """Of both joints with the tip `way` farther, and the first joint at q [rad]."""
+        """Energy of both joints [J] with the tip `way` farther, and the first joint at q [rad]."""
         reach = second * math.sin(lean) - way - first * math.sin(q)
         other = math.asin(reach / second) - lean - q
         return 0.5 * (stiffness[0] * q**2 + stiffness[1] * other**2)

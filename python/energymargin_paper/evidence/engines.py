@@ -78,15 +78,15 @@ class Engines:
         return [both for job, both in self.found.items() if job.task == task]
 
     def labels(self, task: str) -> list[Label]:
-        """Of all frames."""
+        """Labels of all frames."""
         return [label for both in self.of(task) for label in both.labels]
 
     def escapes(self, task: str, question: str) -> list[Escape]:
-        """Of all states that were asked."""
+        """Escapes of all states that were asked."""
         return [e for both in self.of(task) for e in both.escapes if e.question == question]
 
     def probabilities(self, task: str) -> list[Probability]:
-        """Of all states that were asked."""
+        """Probabilities of all states that were asked."""
         return [p for both in self.of(task) for p in both.probabilities]
 
     def to_csv(self) -> str:

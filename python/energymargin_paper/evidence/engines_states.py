@@ -61,7 +61,7 @@ class Job:
     rollouts: int
     strength: float
     parts: int
-    """Of our step, in MuJoCo."""
+    """Number of MuJoCo's steps in one of ours."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _probability(frame: int, problem: Problem, job: Job, cancel: Cancel) -> Prob
 
 
 def _pieces(random: np.random.Generator, problem: Problem, strength: float) -> Iterator[Edge]:
-    """Of a disturbance: even within a share of the bounds, each held for an even time."""
+    """Pieces of a disturbance: even within a share of the bounds, each held for an even time."""
     step, bounds = problem.scene.step, strength * np.concatenate([problem.force, problem.torque])
     left, longest = round((problem.horizon or 0.0) / step), round(problem.duration / step)
     while left > 0:

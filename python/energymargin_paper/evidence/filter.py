@@ -50,7 +50,7 @@ Z95 = 1.959964
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """Settings of the study; raises ValueError on numbers out of range."""
 
     episodes: int = setting(200, "Pairs of episodes.")
     seed: int = setting(0, "Of the first pair; each has the next one.")
@@ -111,7 +111,7 @@ class Filtered:
     outcomes: dict[str, list[Outcome]]
 
     def successes(self, arm: str) -> NDArray[np.bool_]:
-        """Of each episode of an arm."""
+        """Whether each episode of an arm succeeds, shape (N,)."""
         return np.array([outcome.success for outcome in self.outcomes[arm]])
 
     def to_markdown(self) -> str:

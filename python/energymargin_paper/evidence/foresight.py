@@ -123,7 +123,7 @@ class Settings:
         positive_number("strength", self.strength)
 
     def methods(self) -> dict[str, Method]:
-        """Of the probabilities, by name."""
+        """Methods of the probabilities, by name."""
         stated = Method(self.rollouts, self.strength, self.objects, self.seed)
         found = dict.fromkeys(("coast", "hold", SCRIPT), stated)
         found["default"] = Method(self.rollouts, 1.0, None, self.seed)
@@ -175,7 +175,7 @@ class TaskForesight:
         return Compared(scores[chosen], labels, self.trajectory[chosen], chosen)
 
     def reliability(self, name: str, horizon: int) -> Reliability | None:
-        """Of a probability against what happened; None without a state, or of another score."""
+        """How reliable a probability was; None without a state, or of another score."""
         scores, labels, *_ = self.compared(name, horizon)
         if name in NO_PROBABILITY or not len(scores):
             return None

@@ -36,14 +36,14 @@ ARMS = ("policy", "guard", "filter")
 Array = NDArray[np.float64]
 Policy = Callable[[], Array]
 Counts = tuple[int, int, int, int]
-"""Of one step: alarm on, action changed, stopped; rollouts."""
+"""Counts of one step: alarm on, action changed, stopped; rollouts."""
 Step = Callable[[], tuple[dict[str, Any], bool, Counts]]
 """Takes a step; returns its info, whether the episode is over, and what it counts."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """Settings of the study; raises ValueError on numbers out of range."""
 
     episodes: int = setting(200, "Episodes of each kind.")
     seed: int = setting(0, "Of the first episodes; the others have the next ones.")
@@ -103,9 +103,9 @@ class Outcome:
     changed: int
     """Steps whose action is not the policy's."""
     stopped: int
-    """Of these, with the fallback."""
+    """Steps whose action is the fallback."""
     rollouts: int
-    """Of all steps, with the monitor's."""
+    """Rollouts of all steps, with the monitor's."""
     seconds: float
     """That all steps take [s]; more where the machine has other work too."""
     longest: float

@@ -54,7 +54,7 @@ TRAJECTORIES = 200  # of a task, at most, in which states are looked for
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """Settings of the study; raises ValueError on numbers out of range."""
 
     tasks: tuple[str, ...] = setting(
         ("push", "balance", "topple", "grasp", "scoop"), "Which tasks, with commas between."
@@ -264,7 +264,7 @@ def _ratio(effort: float, least: float) -> float:
 def _states(
     settings: Settings, folder: Path, threads: int, progress: Progress
 ) -> tuple[dict[str, Problem], dict[str, Reference]]:
-    """Of each task the first states that are captured, do not leave by themselves, and have an
+    """The first states of each task that are captured, do not leave by themselves, and have an
     escape that the reference search finds."""
     problems: dict[str, Problem] = {}
     references: dict[str, Reference] = {}

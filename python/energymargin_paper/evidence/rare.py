@@ -46,7 +46,7 @@ WEAKER = (0.1, 0.07, 0.05, 0.035, 0.025, 0.02, 0.016)  # J: of the picture
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """Settings of the study; raises ValueError on numbers out of range."""
 
     replicas: int = setting(1000, "Replicas of each run.")
     runs: int = setting(100, "Runs of each case.")
@@ -74,7 +74,7 @@ class Loss:
     lost: float
     low: float
     high: float
-    """Of the 95 % interval."""
+    """Upper end of the 95 % interval."""
     steps: int
 
 
@@ -104,7 +104,7 @@ class Case:
 
     @property
     def steps(self) -> float:
-        """Of a run, in the mean."""
+        """Mean simulation steps of a run."""
         return float(np.mean([loss.steps for loss in self.losses]))
 
     @property

@@ -41,11 +41,11 @@ class Reference:
     """What the search found."""
 
     effort: float = math.inf
-    """Of the cheapest escape [J]; inf if there is none."""
+    """Effort of the cheapest escape [J]; inf if there is none."""
     path: list[Piece] = field(default_factory=list)
     """Its pieces, the waits among them."""
     rollouts: int = 0
-    """Of at most one longest edge each, as the nodes of a search."""
+    """Number of rollouts, of at most one longest edge each, as the nodes of a search."""
 
 
 def least_effort(problem: Problem, rollouts: int, seed: int, cancel: Cancel | None) -> Reference:
@@ -80,7 +80,7 @@ class _Paths:
         self.best = Reference()
 
     def effort(self, pieces: Sequence[Piece], waits: int) -> float:
-        """Of a path up to where a piece ends outside [J]; without one FAR less the way."""
+        """Effort of a path up to where a piece ends outside [J]; without one FAR less the way."""
         problem, effort, state = self.problem, 0.0, self.problem.state
         path = [*pieces, *[(self.rest, problem.duration)] * waits]
         for i, (wrench, duration) in enumerate(path):
@@ -121,7 +121,7 @@ class _Paths:
 
 
 def _bounds(problem: Problem) -> NDArray[np.float64]:
-    """Of the wrench on each object, shape (k, 6)."""
+    """Bounds of the wrench on each object, shape (k, 6)."""
     objects = sum(body.role == "object" for body in problem.scene.bodies)
     return np.tile(np.concatenate((problem.force, problem.torque)), (objects, 1))
 
@@ -173,7 +173,7 @@ def _draw(pieces: int, axes: int, random: np.random.Generator) -> NDArray[np.flo
 def _pieces(
     x: NDArray[np.float64], bounds: NDArray[np.float64], axes: NDArray[np.intp], problem: Problem
 ) -> list[Piece]:
-    """Of the rows of x: shares of the bounds, cut there."""
+    """Pieces of the rows of x, which are shares of the bounds, cut there."""
     pieces = []
     for row in x:
         wrench = np.zeros_like(bounds)

@@ -100,7 +100,7 @@ class Point:
     kind: str
     level: float
     ap: NDArray[np.float64]
-    """Of each draw, shape (draws,)."""
+    """Average precision of each draw, shape (draws,)."""
     again: int
     """How often a state was drawn again, in all draws."""
 
@@ -323,7 +323,7 @@ def _scored(
 
 
 def _ap(labelled: LabelledScores) -> float:
-    """Of the one metric that there is."""
+    """Average precision of the one metric that there is."""
     ((_, ap),) = quality(labelled).values()
     return ap
 

@@ -59,7 +59,7 @@ INFORMED = ("velocity",)
 OTHERS_SEED = 20_000  # far from the seeds of the pushes that are scored
 
 Prior = dict[str, NDArray[np.float64]]
-"""Of each body, the velocities of other pushes, (N, 6)."""
+"""Velocities of other pushes, (N, 6), by body."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Job:
     particles: int
     """0: the mean of the belief alone, in one tree."""
     nodes: int
-    """Of all particles of a state together."""
+    """Nodes of all particles of a state together."""
     seed: int
     others: int
     """Pushes that are known beforehand."""
@@ -83,7 +83,7 @@ class Scored:
     """Its scores."""
 
     scores: list[float]
-    """Of each state: the mean over the particles."""
+    """Score of each state: the mean over the particles."""
     separated: int
     """Particles of all states whose bodies were moved apart."""
     redrawn: int
@@ -96,17 +96,17 @@ class Regained:
 
     kind: str
     exact: float
-    """Of the true states."""
+    """Average precision of the true states."""
     wrong: NDArray[np.float64]
-    """Of the states with errors."""
+    """Average precisions of the states with errors."""
     estimate: NDArray[np.float64]
-    """Of one state in place of a belief: its mean."""
+    """Those of one state in place of a belief: its mean."""
     even: NDArray[np.float64]
-    """Of beliefs that know of no other pushes, at equal steps."""
+    """Those of beliefs that know of no other pushes, at equal steps."""
     belief: NDArray[np.float64]
-    """Of beliefs about them, at equal steps."""
+    """Those of beliefs about them, at equal steps."""
     reference: NDArray[np.float64]
-    """Of beliefs about them, at many more."""
+    """Those of beliefs about them, at many more."""
     separated: float
     """Share of the reference's particles whose bodies were moved apart."""
     redrawn: float
@@ -114,7 +114,7 @@ class Regained:
 
     @property
     def share(self) -> float:
-        """Of what the reference regains, in the mean, that the belief regains at equal steps."""
+        """Share of the mean gain of the reference that the belief regains at equal steps."""
         lost = float(self.wrong.mean())
         return (float(self.belief.mean()) - lost) / (float(self.reference.mean()) - lost)
 
@@ -131,7 +131,7 @@ def uncertainty(kind: str, scaled: float) -> Uncertainty:
 
 
 def priors(others: int) -> list[Prior]:
-    """Of each frame, the velocities of so many other pushes."""
+    """Velocities of so many other pushes in each frame."""
     dataset = generate(TASK, trajectories=others, frames=FRAMES, seed=OTHERS_SEED)
     states = np.array([trajectory.states for trajectory in dataset.trajectories])
     return [velocities(scene(FRICTION_MIDDLE), states[:, frame]) for frame in range(FRAMES)]
@@ -219,7 +219,7 @@ def _scored(
 def _beliefs(
     dataset: Dataset, number: int, known: Uncertainty, prior: list[Prior] | None
 ) -> list[Belief]:
-    """Of the states of a trajectory; the capture set is that of each particle."""
+    """Beliefs about the states of a trajectory; the capture set is that of each particle."""
     task, trajectory = tasks.make(dataset.task, **dataset.parameters), dataset.trajectories[number]
     question = partial(task.problem, params=trajectory.params)
     made = []

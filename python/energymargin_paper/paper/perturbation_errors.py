@@ -145,8 +145,8 @@ def typical(dataset: Dataset) -> dict[str, tuple[float, ...]]:
 
 Randoms = list[np.random.Generator]
 Change = Callable[[Trajectory, list[float], Randoms], tuple[Trajectory, int]]
-"""Of a trajectory, with the largest errors and a generator for each state; and how many draws were
-made again."""
+"""Called with a trajectory, the largest errors and a generator for each state; returns the changed
+trajectory, and how many draws were made again."""
 
 
 def _friction(

@@ -32,9 +32,9 @@ class Printed:
     height: float
     """[m]"""
     outlines: tuple[NDArray[np.float64], ...] = ()
-    """Of its convex parts, seen from above, each (n, 2) [m]."""
+    """Corners of its convex parts, seen from above, each (n, 2) [m]."""
     radius: float | None = None
-    """Of a cylinder, instead [m]."""
+    """Radius of a cylinder, instead [m]."""
 
     @property
     def shape(self) -> Compound | Cylinder:

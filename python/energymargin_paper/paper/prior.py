@@ -106,7 +106,7 @@ def _product(
     ahead: NDArray[np.float64],
     covariance: NDArray[np.float64],
 ) -> Source:
-    """Of a normal prior, whose mean is `ahead` of the measured velocity, and normal errors."""
+    """Source of a normal prior, its mean `ahead` of the measured velocity, and normal errors."""
     deviations = np.linalg.norm(root, axis=0)
     axes = root / deviations
     errors = np.diag(deviations**2)
@@ -136,8 +136,8 @@ def _require_probable(name: str, distance: float) -> None:
 def _weighted(
     source: Source, name: str, samples: NDArray[np.float64], measured: NDArray[np.float64]
 ) -> Source:
-    """Of samples, each as often as the measurement fits it. One input: their place in a row along
-    the axis on which they differ most."""
+    """Source of samples, each as often as the measurement fits it. One input: their place in a row
+    along the axis on which they differ most."""
     log_density, onto = _fit(source.given)
     errors = (samples - measured) @ onto
     widened, weights = 1.0, _weights(log_density(errors))
@@ -200,7 +200,7 @@ def _normal_logarithms(z: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _weights(logarithms: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of which the largest is 1; all 0 where there is none."""
+    """Weights of which the largest is 1; all 0 where there is none."""
     most = logarithms.max()
     return np.exp(logarithms - most) if np.isfinite(most) else np.zeros(len(logarithms))
 

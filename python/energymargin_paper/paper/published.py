@@ -118,7 +118,7 @@ class Early:
     """By name, ours is "probability": shape (R, 10), a column for each frame of EARLY."""
 
     def auc(self, name: str, place: int) -> float:
-        """Of one frame; NaN without both labels."""
+        """AUC of one frame; NaN without both labels."""
         values = self.scores[name][:, place]
         there = ~np.isnan(values)
         labels = self.success[there]
@@ -141,7 +141,7 @@ class Part:
     probability: dict[int, NDArray[np.float64]]
     """By horizon."""
     replay: dict[int, NDArray[np.float64]]
-    """The same without a disturbance, 0 or 1: what the motion alone tells."""
+    """Whether it stays without a disturbance, 0 or 1, by horizon: what the motion alone tells."""
     labels: dict[str, LabelledScores]
     """"recorded", and of recordings also "smoothed"; their scores do not count."""
     learned: dict[str, dict[int, NDArray[np.float64]]]
@@ -150,7 +150,7 @@ class Part:
     failed: int
     """States that could not be scored."""
     seconds: float
-    """Of one state, all scores [s]."""
+    """Time of all scores of one state [s]."""
 
     @property
     def simulated(self) -> bool:
@@ -206,12 +206,12 @@ class Published:
 
     @cached_property
     def simulated(self) -> list[Part]:
-        """Of Table I."""
+        """Parts of Table I."""
         return [part for part in self.parts if part.simulated]
 
     @cached_property
     def recorded(self) -> list[Part]:
-        """Of Table II."""
+        """Parts of Table II."""
         return [part for part in self.parts if not part.simulated]
 
     def to_markdown(self) -> str:
@@ -306,7 +306,7 @@ class Published:
         return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
 
     def _early_ahead(self, place: int) -> str:
-        """Of the mean AUC, with its interval over draws of recordings."""
+        """The mean AUC, with its interval over draws of recordings."""
         each = []
         for number, part in enumerate(self.recorded):
             if part.early is None:
@@ -382,7 +382,7 @@ def _cells(part: Part) -> Iterator[tuple[str, str, str, Among, int]]:
 
 
 def _own_cell(part: Part, score: str, horizon: int, among: Among) -> Cell | None:
-    """Of all states; None also now (horizon 0) among those that are captured now."""
+    """Cell of all states; None also now (horizon 0) among those that are captured now."""
     if score not in part.complete.scores or (horizon == 0 and among == "captured"):
         return None
     compared = compared_states(part.complete, score, horizon, among=among)

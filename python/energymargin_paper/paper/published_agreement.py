@@ -14,7 +14,7 @@ __all__ = ["AGAIN", "DEFINED", "agreement", "agreement_table"]
 DEFINED = "capture/defined"
 """Our capture score by the paper's definition: the set of the labels, where it was recorded."""
 AGAIN = "capture/again"
-"""The same as "capture", of another seed."""
+"""The score "capture" with another seed."""
 
 # By ours, theirs. An effort that they did not find is inf, or in grasp this [J].
 PAIRS = {

@@ -75,9 +75,9 @@ class Asked:
     now: Problem
     """As the authors' search asks it, without a clock."""
     defined: Problem
-    """The same as the paper defines it: with the set of the labels, where it was recorded."""
+    """Capture as the paper defines it: with the set of the labels, where it was recorded."""
     effort: Problem
-    """Of which the efforts are asked."""
+    """Problem of which the efforts are asked."""
     ahead: Problem | None
     """With a clock and what the robot does; None at the last frame."""
     later: NDArray[np.float64]
@@ -89,7 +89,7 @@ class Source(ABC):
 
     simulated: bool
     tracks: tuple[Track, ...] = ()
-    """Of recordings."""
+    """Tracks of recordings."""
     smoothed: NDArray[np.bool_] | None = None
     """Labels from smoothed velocities, of recordings, shape (N,)."""
 
@@ -103,7 +103,7 @@ class Source(ABC):
         self.most = max(horizons)
         apart = 1 if self.simulated else every
         self.numbers = [n for n, (_, k) in enumerate(self.places) if k % apart == apart - 1]
-        """Of the states that are scored."""
+        """Numbers of the states that are scored."""
 
     def later(self, index: int) -> NDArray[np.float64]:
         """When the frames after a state come [s]."""
@@ -121,7 +121,7 @@ class Source(ABC):
 
 
 class Simulated(Source):
-    """Of Table I: the robot follows the mean of the authors' script."""
+    """A source of Table I: the robot follows the mean of the authors' script."""
 
     simulated = True
 
@@ -154,7 +154,7 @@ class Simulated(Source):
 
 
 class Recorded(Source):
-    """Of Table II: the tool goes on as it did in the last half second."""
+    """A source of Table II: the tool goes on as it did in the last half second."""
 
     simulated = False
 
@@ -288,7 +288,7 @@ class Job:
     version: str
     part: str
     index: int
-    """Of all states of the part."""
+    """Number among all states of the part."""
     nodes: int
     rollouts: int
     seed: int
@@ -302,7 +302,7 @@ class StateScores:
     shares: list[float]
     """Captured throughout until h = 1, 2, ... frames later, as far as the trajectory goes."""
     replayed: list[float]
-    """The same of what the robot does without a disturbance, 0 or 1."""
+    """Captured until then by what the robot does without a disturbance, 0 or 1."""
     early: float | None
     """Probability of success at the last frame; of every tenth frame of a recording."""
     seconds: float

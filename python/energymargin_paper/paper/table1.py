@@ -124,7 +124,7 @@ class TaskResult:
     succeeded: float
     """Share of the trajectories that are successful."""
     weights: dict[str, float]
-    """Of the force score, by name."""
+    """Weights of the force score, by name."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Table1:
         return Group(*caption, Text(), *(sheet.render() for sheet in self._sheets()))
 
     def to_markdown(self) -> str:
-        """The same as a Markdown file."""
+        """The result as a Markdown file."""
         caption = "\n\n".join(self._caption())
         sheets = "\n".join(sheet.to_markdown() for sheet in self._sheets())
         return f"# Table I\n\n{caption}\n\n{sheets}"
@@ -220,7 +220,7 @@ class Sheet:
 
     title: str
     header: list[str]
-    """Of every column but the first, which names the rows."""
+    """Heads of every column but the first, which names the rows."""
     rows: list[list[str]]
     """A cell has lines: the first is what counts, the others say more about it."""
     notes: list[str]
@@ -341,7 +341,7 @@ class Table1Study(Study[Settings, Table1]):
         return self.quick if quick else replace(self.settings, nodes=100)
 
     def bar(self) -> AbstractContextManager[Progress]:
-        """Of what is being done, and the share that is done of all."""
+        """A bar of what is being done, and the share that is done of all."""
         return share_bar(err)
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Table1:
@@ -422,7 +422,7 @@ class _Part:
         return sorted(EFFECTORS, key=lambda effector: effector != own)
 
     def reading(self, effector: str) -> Dataset:
-        """The same trajectories, of a task with this effector."""
+        """The trajectories as of a task with this effector."""
         return replace(self.dataset, parameters={**self.dataset.parameters, "effector": effector})
 
     @contextmanager

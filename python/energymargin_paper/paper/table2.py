@@ -111,10 +111,10 @@ class Combination:
     labelled: LabelledScores
     evaluation: Evaluation
     seconds: float
-    """Of a state's search [s]."""
+    """Time of a state's search [s]."""
 
     def capture(self, horizon: int) -> Cell | None:
-        """Of the capture score, against being captured over so many frames more."""
+        """AUC and AP of the capture score against being captured over so many frames more."""
         return self.evaluation.states["capture"][horizon]
 
 
@@ -198,7 +198,7 @@ class Table2:
         return markdown_table(["", *(f"h = {h}" for h in HORIZONS)], lines)
 
     def _paper_mean(self, score: str) -> str:
-        """Of the combinations of this table."""
+        """Mean of the combinations of this table."""
         return _pair(np.mean([PAPER[row.combination][score] for row in self.rows], axis=0))
 
 
@@ -238,7 +238,7 @@ class Table2Study(Study[Settings, Table2]):
         return Table2(settings, rows)
 
     def figures(self, result: Table2) -> Iterator[tuple[str, Figure]]:
-        """Of each combination the state that the capture score gets most wrong."""
+        """The state of each combination that the capture score gets most wrong."""
         yield "table2.png", figure_table2(result)
 
 
@@ -279,7 +279,7 @@ def _pair(values: Sequence[float] | NDArray[np.float64]) -> str:
 
 
 def _share(cell: Cell | None) -> str:
-    """Of the label 1."""
+    """Share of the label 1."""
     return "" if cell is None else f"{cell.positives / cell.count:.0%}"
 
 

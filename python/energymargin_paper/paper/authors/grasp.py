@@ -75,7 +75,7 @@ class PublishedGrasp(SimulatedTask):
         return self._last[1]
 
     def search_scene(self, state: NDArray[np.float64], params: Params) -> Scene:
-        """The same with fingers that hold their angles, and a table that falls freely once it has
+        """The scene with fingers that hold their angles, and a table that falls freely once it has
         begun to sink."""
         scene = self.scene(params)
         joints = scene.unpack(state)["joints"]

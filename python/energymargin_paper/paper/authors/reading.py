@@ -229,7 +229,7 @@ class Track:
     times: NDArray[np.float64]
     """[s], shape (K,)."""
     poses: dict[str, NDArray[np.float64]]
-    """Of "object" and "effector": x, y [m] and yaw [rad, without jumps], shape (K, 3)."""
+    """Poses of "object" and "effector": x, y [m] and yaw [rad, without jumps], shape (K, 3)."""
     velocities: dict[str, NDArray[np.float64]]
     """As recorded, the differences of noisy poses [m/s, rad/s], shape (K, 3)."""
     captured: NDArray[np.bool_]

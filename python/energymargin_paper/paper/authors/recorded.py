@@ -171,7 +171,7 @@ def _below(y: float) -> Region:
 
 @cache
 def outlines(folder: Path, name: str) -> tuple[NDArray[np.float64], ...]:
-    """Of the convex parts of a body, such as "jaw-gripper", seen from above: corners, (N, 2) [m],
+    """Corners of the convex parts of a body, such as "jaw-gripper", seen from above, (N, 2) [m],
     about the tag. Slivers are left out. Errors as `em.mesh`, which needs the extra [urdf]."""
     from energymargin.meshes import mesh
 
@@ -193,7 +193,7 @@ def prism(folder: Path, name: str, height: float, less: float = 0.0) -> Compound
 
 
 def _corners(part: Part) -> NDArray[np.float64]:
-    """Of a part of a mesh, which is where the mesh has it, seen from above, (N, 2) [m]."""
+    """Corners of a part of a mesh, where the mesh has it, seen from above, (N, 2) [m]."""
     assert isinstance(part.shape, ConvexHull)  # as all parts of a mesh are
     return np.asarray(part.shape.points)[:, :2] + np.asarray(part.position)[:2]
 

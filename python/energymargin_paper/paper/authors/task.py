@@ -39,9 +39,9 @@ class PublishedTask(ABC):
     name: str
     plane: tuple[str, str] = ("x", "y")
     step: float = STEP
-    """Of the simulation [s]."""
+    """Step of the simulation [s]."""
     duration: ClassVar[float]
-    """Of the longest edge of a search [s]."""
+    """Duration of the longest edge of a search [s]."""
     rate: ClassVar[float]
     """lambda [1/J]."""
     effector: ClassVar[str] = "drive"
@@ -73,7 +73,7 @@ class PublishedTask(ABC):
         """The largest force [N] and torque [N m] on the object, on each axis."""
 
     def effort_bounds(self, params: Params) -> tuple[Vector, Vector]:
-        """The same of the authors' efforts of escape."""
+        """Bounds of the authors' efforts of escape."""
         return self.bounds(params)
 
     @abstractmethod
@@ -111,7 +111,7 @@ class PublishedTask(ABC):
         params: Params | None = None,
         contacts: Sequence[Contact] | None = None,
     ) -> Problem:
-        """The same in the scene in which the trajectory was recorded and with the set of the
+        """The problem in the scene in which the trajectory was recorded and with the set of the
         labels, which is how the paper defines it; of what is to come it is asked so."""
         drawn = params or {}
         return self._posed(self.scene(drawn), self.captured(state, drawn), state, drawn, contacts)
@@ -184,7 +184,7 @@ COLUMNS = (
     *("xo", "yo", "thetao", "vxo", "vyo", "omegao"),
     *("xg", "yg", "thetag", "vxg", "vyg", "omegag"),
 )
-"""Of object and effector: position [m], yaw [rad], and their rates."""
+"""Columns of object and effector: position [m], yaw [rad], and their rates."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ class Sweep:
     half_width: float
     """On both sides of the effector's path [m]."""
     ahead: float
-    """Of its motion [s]."""
+    """Time of its motion ahead [s]."""
     ends: float
     """Length that is added at both ends of its path [m]."""
     least_speed: float
@@ -222,14 +222,14 @@ class SweptTask(PublishedTask):
 
     sweep: ClassVar[Sweep]
     search_sweep: ClassVar[Sweep]
-    """The same in the authors' search, whose settings are others than those of their labels."""
+    """Sweep in the authors' search, whose settings are others than those of their labels."""
 
     def captured(self, state: NDArray[np.float64], params: Params) -> Region:
         """What the effector is about to sweep from where it is at this state, shape (26,)."""
         return self._swept(self.sweep, state, params)
 
     def search_set(self, state: NDArray[np.float64], params: Params) -> Region:
-        """The same by `search_sweep`."""
+        """The capture set by `search_sweep`."""
         return self._swept(self.search_sweep, state, params)
 
     def _swept(self, sweep: Sweep, state: NDArray[np.float64], params: Params) -> Region:

@@ -50,7 +50,7 @@ class PublishedTopple(SimulatedTask):
         return _scene(drawn("friction", params, None), GRAVITY)
 
     def search_scene(self, state: NDArray[np.float64], params: Params) -> Scene:
-        """The same without gravity, which their search leaves out."""
+        """The scene without gravity, which their search leaves out."""
         return _scene(drawn("friction", params, None), (0.0, 0.0, 0.0))
 
     def state(self, scene: Scene, row: NDArray[np.float64]) -> NDArray[np.float64]:
