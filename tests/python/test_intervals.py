@@ -82,9 +82,9 @@ def test_trees_that_stop_at_the_tolerance_hold_it_as_often(many):
 
 def test_the_interval_of_a_score_is_that_of_its_trees(many):
     low, high = many.interval()
-    assert (low, high) == many.interval("capture", 0.95)
+    assert (low, high) == many.interval(which="capture", confidence=0.95)
     assert low < many.capture < high
-    wide = many.interval("capture", confidence=0.999)
+    wide = many.interval(confidence=0.999)
     assert wide[0] < low and high < wide[1]
     assert high - low == pytest.approx(2 * 1.972 * many.capture_stderr, rel=0.01)
 
@@ -125,6 +125,6 @@ def test_one_tree_and_a_set_that_is_not_there_have_no_interval(problem):
         em.capture_score(problem, nodes=5).interval()
     score = em.capture_score(problem, nodes=5, trees=2)
     with pytest.raises(ValueError, match="which is 'capture_any', expected a set that"):
-        score.interval("capture_any")
+        score.interval(which="capture_any")
     with pytest.raises(ValueError, match="confidence is 1, expected"):
         score.interval(confidence=1)

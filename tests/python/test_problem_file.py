@@ -54,7 +54,7 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
         if getattr(capture, name) is None:
             assert interval is None
         else:
-            assert tuple(interval) == capture.interval(name)
+            assert tuple(interval) == capture.interval(which=name)
     assert printed.pop("trees") == len(capture.trees)
     assert printed.pop("warnings") == list(capture.warnings)
     assert printed == fields(capture, CAPTURE)
