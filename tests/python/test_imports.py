@@ -62,6 +62,7 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
     heavy, ours = map(eval, output(SCORE))
     assert heavy == []
     assert {name for name in ours if not name.startswith("energymargin._core")} == {
+        "energymargin.checks",
         "energymargin.disturbances",
         "energymargin.errors",
         "energymargin.summary",
