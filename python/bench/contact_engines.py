@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, Protocol
@@ -136,7 +136,7 @@ def free_bodies(scene: em.Scene) -> list[str]:
     return [body.name for body in scene.bodies if not body.fixed and body.name not in links]
 
 
-def _poses(scene: em.Scene, states: Sequence[Vector]) -> dict[str, Vector]:
+def _poses(scene: em.Scene, states: Iterable[Vector]) -> dict[str, Vector]:
     """Those of the free bodies in K states, each of shape (K, 7)."""
     return {
         name: np.array([state[scene.slice(name)][:7] for state in states])

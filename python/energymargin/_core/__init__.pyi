@@ -533,7 +533,10 @@ class Scene:
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, inertial: Inertial | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), kinematic: bool = False) -> None:
         """
         Add a body.
@@ -713,7 +716,10 @@ class Plan:
     def __setstate__(self, arg0: str) -> None:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     def fine_rows(self, step: float) -> Plan:
         """
         The same plan with a row for each step [s] of a scene, at most the plan's own. Each row begins at the step that is nearest to its time.
@@ -1115,7 +1121,10 @@ class Problem:
     def __setstate__(self, arg0: str) -> None:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     def edge_start(self, node: numpy.typing.ArrayLike) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at its velocity of the start state.
@@ -1244,7 +1253,10 @@ class Tree:
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     def path_to(self, node: int) -> list[int]:
         """
         Rows from the root to a node, both included.
@@ -1286,7 +1298,10 @@ class CaptureScore:
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     def interval(self, which: str = 'capture', confidence: float = 0.95) -> tuple[float, float]:
         """
         (low, high), a confidence interval for the score of infinitely many trees of this size.
@@ -1468,7 +1483,10 @@ class EscapeEffort:
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     @property
     def bound(self) -> LowerBound | None:
         """
@@ -1561,7 +1579,10 @@ class EscapeEnergy:
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     @property
     def barrier(self) -> int | None:
         """
@@ -1617,7 +1638,10 @@ class ForceScore:
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     @property
     def distance(self) -> float:
         """
@@ -1764,7 +1788,10 @@ class CaptureProbability:
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
-        ...
+        """
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
     def band(self, confidence: float = 0.95, which: str = 'captured') -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
         """
         (low, high), each of shape (T,): the interval of each point of the curve alone. which: 'captured' or 'any'.
