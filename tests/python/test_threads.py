@@ -20,8 +20,8 @@ def answers(threads):
     progress = []
     score = em.capture_score(problems[0], trees=3, threads=threads, **settings)
     tree = em.capture_score(problems[0], nodes_per_round=8, threads=threads, **settings).tree
-    told = em.escape_effort(problems[0], progress=progress.append, **settings)
-    assert progress[-1] == told.nodes
+    told = em.escape_effort(problems[0], progress=lambda *told: progress.append(told), **settings)
+    assert progress[-1][0] == told.nodes
     table = em.score(problems, threads=threads, **settings)
     rollout = world.rollout(problems[0].state, (0.1, 0, 0, 0, 0, 0), 2.0)
     return [
