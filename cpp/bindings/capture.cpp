@@ -33,7 +33,7 @@ CaptureScore score_capture(const Problem& problem, const CaptureCall& call) {
   return score;
 }
 
-std::pair<double, double> interval_of(const CaptureScore& score, const std::string& which, const Number& confidence) {
+std::pair<double, double> interval_of(const CaptureScore& score, const Number& confidence, const std::string& which) {
   const Interval ends = interval(score, which, real("confidence", confidence));
   return {ends.low, ends.high};
 }
@@ -111,7 +111,7 @@ void def_checks(CaptureScoreClass& type) {
       .def_readonly("undisturbed_exit", &CaptureScore::undisturbed_exit,
                     "When the state leaves the capture set without a disturbance [s]. None if it stays for 1 s, or if "
                     "the score is at most 0.5, which needs no such check.")
-      .def("interval", &interval_of, py::arg("which") = "capture", py::arg("confidence") = 0.95, interval_doc);
+      .def("interval", &interval_of, py::arg("confidence") = 0.95, py::arg("which") = "capture", interval_doc);
   def_quality(type,
               "its resolution is above 0.2; the score is above 0.5 although the state leaves without a disturbance; ");
 }

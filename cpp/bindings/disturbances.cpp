@@ -69,17 +69,17 @@ void bind_boltzmann(py::module_& module) {
   def_repr(type, "Boltzmann", {"rate", "strength", "objects", "hold"});
 }
 
-OfPlan of_plan(const ArrayLike& force, const ArrayLike& torque, const Number& targets,
-               const std::optional<Number>& hold) {
+ActuationNoise of_plan(const ArrayLike& force, const ArrayLike& torque, const Number& targets,
+                       const std::optional<Number>& hold) {
   return {vector3("force", force), vector3("torque", torque), real("targets", targets), real("hold", hold)};
 }
 
 void bind_of_plan(py::module_& module) {
-  py::class_<OfPlan> type(module, "OfPlan", "Noise of the robot: a uniform draw is added to its plan.");
-  type.def_readonly("force", &OfPlan::force, "Largest along each axis, shape (3,) [N].")
-      .def_readonly("torque", &OfPlan::torque, "Largest about each axis, shape (3,) [N m].")
-      .def_readonly("targets", &OfPlan::targets, "Largest error of each joint's target [rad] or [m].")
-      .def_readonly("hold", &OfPlan::hold, "How long a draw lasts [s]; None: a step.");
+  py::class_<ActuationNoise> type(module, "ActuationNoise", "Noise of the robot: a uniform draw is added to its plan.");
+  type.def_readonly("force", &ActuationNoise::force, "Largest along each axis, shape (3,) [N].")
+      .def_readonly("torque", &ActuationNoise::torque, "Largest about each axis, shape (3,) [N m].")
+      .def_readonly("targets", &ActuationNoise::targets, "Largest error of each joint's target [rad] or [m].")
+      .def_readonly("hold", &ActuationNoise::hold, "How long a draw lasts [s]; None: a step.");
   def_repr(type, "of_plan", {"force", "torque", "targets", "hold"});
   const py::tuple zero = py::make_tuple(0.0, 0.0, 0.0);
   module.def(

@@ -24,8 +24,8 @@ With a tolerance it is wider, by the number of looks at the tolerance. which: 'c
 'any'.)";
 
 using Function = py::typing::Callable<py::object(py::object, py::object)>;
-using Model = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann, disturbances::OfPlan,
-                           Function>;
+using Model = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann,
+                           disturbances::ActuationNoise, Function>;
 
 constexpr int rollouts_of_function = 30;
 

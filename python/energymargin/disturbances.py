@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from energymargin._core.disturbances import Boltzmann, Gaussian, OfPlan, Uniform, of_plan
+from energymargin._core.disturbances import ActuationNoise, Boltzmann, Gaussian, Uniform, of_plan
 
-__all__ = ["Boltzmann", "Disturbance", "Gaussian", "OfPlan", "Uniform", "of_plan"]
+__all__ = ["ActuationNoise", "Boltzmann", "Disturbance", "Gaussian", "Uniform", "of_plan"]
 
-Disturbance = Uniform | Gaussian | Boltzmann | OfPlan
+Disturbance = Uniform | Gaussian | Boltzmann | ActuationNoise
 
 # They travel to other processes as the calls that make them again.
 copyreg.pickle(Uniform, lambda m: (Uniform, (m.strength, m.objects, m.hold)))
 copyreg.pickle(Gaussian, lambda m: (Gaussian, (m.force, m.torque, m.correlation_time)))
 copyreg.pickle(Boltzmann, lambda m: (Boltzmann, (m.rate, m.strength, m.objects, m.hold)))
-copyreg.pickle(OfPlan, lambda m: (of_plan, (m.force, m.torque, m.targets, m.hold)))
+copyreg.pickle(ActuationNoise, lambda m: (of_plan, (m.force, m.torque, m.targets, m.hold)))
 
 
 def text_of(model: Disturbance) -> str:

@@ -362,8 +362,8 @@ TEST_F(App, EveryDisturbanceIsTheLibrarysToTheLastBit) {
       {"uniform --strength 2 --hold 0.1", disturbances::Uniform{2.0, std::nullopt, 0.1}},
       {"gaussian --force 3 --torque 0.5 --correlation-time 0.05", disturbances::Gaussian{3.0, 0.5, 0.05}},
       {"boltzmann --rate 2 --strength 3", disturbances::Boltzmann{2.0, {3.0}}},
-      {"plan --force 5 --hold 0.1", disturbances::OfPlan{Vector3::Constant(5.0), Vector3::Zero(), 0.0, 0.1}},
-      {"plan --force 5,1,0 --hold 0.1", disturbances::OfPlan{{5.0, 1.0, 0.0}, Vector3::Zero(), 0.0, 0.1}}};
+      {"plan --force 5 --hold 0.1", disturbances::ActuationNoise{Vector3::Constant(5.0), Vector3::Zero(), 0.0, 0.1}},
+      {"plan --force 5,1,0 --hold 0.1", disturbances::ActuationNoise{{5.0, 1.0, 0.0}, Vector3::Zero(), 0.0, 0.1}}};
   for (const auto& [words, model] : models) {
     const Outcome outcome = run(problem + " --metric probability --rollouts 20 --disturbance " + words);
     ASSERT_EQ(outcome.code, 0) << outcome.error;

@@ -364,7 +364,7 @@ TEST(Kinematic, NoiseOfThePlanLeavesItAlone) {
   scene.add_body(body("tool", Sphere{0.05}, 0.3, {5.0, 0.0, 1.0}, Role::effector));
   Problem problem = heavy_problem(scene);
   problem.plan = hold(scene, problem.state, 0.1);
-  const disturbances::OfPlan noise{Vector3::Constant(1.0)};
+  const disturbances::ActuationNoise noise{Vector3::Constant(1.0)};
   ASSERT_EQ(problem.plan->velocities.size(), 2u);
   const auto drawn = draw_plan(noise, problem, 1, 0);
   ASSERT_EQ(drawn->wrenches.size(), 1u);

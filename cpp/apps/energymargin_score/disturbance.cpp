@@ -39,8 +39,8 @@ disturbances::Gaussian gaussian(DisturbanceOptions& options) {
   return model;
 }
 
-disturbances::OfPlan of_plan(DisturbanceOptions& options) {
-  disturbances::OfPlan model;
+disturbances::ActuationNoise of_plan(DisturbanceOptions& options) {
+  disturbances::ActuationNoise model;
   model.force = take_axes(options, "--force");
   model.torque = take_axes(options, "--torque");
   model.targets = take_number(options, "--targets").value_or(model.targets);

@@ -33,7 +33,7 @@ struct Boltzmann {
 };
 
 //! Noise of the robot: a uniform draw is added to its plan, and lasts for `hold`.
-struct OfPlan {
+struct ActuationNoise {
   Vector3 force = Vector3::Zero();   //!< largest, on each body that the plan pushes or drives [N]
   Vector3 torque = Vector3::Zero();  //!< the same [N m]
   double targets = 0.0;              //!< largest error of each joint's target [rad] or [m]
@@ -49,7 +49,7 @@ struct Draws {
 }  // namespace disturbances
 
 using DisturbanceModel = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann,
-                                      disturbances::OfPlan, disturbances::Draws>;
+                                      disturbances::ActuationNoise, disturbances::Draws>;
 
 //! Throws std::invalid_argument on numbers that are negative or not finite, more objects than the scene has, noise of a
 //! plan without one, or draws of another shape.
@@ -59,13 +59,13 @@ void validate(const DisturbanceModel& model, const Problem& problem);
 std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
                               std::size_t index);
 
-//! The problem's plan with the noise of the same draw; none unless the model is OfPlan.
+//! The problem's plan with the noise of the same draw; none unless the model is ActuationNoise.
 std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
                               std::size_t index);
 
 //! Pushes that are those of `parent` for `step` steps and go on from there as the model says, given what has acted
 //! until then: a piece of Uniform keeps its wrench, and how long it is held is drawn anew; Gaussian goes on from its
-//! last value. The model is Uniform, Gaussian or OfPlan, and `parent` is a draw of it.
+//! last value. The model is Uniform, Gaussian or ActuationNoise, and `parent` is a draw of it.
 std::vector<Push> branch_pushes(const DisturbanceModel& model, const Problem& problem, const std::vector<Push>& parent,
                                 int step, std::uint64_t seed, std::size_t index);
 

@@ -292,7 +292,7 @@ void validate(const Problem& problem, const RareOptions& options) {
   validate(options.disturbance, problem);
   const bool branches = std::holds_alternative<disturbances::Uniform>(options.disturbance) ||
                         std::holds_alternative<disturbances::Gaussian>(options.disturbance) ||
-                        std::holds_alternative<disturbances::OfPlan>(options.disturbance);
+                        std::holds_alternative<disturbances::ActuationNoise>(options.disturbance);
   if (!branches) {
     const bool weighted = std::holds_alternative<disturbances::Boltzmann>(options.disturbance);
     reject("disturbance", weighted ? "Boltzmann" : "a function, or draws",

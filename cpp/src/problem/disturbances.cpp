@@ -10,10 +10,10 @@
 namespace energymargin {
 namespace {
 
+using disturbances::ActuationNoise;
 using disturbances::Boltzmann;
 using disturbances::Draws;
 using disturbances::Gaussian;
-using disturbances::OfPlan;
 using disturbances::Uniform;
 
 std::size_t objects_of(const Problem& problem) { return problem.scene.with_role(Role::object).size(); }
@@ -125,10 +125,12 @@ Plan rows_for_noise(const Problem& problem) {
   return plan;
 }
 
-int hold_of(const OfPlan& noise, const Problem& problem) { return noise.hold ? steps_of(*noise.hold, problem) : 1; }
+int hold_of(const ActuationNoise& noise, const Problem& problem) {
+  return noise.hold ? steps_of(*noise.hold, problem) : 1;
+}
 
 // Adds noise to the rows from `from` on.
-void add_noise(const OfPlan& noise, const Problem& problem, int from, Random& random, Plan& plan) {
+void add_noise(const ActuationNoise& noise, const Problem& problem, int from, Random& random, Plan& plan) {
   const int hold = hold_of(noise, problem);
   for (int first = from; first < plan.rows(); first += hold) {
     const int count = std::min(hold, plan.rows() - first);
@@ -178,7 +180,7 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
     require_not_negative("torque", gaussian->torque);
     require_not_negative("correlation_time", gaussian->correlation_time);
   }
-  if (const auto* noise = std::get_if<OfPlan>(&model)) {
+  if (const auto* noise = std::get_if<ActuationNoise>(&model)) {
     if (!problem.plan) reject("disturbance", "noise of the plan", "a problem with a plan");
     const Plan driven = rows_for_noise(problem);
     if (driven.wrenches.empty() && driven.targets.empty()) {
@@ -201,7 +203,7 @@ std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& prob
   if (const auto* draws = std::get_if<Draws>(&model)) {
     return pushes(draws->rollouts[index - draws->first], steps);
   }
-  if (std::holds_alternative<OfPlan>(model)) return {no_push(problem, steps)};
+  if (std::holds_alternative<ActuationNoise>(model)) return {no_push(problem, steps)};
   if (const auto* uniform = std::get_if<Uniform>(&model)) extend(*uniform, problem, steps, random, sequence);
   if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) {
     extend(boltzmann->proposal, problem, steps, random, sequence);
@@ -220,12 +222,12 @@ std::vector<Push> branch_pushes(const DisturbanceModel& model, const Problem& pr
     extend(*uniform, problem, steps, random, sequence);
   }
   if (const auto* gaussian = std::get_if<Gaussian>(&model)) extend(*gaussian, problem, steps, random, sequence);
-  return std::holds_alternative<OfPlan>(model) ? parent : sequence;
+  return std::holds_alternative<ActuationNoise>(model) ? parent : sequence;
 }
 
 std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
                               std::size_t index) {
-  const auto* noise = std::get_if<OfPlan>(&model);
+  const auto* noise = std::get_if<ActuationNoise>(&model);
   if (!noise) return std::nullopt;
   Random random(seed, index);
   Plan plan = rows_for_noise(problem);
@@ -235,7 +237,7 @@ std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& prob
 
 std::optional<Plan> branch_plan(const DisturbanceModel& model, const Problem& problem,
                                 const std::optional<Plan>& parent, int step, std::uint64_t seed, std::size_t index) {
-  const auto* noise = std::get_if<OfPlan>(&model);
+  const auto* noise = std::get_if<ActuationNoise>(&model);
   if (!noise) return std::nullopt;
   Random random(seed, index);
   Plan plan = rows_for_noise(problem);

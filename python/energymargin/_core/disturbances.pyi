@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Boltzmann', 'Gaussian', 'OfPlan', 'Uniform', 'of_plan']
+__all__: list[str] = ['ActuationNoise', 'Boltzmann', 'Gaussian', 'Uniform', 'of_plan']
 class Uniform:
     """
     Piecewise constant. Each piece is uniform within strength times the problem's bounds, along and about each axis, and lasts for a uniform time.
@@ -86,7 +86,7 @@ class Boltzmann:
         """
         Share of the problem's bounds.
         """
-class OfPlan:
+class ActuationNoise:
     """
     Noise of the robot: a uniform draw is added to its plan.
     """
@@ -112,7 +112,7 @@ class OfPlan:
         """
         Largest about each axis, shape (3,) [N m].
         """
-def of_plan(force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), torque: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), targets: float = 0.0, hold: float | None = None) -> OfPlan:
+def of_plan(force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), torque: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), targets: float = 0.0, hold: float | None = None) -> ActuationNoise:
     """
     Noise of the robot. A uniform draw within force (3,) [N] and torque (3,) [N m] is added to the wrenches on each body that the plan pushes or drives, and one within targets [rad] or [m] to each joint's target. Each draw lasts for hold [s], by default a step.
     """

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.actions.trials import Disturbance
-from energymargin.disturbances import Gaussian, OfPlan, Uniform, of_plan
+from energymargin.disturbances import ActuationNoise, Gaussian, Uniform, of_plan
 
 LEAST_POPULATION = 12  # draws are random: more points average more of that out than CMA-ES's own
 SIGMA = 0.2  # of the unit cube's edge, at the start
@@ -99,7 +99,7 @@ def scaled(disturbance: Disturbance | None, factor: float) -> Disturbance | None
     if isinstance(disturbance, Gaussian):
         force, torque = factor * disturbance.force, factor * disturbance.torque
         return Gaussian(force, torque, disturbance.correlation_time)
-    if isinstance(disturbance, OfPlan):
+    if isinstance(disturbance, ActuationNoise):
         force_, torque_ = factor * disturbance.force, factor * disturbance.torque
         return of_plan(force_, torque_, factor * disturbance.targets, disturbance.hold)
     return _Scaled(disturbance, factor) if callable(disturbance) else disturbance

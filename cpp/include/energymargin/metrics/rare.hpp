@@ -11,7 +11,7 @@
 namespace energymargin {
 
 struct RareOptions {
-  DisturbanceModel disturbance = disturbances::Uniform{};  //!< Uniform, Gaussian or OfPlan
+  DisturbanceModel disturbance = disturbances::Uniform{};  //!< Uniform, Gaussian or ActuationNoise
   int rollouts = 1000;                                     //!< replicas, in batches whose estimates are independent
   std::uint64_t seed = 0;
   int threads = 1;  //!< for batches; the probability does not depend on it
