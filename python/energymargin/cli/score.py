@@ -132,7 +132,7 @@ def score(
     **given: Any,
 ) -> None:
     """Score every state of a dataset that is not scored yet. Stopped in any way, the same command
-    goes on from there; started twice at once, the two share the work.
+    goes on from there; started twice at once, the second one is refused.
 
     Example: `energymargin score push.h5 -o push-scores.db --nodes 100`
 

@@ -1,4 +1,4 @@
-"""Scores on disk: durable, shared by several scorers, and known by what was scored."""
+"""Scores on disk: durable, and known by what was scored."""
 
 from energymargin.store.export import export, load
 from energymargin.store.file import ScoreStore, add_scores
