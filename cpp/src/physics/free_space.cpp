@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "energymargin/kinematics.hpp"
-#include "physics/contacts/gjk.hpp"
+#include "physics/contacts/solid_pair.hpp"
 #include "physics/placement.hpp"
 
 namespace energymargin {
@@ -34,14 +34,8 @@ double distance_to_plane(const btConvexShape& shape, const btTransform& pose, co
 
 double distance_to_solid(const btConvexShape& shape, const btTransform& pose, const btConvexShape& other,
                          const btTransform& other_pose, double reach) {
-  GjkInput input;
-  input.m_transformA = pose;
-  input.m_transformB = other_pose;
-  const double farthest = reach + shape.getMargin() + other.getMargin();
-  input.m_maximumDistanceSquared = farthest * farthest;
-  btPointCollector closest;
-  closest_points(shape, other, input, closest);
-  return closest.m_hasResult ? closest.m_distance : reach;
+  const auto closest = SolidPair(shape, other).closest(pose, other_pose, reach);
+  return closest ? closest->distance : reach;
 }
 
 }  // namespace
