@@ -86,13 +86,13 @@ def test_it_goes_on_from_a_stop_to_the_same_bits(dataset, path, tmp_path):
     cancel, other = em.Cancel(), tmp_path / "other.db"
 
     def stop(done, _total):
-        if done == 2:
+        if done:
             cancel.set()
 
     asked = {"metrics": ["capture"], "uncertainty": KNOWN, **ASKED}
     assert not score_dataset(dataset, other, progress=stop, cancel=cancel, **asked)
     with ScoreStore(other) as store:
-        assert 2 <= store.run().counts()[0] < 6
+        assert 1 <= store.run().counts()[0] < 6
     assert score_dataset(dataset, other, **asked)
     with ScoreStore(other) as store, ScoreStore(path) as whole:
         ours, known = store.run(), whole.run(1)
