@@ -90,9 +90,9 @@ def test_it_goes_on_from_a_stop_to_the_same_bits(dataset, path, tmp_path):
             cancel.set()
 
     asked = {"metrics": ["capture"], "uncertainty": KNOWN, **ASKED}
-    assert not score_dataset(dataset, other, progress=stop, cancel=cancel, **asked)
-    with ScoreStore(other) as store:
-        assert 1 <= store.run().counts()[0] < 6
+    complete = score_dataset(dataset, other, progress=stop, cancel=cancel, **asked)
+    with ScoreStore(other) as store:  # what was on its way may have come too
+        assert 1 <= store.run().counts()[0] <= 6 - (not complete)
     assert score_dataset(dataset, other, **asked)
     with ScoreStore(other) as store, ScoreStore(path) as whole:
         ours, known = store.run(), whole.run(1)
