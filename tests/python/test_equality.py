@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import energymargin as em
+import energymargin_paper
 
 HELD = (np.ndarray, list, dict, set, abc.Mapping, abc.Sequence)
 
@@ -28,13 +29,14 @@ class Names(dict):
 
 
 def records():
-    """All dataclasses of the package."""
-    for found in pkgutil.walk_packages(em.__path__, "energymargin."):
-        if not found.name.endswith("__main__"):
-            module = importlib.import_module(found.name)
-            for kind in vars(module).values():
-                if dataclasses.is_dataclass(kind) and kind.__module__ == found.name:
-                    yield kind
+    """All dataclasses of the package and of its studies."""
+    for package in (em, energymargin_paper):
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if not found.name.endswith("__main__"):
+                module = importlib.import_module(found.name)
+                for kind in vars(module).values():
+                    if dataclasses.is_dataclass(kind) and kind.__module__ == found.name:
+                        yield kind
 
 
 RECORDS = sorted(set(records()), key=lambda kind: (kind.__module__, kind.__qualname__))
@@ -80,7 +82,7 @@ def test_a_record_compares_and_hashes_whatever_it_holds(kind):
 
 
 def test_there_are_records_of_values_and_of_arrays():
-    assert len(RECORDS) > 80
+    assert len(RECORDS) > 100
     assert em.SearchSettings(nodes=5) == em.SearchSettings(nodes=5) != em.SearchSettings(nodes=6)
     one, other = (em.tasks.make("topple").rollout(seed=0) for _ in range(2))
     assert one in [one] and one != other and len({one, other, one}) == 2

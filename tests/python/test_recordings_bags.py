@@ -280,7 +280,7 @@ def test_lengths_that_no_file_has_are_refused_by_the_file_s_name_or_are_not_read
     raw = write_bag(path, both(columns)).read_bytes()
     whole = read_bag(path, **TOPICS)
     refused = 0
-    for k in range(len(raw) - 120, len(raw) - 8, 4):
+    for k in range(len(raw) - 120, len(raw) - 8):
         path.write_bytes(raw[:k] + b"\xff" * 8 + raw[k + 8 :])
         try:
             read = read_bag(path, **TOPICS)
@@ -289,7 +289,7 @@ def test_lengths_that_no_file_has_are_refused_by_the_file_s_name_or_are_not_read
             refused += 1
         else:
             assert np.array_equal(motion(read), motion(whole))
-    assert refused > 5
+    assert refused > 10
 
 
 def test_a_clock_that_is_set_back_is_refused_with_its_message(path, columns):

@@ -390,8 +390,8 @@ def test_any_mapping_leads_to_a_recording_or_is_refused(tmp_path, mapping):
     require_recording_or_refusal(tmp_path / "a.csv", TEXT.encode(), tmp_path / "columns.json")
 
 
-def test_a_thousand_columns_are_refused_in_one_line(path):
-    path.write_text(",".join(f"c{n}" for n in range(1000)))
+def test_a_hundred_thousand_columns_are_refused_in_one_line(path):
+    path.write_text(",".join(f"c{n}" for n in range(100_000)))
     with pytest.raises(ValueError, match=r"line 1: the header has 'c0', expected frame") as refused:
         read_csv(path)
     assert len(str(refused.value)) < 1000

@@ -270,16 +270,20 @@ def read_cells(source: SourceFile, delimiter: str = ",") -> pd.DataFrame:
         )
     except ValueError as error:  # pandas' own are such
         raise source.error(f"{error}; expected a CSV file in UTF-8") from error
-    cells.index += 1
-    cells = cells.apply(lambda column: column.str.strip())
-    cells = cells[(cells.fillna("") != "").any(axis=1)]
-    if cells.empty:
+    # As one array: pandas takes a file of many columns column by column.
+    text = np.array(
+        [[cell.strip() if isinstance(cell, str) else None for cell in row] for row in cells.values],
+        object,
+    ).reshape(cells.shape)
+    there = text != None  # noqa: E711
+    rows = np.flatnonzero((there & (text != "")).any(axis=1))
+    if rows.size == 0:
         raise source.error("is empty; expected a CSV file")
-    widths = cells.notna().to_numpy().sum(axis=1)
+    widths = there[rows].sum(axis=1)
     if widths.min() < cells.shape[1]:
         k = int(np.argmax(widths < cells.shape[1]))
-        raise source.error(f"has {widths[k]} cells, expected {cells.shape[1]}", int(cells.index[k]))
-    return cells
+        raise source.error(f"has {widths[k]} cells, expected {cells.shape[1]}", int(rows[k]) + 1)
+    return pd.DataFrame(text[rows], index=rows + 1)
 
 
 def _table(source: SourceFile, columns: Columns) -> FrameTable:

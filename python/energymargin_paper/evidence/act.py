@@ -62,7 +62,7 @@ class Settings:
             whole_number(name, getattr(self, name), 0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Acted:
     """What came out."""
 

@@ -35,7 +35,7 @@ class Choice:
     seed: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Chosen:
     """The plan."""
 

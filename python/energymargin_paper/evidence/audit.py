@@ -91,7 +91,7 @@ class AuditedRollout:
         return size / self.audit.turnover if self.audit.turnover > 0 else 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Audits:
     """The result."""
 

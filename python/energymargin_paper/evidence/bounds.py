@@ -105,7 +105,7 @@ class Row:
         return math.isinf(self.lower)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bounds:
     """What came out."""
 

@@ -93,7 +93,7 @@ class Search:
     found: EscapeEnergy
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bowl:
     """The result."""
 

@@ -87,7 +87,7 @@ class Job:
     nodes: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Search:
     """One search that was made."""
 
@@ -119,7 +119,7 @@ class Search:
         return cls(Job(**fields), history)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ClosedForms:
     """The result."""
 

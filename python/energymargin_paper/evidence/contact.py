@@ -60,7 +60,7 @@ class Job:
     """Seed of the check; of a grasp its number in the file."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contact:
     """What was measured, by job; of a grasp nothing if it overlaps at the start."""
 

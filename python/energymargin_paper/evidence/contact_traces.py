@@ -19,7 +19,7 @@ MILLI = 1e3  # mm in a metre
 Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trace:
     """The states that one simulation goes through, the start first."""
 

@@ -54,7 +54,7 @@ CALIBRATION, HELD_OUT = "calibration", "held out"
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Other:
     """Trajectories of another kind than those of the calibration."""
 
@@ -108,7 +108,7 @@ class Settings:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Warned:
     """What the alarm of one score does on one group of trajectories."""
 
@@ -123,7 +123,7 @@ class Warned:
     lost: list[int | None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EarlyWarning:
     """The result."""
 

@@ -187,7 +187,7 @@ def _longest(captured: NDArray[np.bool_]) -> tuple[int, int]:
     return int(starts[best]), int(stops[best])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Asked:
     """The questions about one state."""
 
@@ -249,7 +249,7 @@ class Job:
     seed: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StateScores:
     """What came out of a job."""
 

@@ -66,7 +66,7 @@ class Settings:
         positive_number("strength", self.strength)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Engines:
     """What came out, by job."""
 

@@ -108,7 +108,7 @@ class Probability:
     """Share of the rollouts with the same end."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Both:
     """What came out of a job."""
 

@@ -103,7 +103,7 @@ class Outcome:
     """Steps longer than FRAME."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Filtered:
     """What came out: outcomes by arm, those of a pair at the same place."""
 

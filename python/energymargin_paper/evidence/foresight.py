@@ -133,7 +133,7 @@ class Settings:
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TaskForesight:
     """The N states of one task."""
 
@@ -203,7 +203,7 @@ class TaskForesight:
         return calibration_error(p[there], fresh[there]), int(there.sum())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Foresight:
     """The result."""
 

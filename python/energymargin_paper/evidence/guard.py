@@ -114,7 +114,7 @@ class Outcome:
     """Steps longer than FRAME."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Guarded:
     """What came out: outcomes by arm, those of a seed at the same place."""
 

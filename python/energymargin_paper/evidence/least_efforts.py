@@ -107,7 +107,7 @@ class ReferenceJob:
     finer: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reference:
     """Its effort [J], and the wrench [N and N m, all together] and duration [s] of each piece."""
 
@@ -125,7 +125,7 @@ class SearchJob:
     seed: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Search:
     """Its best efforts [J], each with the nodes at which it was found, and its simulation steps."""
 
@@ -137,7 +137,7 @@ class Search:
         return min((effort for at, effort in self.history if at <= nodes), default=math.inf)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LeastEfforts:
     """What came out."""
 

@@ -78,7 +78,7 @@ class Loss:
     steps: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Case:
     """All runs of one well."""
 
@@ -114,7 +114,7 @@ class Case:
         return rollouts * round(HORIZON / STEP) / self.steps
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rare:
     """What came out."""
 

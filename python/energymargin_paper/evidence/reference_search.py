@@ -36,7 +36,7 @@ Piece = tuple[NDArray[np.float64], float]
 """A wrench on each object, shape (k, 6) [N, N m], and its duration [s]."""
 
 
-@dataclass
+@dataclass(eq=False)
 class Reference:
     """What the search found."""
 

@@ -93,7 +93,7 @@ class Settings:
         return SearchSettings(self.nodes, self.seed, search="published")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Point:
     """One level of one kind of error."""
 
@@ -115,7 +115,7 @@ class Point:
         return interval(self.ap)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Perturbation:
     """The result."""
 

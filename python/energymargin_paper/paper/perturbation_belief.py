@@ -78,7 +78,7 @@ class Job:
     """Pushes that are known beforehand."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scored:
     """Its scores."""
 
@@ -90,7 +90,7 @@ class Scored:
     """Draws that had no place."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Regained:
     """The AP of one kind of error, by draw of the errors, each of shape (draws,)."""
 

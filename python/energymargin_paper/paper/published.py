@@ -108,7 +108,7 @@ class Settings:
         return SIMULATED_HORIZONS if simulated else RECORDED_HORIZONS
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Early:
     """Success by frame of R recordings."""
 
@@ -127,7 +127,7 @@ class Early:
         return auc_ap(values[there], labels)[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """One part of the data. All scores have one value a state, NaN where there is none."""
 
@@ -197,7 +197,7 @@ class Part:
         return replace(self.labels[kind], scores={"one": values})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Published:
     """All parts."""
 

@@ -68,7 +68,7 @@ STOP_Y = -0.1  # m: no tool of a recording is pushed on much nearer to the wall
 ARM = (3.0, 1.0)  # N, N m, with which the arm holds the tool's velocity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Asked:
     """The questions about one state."""
 
@@ -294,7 +294,7 @@ class Job:
     seed: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StateScores:
     """What came out of a job."""
 

@@ -111,7 +111,7 @@ def check_tasks(names: Sequence[str]) -> None:
         raise ValueError(f"tasks has {what}, expected some of {', '.join(PAPER)}, each once")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TaskResult:
     """One task's part of the table."""
 
@@ -127,7 +127,7 @@ class TaskResult:
     """Weights of the force score, by name."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table1:
     """The table, and all that stands behind it."""
 
@@ -214,7 +214,7 @@ class Table1:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sheet:
     """A title, a table and what there is to say about it, for the terminal and for Markdown."""
 

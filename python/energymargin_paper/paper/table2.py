@@ -118,7 +118,7 @@ class Combination:
         return self.evaluation.states["capture"][horizon]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table2:
     """The result."""
 
