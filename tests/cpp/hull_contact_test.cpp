@@ -157,6 +157,35 @@ TEST_P(HullOfSize, DistancesAreTheSameSeenFromEitherAndAtAnyScale) {
   }
 }
 
+TEST_P(HullOfSize, ACompoundIsAsFarAsItsNearestPart) {
+  const double size = GetParam();
+  Draws draws(4);
+  const ConvexHull hull = fingertip(size, draws);
+  const TwoHulls hulls(hull, size);
+  const double margin = 0.05 * smallest_half_extent(hull);
+  Scene scene(Vector3::Zero());
+  const Compound with_a_tail{{{hull, {}}, {hull, {Vector3(0.0, 0.0, -4.0 * size), Quaternion::Identity()}}}};
+  scene.add_body(body("object", hull, 1.0, Vector3::Zero(), Role::object));
+  scene.add_body(body("other", with_a_tail, 1.0, Vector3(3.0 * size, 0.0, 0.0)));
+  World world(scene);
+  for (int i = 0; i < 50; ++i) {
+    BodyState first, other;
+    first.orientation = draws.turn();
+    for (double apart = 2.0; apart > 0.0; apart -= 0.02) {
+      other.position = Vector3(0.0, 0.0, apart * size);  // the tail is behind the object then, and the hull before it
+      const double expected = std::min(
+          hulls.world->distance(hulls.apart({first.orientation, other.orientation}, other.position), "object", "other"),
+          hulls.world->distance(
+              hulls.apart({first.orientation, other.orientation}, other.position - Vector3(0.0, 0.0, 4.0 * size)),
+              "object", "other"));
+      if (expected < -margin) break;
+      const State state = pack(scene, {{"object", first}, {"other", other}});
+      EXPECT_NEAR(world.distance(state, "object", "other"), expected, 0.01 * margin) << i << ", " << apart;
+      EXPECT_NEAR(world.distance(state, "other", "object"), expected, 0.01 * margin) << i << ", " << apart;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Hull, HullOfSize, ::testing::Values(0.01, 0.06, 1.0),
                          [](const auto& of) { return std::to_string(std::lround(1000.0 * of.param)) + "mm"; });
 

@@ -52,9 +52,9 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   validate(problem);
   require_no_clock(problem, "escape_energy");
   const std::size_t object = escaping_object(problem.scene, options.object);
-  const Body& body = problem.scene.bodies()[object];
-  if (!std::isfinite(smallest_half_extent(body.shape))) {
-    reject("object", "'" + body.name + "', which has no parts", "one that can collide with something");
+  if (!std::isfinite(problem.scene.smallest_half_extent(object))) {
+    reject("object", "'" + problem.scene.bodies()[object].name + "', which has no parts",
+           "one that can collide with something");
   }
   quasistatic::BarrierProblem barrier(problem, object, {options.samples, options.seed, options.reach, options.limit});
   if (options.planner == "bit*") {

@@ -27,10 +27,12 @@ class BodyConstants {
   //! The smallest half extent of each solid of the shape, in the order of a compound's parts [m]; none of a plane.
   const std::vector<double>& half_extents() const { return half_extents_; }
 
-  //! The smallest half extent of the shape [m].
+  //! The smallest half extent of the shape [m]; of a compound that of its thickest part, since a decomposed mesh has
+  //! slivers. Infinite of a plane.
   double smallest_half_extent() const;
 
-  //! The collision shape of `body`, which is the one that these are the constants of. The first caller makes it.
+  //! The collision shape of `body`, which is the one that these are the constants of. The first caller makes it, with
+  //! its margin [m]; one scene has one margin.
   const CollisionShape& collision_shape(const Body& body, std::optional<double> margin) const;
 
  private:

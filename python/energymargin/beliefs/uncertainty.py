@@ -383,7 +383,7 @@ def _of_scipy(name: object) -> Any:
 
 
 PARTICLES = 16
-"""Particles of a belief, where nothing else is said."""
+"""Default number of particles of a belief."""
 MOST_PARTICLES = 2**16
 
 

@@ -49,10 +49,10 @@ class Subject:
     digest: str | None
     """Digest of the dataset; None in a file of an older version."""
     about: Summary
-    """What is said of the run."""
+    """Rows of the run: its task, what it asked, what it left out."""
     settings: dict[str, Any]
     future: Future | None
-    """What is asked of each state's future; None: it is asked about as it is."""
+    """The question about each state's future; None: the question is about the state as it is."""
     algorithm: str
     up_to_date: bool
     labelled: LabelledScores

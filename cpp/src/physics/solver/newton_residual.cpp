@@ -10,7 +10,7 @@
 namespace energymargin {
 namespace {
 
-// Errors are told as a share of the impulses, or of this share of the momenta where impulses are next to nothing.
+// An error is relative to the impulses, or to this share of the momenta where the impulses are nearly zero.
 constexpr double least_turnover = 1e-3;
 
 }  // namespace
