@@ -14,6 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+LONGEST = 60  # characters of a value in an error
+
+
+def shown(value: object) -> str:
+    """A value in one short line, for an error."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # a repr of the user's own
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+
 
 def whole_number(name: str, value: int, least: int, most: int | None = None) -> int:
     """`value`, if it is a whole number from `least` to `most`; else a ValueError with `name`."""

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, warn_of_steps
-from energymargin.arguments import shown
-from energymargin.checks import whole_number
+from energymargin.checks import shown, whole_number
 from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor

@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
-from energymargin.arguments import shown
-from energymargin.checks import whole_number
+from energymargin.checks import shown, whole_number
 from energymargin.divergence import ANY, is_unknown
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, metric_search

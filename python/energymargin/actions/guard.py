@@ -22,7 +22,6 @@ from energymargin.actions.choosing import (
     require_finite,
 )
 from energymargin.actions.trials import check_disturbance
-from energymargin.arguments import shown
 from energymargin.checks import (
     core_count,
     function_of,
@@ -30,6 +29,7 @@ from energymargin.checks import (
     not_negative_number,
     one_of,
     share,
+    shown,
 )
 from energymargin.closing import Closing
 from energymargin.monitor import Monitor, Reading

@@ -18,7 +18,7 @@ import numpy as np
 
 from energymargin._core import Problem
 from energymargin.actions.trials import Draws, Question, Trial, Trials
-from energymargin.arguments import shown
+from energymargin.checks import shown
 from energymargin.disturbances import Disturbance, text_of
 from energymargin.limits import Limit
 from energymargin.replacing import replace_text

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
 from energymargin.actions.trials import Question
-from energymargin.arguments import shown
+from energymargin.checks import shown
 from energymargin.plans import in_steps
 
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World
 from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
-from energymargin.arguments import shown
-from energymargin.checks import function_or_none, whole_number, yes_or_no
+from energymargin.checks import function_or_none, shown, whole_number, yes_or_no
 from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor

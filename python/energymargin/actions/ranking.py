@@ -22,9 +22,8 @@ from energymargin.actions.trials import (
     Runner,
     Trials,
 )
-from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
-from energymargin.checks import function_or_none, share, whole_number, yes_or_no
+from energymargin.checks import function_or_none, share, shown, whole_number, yes_or_no
 from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor

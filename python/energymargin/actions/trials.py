@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, CaptureProbability, EscapeEffort, Problem
-from energymargin.arguments import shown
 from energymargin.beliefs import Belief, Uncertainty
 from energymargin.beliefs.belief import CommonParticle, common_particles
-from energymargin.checks import function_of, one_of, whole_number
+from energymargin.checks import function_of, one_of, shown, whole_number
 from energymargin.closing import Closing
 from energymargin.divergence import ANY
 from energymargin.executors import Executor

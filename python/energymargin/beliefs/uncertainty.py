@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Body, Scene
-from energymargin.arguments import shown
-from energymargin.checks import not_negative_number, whole_number
+from energymargin.checks import not_negative_number, shown, whole_number
 from energymargin.metrics import TIMED
 
 QUANTITIES = ("friction", "mass", "pose", "velocity")

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from energymargin.arguments import shown
-from energymargin.checks import positive_number, whole_number
+from energymargin.checks import positive_number, shown, whole_number
 from energymargin.disturbances import Disturbance, Uniform, text_of
 
 __all__ = ["Conditions", "Pace"]

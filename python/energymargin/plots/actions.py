@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from energymargin.actions import Improvement, Ranking
 from energymargin.actions.ranking import Standing
-from energymargin.arguments import shown
+from energymargin.checks import shown
 from energymargin.metrics import axis_label, is_likelihood
 from energymargin.plots.styles import (
     axes_or_new,

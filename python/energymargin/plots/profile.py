@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from energymargin.actions.profile import EFFORT, MarginProfile, Moment
-from energymargin.arguments import shown
+from energymargin.checks import shown
 from energymargin.metrics import KINDS, value_text, with_unit
 from energymargin.plots.styles import (
     CAPTURED_COLOR,

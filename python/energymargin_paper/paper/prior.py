@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Problem, Scene
-from energymargin.arguments import shown
 from energymargin.beliefs import Belief
 from energymargin.beliefs.uncertainty import (
     Source,
@@ -23,6 +22,7 @@ from energymargin.beliefs.uncertainty import (
     normal_root,
     standard_normal,
 )
+from energymargin.checks import shown
 from energymargin.errors import EnergyMarginError
 
 __all__ = ["ContradictionError", "InformedSource", "informed", "velocities"]
