@@ -33,8 +33,6 @@ from energymargin.summary import html_or_text
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = ["ScoreError", "ScoreTable", "run_all", "score"]
-
 MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
 
 

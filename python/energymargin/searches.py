@@ -30,25 +30,6 @@ from energymargin.settings import setting
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = [
-    "ALGORITHM",
-    "ALGORITHM_IMPROVED",
-    "MOST_NODES",
-    "SEARCHES",
-    "SETTINGS",
-    "LooseSettings",
-    "Search",
-    "SearchSettings",
-    "algorithm",
-    "algorithm_of",
-    "chosen_metrics",
-    "chosen_settings",
-    "metric_search",
-    "metrics_of",
-    "require_objects",
-    "value_of",
-]
-
 ALGORITHM = "0.14.0"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""

@@ -40,9 +40,6 @@ from energymargin.cli.terminal import (
 from energymargin.cli.view import view_command
 from energymargin.interrupts import interrupted, remembered_interrupts
 
-__all__ = ["app", "main"]
-
-
 # Errors that are shown as one line: those of bad input, of files and of other packages. Any other
 # is a bug, and shown in full.
 ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)

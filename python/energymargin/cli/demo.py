@@ -24,8 +24,6 @@ from energymargin.searches import SearchSettings
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
 
-__all__ = ["demo"]
-
 TASK = "push"
 FRAMES = 10
 SEARCH = SearchSettings(nodes=100, search="published")

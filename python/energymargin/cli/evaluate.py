@@ -24,8 +24,6 @@ from energymargin.summary import summary
 if TYPE_CHECKING:
     from energymargin.evaluation import Among, Evaluation, LabelledScores
 
-__all__ = ["evaluate", "print_evaluation"]
-
 
 OutputsOption = Annotated[
     list[Path] | None,

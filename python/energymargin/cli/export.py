@@ -12,8 +12,6 @@ from energymargin.cli.options import OverwriteOption, RunOption, ScoresArgument
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import out, say
 
-__all__ = ["export"]
-
 
 def export(
     scores: ScoresArgument,

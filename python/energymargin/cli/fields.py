@@ -10,8 +10,6 @@ from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import typer
 
-__all__ = ["changed", "in_words", "keyword", "option", "options_of", "real", "split", "whole"]
-
 Command = TypeVar("Command", bound=Callable[..., None])
 Settings = TypeVar("Settings")
 

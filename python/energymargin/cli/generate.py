@@ -27,8 +27,6 @@ from energymargin.cli.terminal import TIMED_OUT, err, say
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
 
-__all__ = ["generate"]
-
 
 TaskArgument = Annotated[str, typer.Argument(help="Name of a task, see `energymargin tasks`.")]
 OutputOption = Annotated[

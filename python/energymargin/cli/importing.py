@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from energymargin.recordings import Columns, Recording
     from energymargin.tasks import Task
 
-__all__ = ["import_recordings"]
-
 BAGS = "Bags of ROS 2"
 REPAIRS = "How frames are put right"
 

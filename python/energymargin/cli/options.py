@@ -17,30 +17,6 @@ if TYPE_CHECKING:
     from energymargin.executors import Dask, Executor
     from energymargin.tasks.scripted import Following
 
-__all__ = [
-    "PICTURE_NODES",
-    "WHERE",
-    "BootstrapSeedOption",
-    "DrawsOption",
-    "LastOption",
-    "OverwriteFolderOption",
-    "OverwriteOption",
-    "ParameterOption",
-    "RunOption",
-    "SchedulerOption",
-    "ScoresArgument",
-    "SeedOption",
-    "ThreadsOption",
-    "TimeoutOption",
-    "chosen_executor",
-    "chosen_future",
-    "chosen_sampling",
-    "cluster",
-    "parsed",
-    "refuse_probability_settings",
-    "require_one",
-]
-
 WHERE = "Where it runs"
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 

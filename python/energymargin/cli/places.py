@@ -7,8 +7,6 @@ from pathlib import Path
 
 from energymargin.replacing import replace_text
 
-__all__ = ["MARK", "require_free", "require_own_folder"]
-
 MARK = ".energymargin"
 """The file that marks a folder whose files a command made."""
 

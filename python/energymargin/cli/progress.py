@@ -20,8 +20,6 @@ from rich.text import Text
 
 from energymargin.interrupts import delayed_interrupts, raise_if_interrupted
 
-__all__ = ["inner_bar", "progress_bar", "share_bar"]
-
 _drawn: list[Progress] = []  # on the terminal now; rich draws one at a time
 
 

@@ -25,8 +25,6 @@ from energymargin.searches import SearchSettings
 if TYPE_CHECKING:
     from energymargin import Problem, Ranking
 
-__all__ = ["rank"]
-
 TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
 RACE = "How candidates are compared"
 

@@ -22,9 +22,6 @@ from energymargin.cli.options import (
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, loading, say
 
-__all__ = ["report"]
-
-
 PageOption = Annotated[
     Path | None,
     typer.Option("--output", "-o", help="The page; SCORES with .html if not given."),

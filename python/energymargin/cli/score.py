@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from energymargin.executors import Executor
     from energymargin.store import Run
 
-__all__ = ["score", "scored_run"]
-
 SEARCH = SearchSettings()
 OVER_A_HORIZON = "Over a horizon"
 MODELS = "Models known with an error"

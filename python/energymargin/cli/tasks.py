@@ -9,8 +9,6 @@ from rich.markup import escape
 
 from energymargin.cli.terminal import out
 
-__all__ = ["tasks"]
-
 
 def tasks() -> None:
     """List the tasks with their parameters.

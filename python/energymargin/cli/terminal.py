@@ -15,19 +15,6 @@ from rich.markup import escape
 from energymargin.interrupts import on_interrupt
 from energymargin.plausibility import HOW_TO_IGNORE
 
-__all__ = [
-    "BAD_INPUT",
-    "INTERRUPTED",
-    "TIMED_OUT",
-    "err",
-    "leave",
-    "loading",
-    "out",
-    "say",
-    "say_stopped",
-    "shown_warnings",
-]
-
 # Exit codes, as shells know them.
 BAD_INPUT = 2
 TIMED_OUT = 124

@@ -25,8 +25,6 @@ from energymargin.cli.terminal import err, leave, loading, say
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
 
-__all__ = ["view_command"]
-
 SERVED = "How the page is served"
 DRAWN = "A picture instead"
 SIZE = "1400x1250"  # the whole panel is seen

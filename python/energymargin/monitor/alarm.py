@@ -22,8 +22,6 @@ from energymargin.checks import whole_number
 from energymargin.monitor.conditions import Conditions
 from energymargin.reprs import short_repr
 
-__all__ = ["Alarm", "Alarms", "Threshold", "alarms", "first_loss", "threshold"]
-
 Lost = Sequence[int | None]
 """By trajectory, the frame of its loss; None if it holds to its end."""
 

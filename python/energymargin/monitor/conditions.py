@@ -9,8 +9,6 @@ from typing import Any
 from energymargin.checks import positive_number, shown, whole_number
 from energymargin.disturbances import Disturbance, Uniform, text_of
 
-__all__ = ["Conditions", "Pace"]
-
 SHARE = 0.7  # of a period that a score takes; the rest is for what else the machine does
 MEMORY = 0.8  # of the mean cost, from one score to the next
 FASTEST = 2.0  # times as many rollouts as before, at most

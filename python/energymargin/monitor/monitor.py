@@ -36,8 +36,6 @@ from energymargin.monitor.alarm import Alarm, Threshold
 from energymargin.monitor.conditions import Conditions, Pace
 from energymargin.searches import SearchSettings, metric_search
 
-__all__ = ["Counters", "Monitor", "Reading"]
-
 LONGEST_CLOSE = 0.2  # s
 UNKNOWN = (math.nan, math.nan)
 
