@@ -23,8 +23,7 @@ from energymargin.checks import core_count
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
 from energymargin.monitor import Counters, Reading
-from energymargin.tasks.push import FRICTION_MIDDLE as FRICTION
-from energymargin.tasks.push import PushTask
+from energymargin.tasks.push import FRICTION_MIDDLE as FRICTION, PushTask
 from energymargin_paper.evidence.foresight import STRENGTH
 from tables import machine, markdown
 

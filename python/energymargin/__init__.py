@@ -1,219 +1,144 @@
 """How robust is a manipulation, right now? An answer in joules."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+import importlib
+import typing
 
-from energymargin import disturbances, regions
+from energymargin import disturbances as disturbances, regions as regions, summary
 from energymargin._core import (
-    Audit,
-    Body,
-    Box,
-    Cancel,
-    Cancelled,
-    Capsule,
-    CaptureProbability,
-    CaptureScore,
-    Compound,
-    Contact,
-    ConvexHull,
-    Cylinder,
-    EscapeEffort,
-    EscapeEnergy,
-    ForceScore,
-    ForceWeights,
-    Inertial,
-    Joint,
-    LowerBound,
-    MassProperties,
-    Mimic,
-    Part,
-    Plan,
-    Plane,
-    Problem,
-    Rollout,
-    Scene,
-    Simulation,
-    Sphere,
-    Spring,
-    Tree,
-    World,
+    Audit as Audit,
+    Body as Body,
+    Box as Box,
+    Cancel as Cancel,
+    Cancelled as Cancelled,
+    Capsule as Capsule,
+    CaptureProbability as CaptureProbability,
+    CaptureScore as CaptureScore,
+    Compound as Compound,
+    Contact as Contact,
+    ConvexHull as ConvexHull,
+    Cylinder as Cylinder,
+    EscapeEffort as EscapeEffort,
+    EscapeEnergy as EscapeEnergy,
+    ForceScore as ForceScore,
+    ForceWeights as ForceWeights,
+    Inertial as Inertial,
+    Joint as Joint,
+    LowerBound as LowerBound,
+    MassProperties as MassProperties,
+    Mimic as Mimic,
+    Part as Part,
+    Plan as Plan,
+    Plane as Plane,
+    Problem as Problem,
+    Rollout as Rollout,
+    Scene as Scene,
+    Simulation as Simulation,
+    Sphere as Sphere,
+    Spring as Spring,
+    Tree as Tree,
+    World as World,
 )
-from energymargin.errors import DivergedError, EnergyMarginError
+from energymargin.errors import (
+    DivergedError as DivergedError,
+    EnergyMarginError as EnergyMarginError,
+)
 from energymargin.scores import (
-    capture_probability,
-    capture_score,
-    effort_lower_bound,
-    escape_effort,
-    escape_energy,
-    force_score,
-    mass_properties,
-    stream,
+    capture_probability as capture_probability,
+    capture_score as capture_score,
+    effort_lower_bound as effort_lower_bound,
+    escape_effort as escape_effort,
+    escape_energy as escape_energy,
+    force_score as force_score,
+    mass_properties as mass_properties,
+    stream as stream,
 )
-from energymargin.summary import attach
 
-if TYPE_CHECKING:
-    from energymargin import actions as actions
-    from energymargin import beliefs as beliefs
-    from energymargin import datasets as datasets
-    from energymargin import evaluation as evaluation
-    from energymargin import executors as executors
-    from energymargin import gym as gym
-    from energymargin import monitor as monitor
-    from energymargin import mujoco as mujoco
-    from energymargin import plots as plots
-    from energymargin import recordings as recordings
-    from energymargin import report as report
-    from energymargin import scenes as scenes
-    from energymargin import store as store
-    from energymargin import tasks as tasks
-    from energymargin import viewer as viewer
-    from energymargin.actions import (
-        Guard,
-        Improvement,
-        MarginProfile,
-        Ranking,
-        improve,
-        margin_profile,
-        rank,
+if typing.TYPE_CHECKING:
+    from energymargin import (
+        actions as actions,
+        beliefs as beliefs,
+        datasets as datasets,
+        evaluation as evaluation,
+        executors as executors,
+        gym as gym,
+        monitor as monitor,
+        mujoco as mujoco,
+        plots as plots,
+        recordings as recordings,
+        report as report,
+        scenes as scenes,
+        store as store,
+        tasks as tasks,
+        viewer as viewer,
     )
-    from energymargin.beliefs import Belief, score_belief
-    from energymargin.meshes import mesh
-    from energymargin.monitor import Monitor
-    from energymargin.plausibility import PlausibilityWarning
-    from energymargin.scoring import ScoreError, ScoreTable, score
-    from energymargin.searches import SearchSettings
+    from energymargin.actions import (
+        Guard as Guard,
+        Improvement as Improvement,
+        MarginProfile as MarginProfile,
+        Ranking as Ranking,
+        improve as improve,
+        margin_profile as margin_profile,
+        rank as rank,
+    )
+    from energymargin.beliefs import Belief as Belief, score_belief as score_belief
+    from energymargin.meshes import mesh as mesh
+    from energymargin.monitor import Monitor as Monitor
+    from energymargin.plausibility import PlausibilityWarning as PlausibilityWarning
+    from energymargin.scoring import (
+        ScoreError as ScoreError,
+        ScoreTable as ScoreTable,
+        score as score,
+    )
+    from energymargin.searches import SearchSettings as SearchSettings
 
     __version__: str
 
-__all__ = [
-    "Audit",
-    "Belief",
-    "Body",
-    "Box",
-    "Cancel",
-    "Cancelled",
-    "Capsule",
-    "CaptureProbability",
-    "CaptureScore",
-    "Compound",
-    "Contact",
-    "ConvexHull",
-    "Cylinder",
-    "DivergedError",
-    "EnergyMarginError",
-    "EscapeEffort",
-    "EscapeEnergy",
-    "ForceScore",
-    "ForceWeights",
-    "Guard",
-    "Improvement",
-    "Inertial",
-    "Joint",
-    "LowerBound",
-    "MarginProfile",
-    "MassProperties",
-    "Mimic",
-    "Monitor",
-    "Part",
-    "Plan",
-    "Plane",
-    "PlausibilityWarning",
-    "Problem",
-    "Ranking",
-    "Rollout",
-    "Scene",
-    "ScoreError",
-    "ScoreTable",
-    "SearchSettings",
-    "Simulation",
-    "Sphere",
-    "Spring",
-    "Tree",
-    "World",
-    "actions",
-    "beliefs",
-    "capture_probability",
-    "capture_score",
-    "datasets",
-    "disturbances",
-    "effort_lower_bound",
-    "escape_effort",
-    "escape_energy",
-    "evaluation",
-    "executors",
-    "force_score",
-    "improve",
-    "margin_profile",
-    "mass_properties",
-    "mesh",
-    "monitor",
-    "rank",
-    "recordings",
-    "regions",
-    "scenes",
-    "score",
-    "score_belief",
-    "store",
-    "stream",
-    "tasks",
-]
-
-attach()
-
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.
-SUBPACKAGES = (
-    "actions",
-    "beliefs",
-    "datasets",
-    "evaluation",
-    "executors",
-    "gym",
-    "monitor",
-    "mujoco",
-    "plots",
-    "recordings",
-    "report",
-    "scenes",
-    "store",
-    "tasks",
-    "viewer",
-)
-HOMES = {
-    "MarginProfile": "actions",
-    "Belief": "beliefs",
-    "Guard": "actions",
-    "Improvement": "actions",
-    "Monitor": "monitor",
-    "PlausibilityWarning": "plausibility",
-    "Ranking": "actions",
-    "ScoreError": "scoring",
-    "ScoreTable": "scoring",
-    "SearchSettings": "searches",
-    "margin_profile": "actions",
-    "improve": "actions",
-    "mesh": "meshes",
-    "rank": "actions",
-    "score": "scoring",
-    "score_belief": "beliefs",
+PLAIN = ("actions", "beliefs", "datasets", "evaluation", "executors", "monitor", "recordings")
+EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra of its name
+SUBPACKAGES = (*PLAIN, "scenes", "store", "tasks", *EXTRAS)
+NAMES = {
+    "actions": [
+        "Guard",
+        "Improvement",
+        "MarginProfile",
+        "Ranking",
+        "improve",
+        "margin_profile",
+        "rank",
+    ],
+    "beliefs": ["Belief", "score_belief"],
+    "meshes": ["mesh"],
+    "monitor": ["Monitor"],
+    "plausibility": ["PlausibilityWarning"],
+    "scoring": ["ScoreError", "ScoreTable", "score"],
+    "searches": ["SearchSettings"],
 }
+HOMES = {name: module for module, names in NAMES.items() for name in names}
+
+PRESENT = {name for name, value in globals().items() if callable(value)}
+__all__ = sorted(  # noqa: PLE0605
+    {"disturbances", "regions", *PRESENT, *HOMES, *SUBPACKAGES}.difference(EXTRAS)
+)
+
+summary.attach()
 
 
-def _lazy(name: str) -> Any:
-    """`gym`, `mujoco`, `plots`, `report` and `viewer` need the extras of these names."""
+def _lazy(name: str) -> typing.Any:
     if name in SUBPACKAGES:
-        return import_module(f"energymargin.{name}")
+        return importlib.import_module(f"energymargin.{name}")
     if name in HOMES:
-        value = getattr(import_module(f"energymargin.{HOMES[name]}"), name)
+        value = getattr(importlib.import_module(f"energymargin.{HOMES[name]}"), name)
     elif name == "__version__":
-        value = import_module("importlib.metadata").version("energymargin")
+        value = importlib.import_module("importlib.metadata").version("energymargin")
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value
     return value
 
 
-if not TYPE_CHECKING:  # for whom every name is imported above, and any other is an error
+if not typing.TYPE_CHECKING:  # for whom every name is imported above, and any other is an error
     __getattr__ = _lazy
 
 

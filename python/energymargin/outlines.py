@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull as Hull
-from scipy.spatial import QhullError
+from scipy.spatial import ConvexHull as Hull, QhullError
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Plane, Scene, Sphere

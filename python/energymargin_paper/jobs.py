@@ -11,8 +11,7 @@ from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 from energymargin._core import Cancel
 from energymargin.executors import Executor, Threads
 from energymargin.limits import Limit
-from energymargin.parallel import Items
-from energymargin.parallel import run as run_all
+from energymargin.parallel import Items, run as run_all
 from energymargin.replacing import replace_text
 
 __all__ = ["Lines", "pairs", "resumed", "run_jobs"]

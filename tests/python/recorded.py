@@ -1,8 +1,7 @@
 """Recordings of a known motion, as CSV files, and cells that may stand in one."""
 
 import numpy as np
-from hypothesis import HealthCheck, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, settings, strategies as st
 
 POSES = [f"{body}_{axis}" for body in ("object", "effector") for axis in ("x", "y", "yaw")]
 RATES = [f"{body}_{axis}" for body in ("object", "effector") for axis in ("vx", "vy", "yaw_rate")]

@@ -5,8 +5,7 @@ from typer.testing import CliRunner
 
 from energymargin._core import Cancel
 from energymargin.cli import app
-from energymargin_paper.evidence import filter as filtering
-from energymargin_paper.evidence import guard as study
+from energymargin_paper.evidence import filter as filtering, guard as study
 
 SMALL = study.Settings(episodes=1, watched=3, rollouts=3, horizon=0.2, candidates=2, seed=2)
 WORDS = {"noise": 2.0, "candidates": 2, "spread": 5.0, "rollouts": 3, "horizon": 0.2}

@@ -7,8 +7,7 @@ import jsonschema
 import numpy as np
 import pytest
 from anything import ANYTHING, NUMBERS, VECTORS, changed, finite
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 from problem_files import full_problem, planned_problem
 
 import energymargin as em

@@ -8,8 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from anything import damaged, finite
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from urdf_files import ARM
 
 import energymargin as em

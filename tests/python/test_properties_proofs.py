@@ -3,8 +3,7 @@
 from itertools import count
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from random_proofs import random_problem
 
 import energymargin as em

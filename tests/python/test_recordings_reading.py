@@ -7,8 +7,7 @@ import sys
 import numpy as np
 import pytest
 from anything import damaged, finite
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from recorded import CELLS, HEADER, POSES, noisy, one_folder, poses_of, push, rows_of, write
 
 from energymargin.recordings import Columns, Recording, read_bag, read_csv

@@ -15,8 +15,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
 
 import energymargin as em
-from energymargin.viewer import guard as serving
-from energymargin.viewer import view
+from energymargin.viewer import guard as serving, view
 from energymargin.viewer.browser import headless_page
 from energymargin.viewer.guard import Guard, guarded_server
 

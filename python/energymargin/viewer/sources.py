@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import datasets
-from energymargin import tasks as registry
+from energymargin import datasets, tasks as registry
 from energymargin._core import Problem
 from energymargin.actions import MarginProfile
 from energymargin.actions.trials import Disturbance

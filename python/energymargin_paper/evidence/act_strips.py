@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from energymargin._core import Problem
-from energymargin._core import World as Simulated
+from energymargin._core import Problem, World as Simulated
 from energymargin.outlines import view_of
 from energymargin.plots.scenes import draw_bodies, draw_lost
 from energymargin_paper.evidence.act_demo import HOLD, Demo, Values

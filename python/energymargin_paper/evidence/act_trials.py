@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Problem, capture_probability
-from energymargin._core import World as Simulated
+from energymargin._core import Cancel, Problem, World as Simulated, capture_probability
 from energymargin.mujoco.replay import Edge, Player
 from energymargin_paper.evidence.act_demo import HOLD, Demo, Values
 from energymargin_paper.evidence.engines_states import twin

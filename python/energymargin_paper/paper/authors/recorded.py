@@ -207,8 +207,7 @@ def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _inset(corners: NDArray[np.float64], less: float) -> NDArray[np.float64]:
     """A convex outline whose sides are moved inwards."""
-    from scipy.spatial import ConvexHull as Hull
-    from scipy.spatial import HalfspaceIntersection
+    from scipy.spatial import ConvexHull as Hull, HalfspaceIntersection
 
     sides = Hull(corners).equations + np.array([0.0, 0.0, less])
     return _hull(HalfspaceIntersection(sides, corners.mean(axis=0)).intersections)
