@@ -5,12 +5,12 @@ from energymargin import World
 from energymargin.tasks.push_multi import (
     BAR_SIZE,
     BAR_Z,
-    CAPTURE_AHEAD,
     DISC_HEIGHT,
     DISC_RADIUS,
     DISCS,
     FORCE_BOUND,
     GOAL,
+    SWEPT,
     PushMultiTask,
 )
 
@@ -61,8 +61,8 @@ def test_no_trajectory_starts_with_bodies_in_each_other():
     [
         ((0.0, 0.01), True),
         ((0.0, -0.01), False),
-        ((0.0, 0.3 * CAPTURE_AHEAD - 0.01), True),
-        ((0.0, 0.3 * CAPTURE_AHEAD + 0.01), False),
+        ((0.0, 0.3 * SWEPT["ahead"] - 0.01), True),
+        ((0.0, 0.3 * SWEPT["ahead"] + 0.01), False),
         ((END - 0.01, 0.1), True),
         ((END + 0.01, 0.1), False),
         ((-END - 0.01, 0.1), False),

@@ -8,15 +8,15 @@ captured while it is on the support's upper side: a support that tilts too far l
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Problem, Scene, World
+from energymargin._core import Box, Scene, World
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, PerStep, ScriptedTask
+from energymargin.tasks.scripted import Drive, QuestionTask
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
@@ -29,6 +29,7 @@ OBJECT_SIZE = (0.4, 0.4, 0.1)  # m
 OBJECT_MASS = 1.0  # kg
 SUPPORT_SIZE = (1.2, 0.2, 0.1)  # m
 SUPPORT_MASS = 1000.0  # kg
+HOLDING = -(SUPPORT_MASS + OBJECT_MASS) * GRAVITY[1]  # N along y, against both weights
 FRICTION = 0.4  # coefficient of every body, so 0.16 in a contact: it slides from 9.1 deg of tilt
 FLOOR_SIZE = (40.0, 0.2, 0.1)  # m; ours, as wide as a fallen square can get
 FLOOR_POSITION = (5.5, -0.1, 0.0)  # m; so that its upper side is at y = 0
@@ -59,7 +60,7 @@ LONGEST_EDGE = 0.5  # s
 RATE = 0.5  # 1/J, lambda of eq. 4
 
 
-class BalanceTask(ScriptedTask):
+class BalanceTask(QuestionTask):
     """Carry a square up a steep slope on a support bar (planar)."""
 
     name = "balance"
@@ -95,59 +96,42 @@ class BalanceTask(ScriptedTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """Lift and torque on the support, drawn anew at each step, against its weight."""
-        lift = random.uniform(*LIFT_RANGE, self.steps)
-        return self._lift(lift, random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps))
-
-    def script(self, params: Params) -> Drive:
-        """A steady lift on the support, against its weight."""
-        return self._lift(float(np.mean(LIFT_RANGE)), 0.0)
+        wrenches = np.zeros((self.steps, 6))
+        wrenches[:, 1] = -SUPPORT_MASS * GRAVITY[1] + random.uniform(*LIFT_RANGE, self.steps)
+        wrenches[:, 5] = random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps)
+        return Drive({"effector": wrenches})
 
     def afterwards(self, params: Params) -> dict[str, NDArray[np.float64]]:
         """The support is held against its weight and the object's."""
-        return {"effector": np.array([0.0, -(SUPPORT_MASS + OBJECT_MASS) * GRAVITY[1], 0, 0, 0, 0])}
+        return {"effector": np.array([0.0, HOLDING, 0.0, 0.0, 0.0, 0.0])}
 
-    def _lift(self, lift: PerStep, torque: PerStep) -> Drive:
-        """A force [N] and a torque [N m] lift the support: one, or one for each step."""
-        wrenches = np.zeros((self.steps, 6))
-        wrenches[:, 1] = -SUPPORT_MASS * GRAVITY[1] + lift
-        wrenches[:, 5] = torque
-        return Drive({"effector": wrenches})
+    def asked_scene(self, params: Params) -> Scene:
+        """Floor, square and support, which is held against its weight and the object's."""
+        return scene(HOLDING)
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,): forces act on the square."""
-        return Problem(
-            scene(holding=-(SUPPORT_MASS + OBJECT_MASS) * GRAVITY[1]),
-            state,
-            force=(FORCE_BOUND, FORCE_BOUND, 0.0),
-            torque=(0.0, 0.0, 0.0),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state),
-            succeeded=self.succeeded(),
-            effector=self.effector,
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
-
-    def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:
-        """Z_cap: the square is on the support, wherever that has come to.
-
-        The same for all states, shape (n,): it moves with the support.
-        """
-        return _on_support()
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Forces act on the square."""
+        return {
+            "force": (FORCE_BOUND, FORCE_BOUND, 0.0),
+            "torque": (0.0, 0.0, 0.0),
+            "duration": LONGEST_EDGE,
+            "rate": RATE,
+        }
 
     def captured_throughout(self, params: Params) -> regions.Region:
-        """Z_cap of every instant, which is that of any."""
-        return _on_support()
+        """Z_cap of every instant: the square is on the support, wherever that has come to."""
+        return regions.Box(
+            "object",
+            center=(0.0, RESTING_HEIGHT, 0.0),
+            size=(SUPPORT_SIZE[0], 2 * HEIGHT_SPREAD, math.inf),
+            frame="effector",
+        )
 
-    def succeeded(self, params: Params | None = None) -> regions.Region:
+    def succeeded(self, params: Params) -> regions.Region:
         """Z_suc: the square is on the support, above the goal height."""
-        return _on_support() & regions.HalfSpace("object", (0.0, -1.0, 0.0), -GOAL_Y)
+        return self.captured_throughout(params) & regions.HalfSpace(
+            "object", (0.0, -1.0, 0.0), -GOAL_Y
+        )
 
 
 def scene(holding: float = 0.0) -> Scene:
@@ -176,13 +160,3 @@ def scene(holding: float = 0.0) -> Scene:
         force=(0.0, holding, 0.0),
     )
     return made
-
-
-def _on_support() -> regions.Region:
-    """The square's centre in a box above the support, in the support's frame."""
-    return regions.Box(
-        "object",
-        center=(0.0, RESTING_HEIGHT, 0.0),
-        size=(SUPPORT_SIZE[0], 2 * HEIGHT_SPREAD, math.inf),
-        frame="effector",
-    )

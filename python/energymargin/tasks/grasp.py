@@ -7,7 +7,6 @@ is 10 cm above the desktop and does not fall. The box is captured while it is in
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,7 +16,7 @@ from energymargin import regions
 from energymargin._core import Box, Scene, World
 from energymargin.scenes import data_file, from_urdf
 from energymargin.tasks.base import Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep
+from energymargin.tasks.scripted import Drive, FrictionTask
 
 # Numbers of the authors' public implementation (EnergyMarginDynCage, 2024) are named so; what the
 # paper says is named so; the others are ours, chosen so that about half of the grasps hold.
@@ -139,24 +138,11 @@ class GraspTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The fingers wait, and then clench with some noise; the table sinks."""
-        return self._grasp(
-            {
-                joint: target + random.uniform(-TARGET_NOISE, TARGET_NOISE, self.steps)
-                for joint, target in _clenched(params).items()
-            }
-        )
-
-    def script(self, params: Params) -> Drive:
-        """The fingers wait, and then clench; the table sinks."""
-        return self._grasp(_clenched(params))
-
-    def _grasp(self, clenched: Mapping[str, PerStep]) -> Drive:
-        """Where the fingers aim once they clench [rad]: a target, or one for each step."""
         times = np.arange(self.steps) * self.step
-        targets = {
-            joint: np.where(times < CLENCH_TIME, OPEN[int(joint[-1]) - 1], target)
-            for joint, target in clenched.items()
-        }
+        targets = {}
+        for joint, target in _clenched(params).items():
+            clenched = target + random.uniform(-TARGET_NOISE, TARGET_NOISE, self.steps)
+            targets[joint] = np.where(times < CLENCH_TIME, OPEN[int(joint[-1]) - 1], clenched)
         sinking = (times >= LIFT_TIME) & (times < LIFT_TIME + LIFT_DURATION)
         table = np.zeros((self.steps, 6))
         table[sinking, 2] = -TABLE_MASS * LIFT_SPEED / (sinking.sum() * self.step)
@@ -175,28 +161,19 @@ class GraspTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
-        """Z_cap, the same at all states: the box has not slipped out of the hand, nor does it fall.
+    def captured_throughout(self, params: Params) -> regions.Region:
+        """Z_cap of every instant: the box has not slipped out of the hand, nor does it fall.
 
         Downwards is the way out that counts: beside the hand nothing carries a box.
         """
-        return _in_hand()
-
-    def captured_throughout(self, params: Params) -> regions.Region:
-        """Z_cap of every instant, which is that of any."""
-        return _in_hand()
+        high = regions.HalfSpace("object", (0.0, 0.0, -1.0), -CAPTURE_HEIGHT)
+        return high & regions.Speed("object", CAPTURE_SPEED)
 
     def succeeded(self, params: Params) -> regions.Region:
         """Z_suc: the box is well above the desktop, and does not fall."""
         height = TABLE_SIZE[2] / 2 + SUCCESS_HEIGHT + OBJECT_EDGE / 2
         lifted = regions.HalfSpace("object", (0.0, 0.0, -1.0), -height, frame="table")
         return lifted & regions.Speed("object", SUCCESS_SPEED)
-
-
-def _in_hand() -> regions.Region:
-    """The box has not slipped out of the hand, and is slow."""
-    high = regions.HalfSpace("object", (0.0, 0.0, -1.0), -CAPTURE_HEIGHT)
-    return high & regions.Speed("object", CAPTURE_SPEED)
 
 
 def _joint(finger: int, number: int) -> str:

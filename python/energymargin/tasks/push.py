@@ -16,7 +16,7 @@ from energymargin import regions
 from energymargin._core import Box, Cylinder, Scene, World
 from energymargin.checks import yes_or_no
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, swept_from
+from energymargin.tasks.scripted import Drive, FrictionTask, swept_from
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
@@ -50,11 +50,13 @@ SUCCESS_Y = 1.4  # m
 SUCCESS_HALF_WIDTH = 0.2  # m
 
 # The capture set: the paper names the swept sector, these are its measures.
-CAPTURE_HALF_WIDTH = 0.57  # m, to both sides of the pusher's path
-CAPTURE_BEHIND = 0.057  # m of path behind the pusher
-CAPTURE_AHEAD = 1.5  # s of its motion ahead
-CAPTURE_LEAST_SPEED = 0.3  # m/s; a slower pusher has no clear direction, so it gets a disc
-CAPTURE_DISC_RADIUS = 0.855  # m
+SWEPT: dict[str, Any] = {
+    "half_width": 0.57,  # m, to both sides of the pusher's path
+    "behind": 0.057,  # m of path behind the pusher
+    "ahead": 1.5,  # s of its motion ahead
+    "least_speed": 0.3,  # m/s; a slower pusher has no clear direction, so it gets a disc
+    "disc_radius": 0.855,  # m
+}
 
 # The disturbance.
 FORCE_BOUND = 0.8  # N on x and on y, times friction / FRICTION_MIDDLE
@@ -112,17 +114,9 @@ class PushTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """A force on the pusher, drawn anew at each step."""
-        sideways = random.uniform(-DRIVE_SIDEWAYS, DRIVE_SIDEWAYS, self.steps)
-        return self._push(sideways, random.uniform(*DRIVE_AHEAD_RANGE, self.steps), params)
-
-    def script(self, params: Params) -> Drive:
-        """A steady force on the pusher."""
-        return self._push(0.0, float(np.mean(DRIVE_AHEAD_RANGE)), params)
-
-    def _push(self, sideways: PerStep, ahead: PerStep, params: Params) -> Drive:
-        """Forces [N] on the pusher: one, or one for each step."""
         wrenches = np.zeros((self.steps, 6))
-        wrenches[:, 0] = sideways
+        wrenches[:, 0] = random.uniform(-DRIVE_SIDEWAYS, DRIVE_SIDEWAYS, self.steps)
+        ahead = random.uniform(*DRIVE_AHEAD_RANGE, self.steps)
         wrenches[:, 1] = ahead * params["friction"] / FRICTION_MIDDLE
         return Drive({"effector": wrenches})
 
@@ -138,7 +132,7 @@ class PushTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:
+    def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
 
         The box lies in what the pusher was about to sweep at z (the paper's set) and, if the task
@@ -152,23 +146,14 @@ class PushTask(FrictionTask):
         """Z_cap of every instant: the box lies in what the pusher is about to sweep."""
         return _swept()
 
-    def succeeded(self, params: Params | None = None) -> regions.Region:
+    def succeeded(self, params: Params) -> regions.Region:
         """Z_suc: the box lies with its long side at the wall."""
         return _between("y", SUCCESS_Y - SUCCESS_HALF_WIDTH, SUCCESS_Y + SUCCESS_HALF_WIDTH)
 
 
 def _swept(at: dict[str, Any] | None = None) -> regions.Region:
     """What the pusher is about to sweep, from a fixed motion or from where it is."""
-    return regions.Swept(
-        "object",
-        by="effector",
-        half_width=CAPTURE_HALF_WIDTH,
-        behind=CAPTURE_BEHIND,
-        ahead=CAPTURE_AHEAD,
-        least_speed=CAPTURE_LEAST_SPEED,
-        disc_radius=CAPTURE_DISC_RADIUS,
-        at=at,
-    )
+    return regions.Swept("object", by="effector", at=at, **SWEPT)
 
 
 def scene(friction: float) -> Scene:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Inertial, Scene, World
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, places_apart, swept_from
+from energymargin.tasks.scripted import Drive, FrictionTask, places_apart, swept_from
 
 # All numbers are ours.
 
@@ -52,11 +52,13 @@ TORQUE_SPREAD = 3.0  # N m about z, to both sides, drawn anew at each step
 GOAL = ((-0.5, 0.5), (0.72, 1.5))  # m, of a disc's centre on x and y
 
 # The capture set: a disc in what the bar is about to sweep.
-CAPTURE_HALF_WIDTH = BAR_SIZE[0] / 2  # m; a disc whose centre is past an end slips off it
-CAPTURE_BEHIND = 0.2  # m of path behind the bar's middle
-CAPTURE_AHEAD = 1.5  # s of its motion ahead
-CAPTURE_LEAST_SPEED = 0.05  # m/s; a slower bar has no clear direction, so it gets a disc
-CAPTURE_DISC_RADIUS = 0.3  # m
+SWEPT: dict[str, Any] = {
+    "half_width": BAR_SIZE[0] / 2,  # m; a disc whose centre is past an end slips off it
+    "behind": 0.2,  # m of path behind the bar's middle
+    "ahead": 1.5,  # s of its motion ahead
+    "least_speed": 0.05,  # m/s; a slower bar has no clear direction, so it gets a disc
+    "disc_radius": 0.3,  # m
+}
 
 # The disturbance, of each disc.
 FORCE_BOUND = 0.15  # N on x and on y; a disc that lies on the table holds against 0.088 N
@@ -129,18 +131,9 @@ class PushMultiTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """An unsteady hand, which makes up for the discs' friction on average."""
-        forces = random.uniform(-FORCE_SPREAD, FORCE_SPREAD, (self.steps, 2))
-        return self._push(forces, random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps), params)
-
-    def script(self, params: Params) -> Drive:
-        """A steady hand, which makes up for the discs' friction on average."""
-        return self._push(0.0, 0.0, params)
-
-    def _push(self, forces: PerStep, torque: PerStep, params: Params) -> Drive:
-        """The push, and besides forces [N] on x and y and a torque [N m], or one a step."""
         wrenches = np.zeros((self.steps, 6))
-        wrenches[:, :2] = forces
-        wrenches[:, 5] = torque
+        wrenches[:, :2] = random.uniform(-FORCE_SPREAD, FORCE_SPREAD, (self.steps, 2))
+        wrenches[:, 5] = random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps)
         load = len(DISCS) * DISC_MASS * -GRAVITY[2] * params["friction"] ** 2
         wrenches[:, 1] += params["push"] * load
         return Drive({"bar": wrenches})
@@ -183,13 +176,4 @@ def _in_front(disc: str) -> regions.Region:
 
 def _swept(disc: str, at: dict[str, Any] | None = None) -> regions.Region:
     """What the bar is about to sweep, from a fixed motion or from where it is."""
-    return regions.Swept(
-        disc,
-        by="bar",
-        half_width=CAPTURE_HALF_WIDTH,
-        behind=CAPTURE_BEHIND,
-        ahead=CAPTURE_AHEAD,
-        least_speed=CAPTURE_LEAST_SPEED,
-        disc_radius=CAPTURE_DISC_RADIUS,
-        at=at,
-    )
+    return regions.Swept(disc, by="bar", at=at, **SWEPT)

@@ -77,7 +77,7 @@ def make(name: str, **parameters: Any) -> Task:
     Raises ValueError if there is no such task, or if it does not take those parameters, and
     TaskError, which is one, if the task's package is broken.
     """
-    whose, constructor = _found(name)
+    _, whose, constructor = _found(name)
     signature = inspect.signature(constructor)
     try:
         signature.bind(**parameters)
@@ -92,13 +92,21 @@ def make(name: str, **parameters: Any) -> Task:
     return cast(Task, task)
 
 
-def _found(name: str) -> tuple[str, Any]:
-    """What an error calls the task of that name, and what makes it."""
+def _found(name: str) -> tuple[str, str, Any]:
+    """The package of the task of that name, what an error calls it, and what makes it."""
     if name in _registered_here:
         constructor = _registered_here[name]
-        return f"task {name!r} of {constructor.__module__}", constructor
+        return "", f"task {name!r} of {constructor.__module__}", constructor
     entry = _entry(name)
-    return _whose(entry), _loaded(entry)
+    package = _package(entry)
+    whose = f"task {name!r} of {package} (entry point {entry.value})"
+    try:
+        constructor = entry.load()
+    except Exception as error:  # whatever a stranger's module raises when it is imported
+        raise TaskError(f"{whose} cannot be loaded: {type(error).__name__}: {error}") from error
+    if not callable(constructor):
+        raise TaskError(f"{whose} is a {type(constructor).__name__}, expected a class")
+    return package, whose, constructor
 
 
 def overview() -> list[Registered]:
@@ -109,17 +117,14 @@ def overview() -> list[Registered]:
 def _registered(name: str) -> Registered:
     try:
         task = make(name)
-        note = "of this process" if name in _registered_here else _note(_package(_entry(name)))
+        package, _, _ = _found(name)
+        note = {"": "of this process", OURS: ""}.get(package, f"from {package}")
         summary = (type(task).__doc__ or "").strip().split("\n")[0]
         parameters = parameters_of(task)
     except Exception as error:  # whatever a stranger's code raises
         text = str(error) if isinstance(error, TaskError) else f"{type(error).__name__}: {error}"
         return Registered(name, "", {}, text, broken=True)
     return Registered(name, summary, parameters, note)
-
-
-def _note(package: str) -> str:
-    return "" if package == OURS else f"from {package}"
 
 
 def _entry(name: str) -> EntryPoint:
@@ -138,17 +143,6 @@ def _entry(name: str) -> EntryPoint:
     return found[0]
 
 
-def _loaded(entry: EntryPoint) -> Any:
-    try:
-        constructor = entry.load()
-    except Exception as error:  # whatever a stranger's module raises when it is imported
-        what = f"{type(error).__name__}: {error}"
-        raise TaskError(f"{_whose(entry)} cannot be loaded: {what}") from error
-    if not callable(constructor):
-        raise TaskError(f"{_whose(entry)} is a {type(constructor).__name__}, expected a class")
-    return constructor
-
-
 def _check(whose: str, name: str, task: Any) -> None:
     """Raises TaskError unless this is a task, of the name under which it is registered."""
     lacking = [method for method in METHODS if not callable(getattr(task, method, None))]
@@ -157,10 +151,6 @@ def _check(whose: str, name: str, task: Any) -> None:
     called = getattr(task, "name", None)
     if called != name:
         raise TaskError(f"{whose} has the name {called!r}, expected {name!r}")
-
-
-def _whose(entry: EntryPoint) -> str:
-    return f"task {entry.name!r} of {_package(entry)} (entry point {entry.value})"
 
 
 def _package(entry: EntryPoint) -> str:

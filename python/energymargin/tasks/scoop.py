@@ -130,14 +130,7 @@ class ScoopTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The scoop goes on, and in a bend up, with an unsteady hand."""
-        return self._scoop(np.array(NOISE) * random.uniform(-1.0, 1.0, (self.steps, 3)), params)
-
-    def script(self, params: Params) -> Drive:
-        """The scoop goes on, and in a bend up."""
-        return self._scoop(np.zeros((self.steps, 3)), params)
-
-    def _scoop(self, accelerations: NDArray[np.float64], params: Params) -> Drive:
-        """The bend, added to the hand's own accelerations, shape (steps, 3) [m/s^2]."""
+        accelerations = np.array(NOISE) * random.uniform(-1.0, 1.0, (self.steps, 3))
         times = np.arange(self.steps) * self.step
         bending = (times >= BEND_TIME) & (times < BEND_TIME + params["bend"])
         change = np.array([-params["speed"], 0.0, LIFT_SPEED])

@@ -38,9 +38,6 @@ from energymargin.tasks.base import (
 )
 from energymargin.trajectories import Trajectory
 
-PerStep = float | NDArray[np.float64]
-"""A number of a script, such as a force: one, or an array with one for each step."""
-
 Following = Literal["script", "hold"]
 """What the robot does over a horizon: its script, or it goes on as it moves."""
 
@@ -336,22 +333,86 @@ class ScriptedTask(Task):
         )
 
 
-class FrictionTask(ScriptedTask):
-    """A scripted task whose friction is a parameter, or else drawn for each trajectory.
+class Means:
+    """Draws the means: what a random generator does on average."""
+
+    def uniform(self, low: float, high: float, size: Any = ()) -> NDArray[np.float64]:
+        """The mean of `Generator.uniform`, of shape `size`."""
+        return np.full(size, (low + high) / 2)
+
+
+class QuestionTask(ScriptedTask):
+    """A scripted task whose draws are uniform, and which says by keywords what it asks.
+
+    Its script is its drive in which each draw is the mean.
+    """
+
+    usual: ClassVar[Params] = {}
+    """Parameters of a problem whose own params leave them out."""
+    _last: tuple[Params, Scene] | None = None
+
+    @cached_property
+    def layout(self) -> Scene:
+        """Which numbers of a state are whose."""
+        return self.scene(self.usual)
+
+    def script(self, params: Params) -> Drive:
+        """The mean of `drive`."""
+        means: Any = Means()
+        return self.drive(params, means)
+
+    @abstractmethod
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Keywords of a Problem: the disturbance, and what else the task asks at a state, (n,)."""
+
+    def asked_scene(self, params: Params) -> Scene:
+        """The scene of a problem; by default that of the script."""
+        return self.scene(params)
+
+    def known(self, params: Params) -> dict[str, float]:
+        """The parameters of a problem whose own are these."""
+        return {**self.usual, **params}
+
+    def problem(
+        self,
+        state: NDArray[np.float64],
+        params: Params | None = None,
+        contacts: Sequence[Contact] | None = None,
+    ) -> Problem:
+        """The problem P of Section V-A at a state, shape (n,), of a trajectory of these params."""
+        known = self.known(params or {})
+        last = self._last
+        if last is None or last[0] != known:  # one scene for all frames of a trajectory
+            last = self._last = (known, self.asked_scene(known))
+        return Problem(
+            last[1],
+            state,
+            captured=self.captured(state, known),
+            succeeded=self.succeeded(known),
+            effector=self.effector,
+            contacts=contacts,
+            start_outside=True,
+            **self.question(state, known),
+        )
+
+    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+        """Z_cap(z) of a state, shape (n,); by default that of every instant."""
+        return self.captured_throughout(params)
+
+
+class FrictionTask(QuestionTask):
+    """A task whose friction is a parameter, or else drawn for each trajectory.
 
     `friction`: a positive coefficient; None draws one for each trajectory.
     """
 
     friction_range: tuple[float, float]
     """Least and largest friction that is drawn."""
-    usual: ClassVar[Params] = {}
-    """Parameters of a problem whose own params leave them out."""
 
     def __init__(self, friction: float | None = None, effector: str = EFFECTORS[0]) -> None:
         """A task of these parameters; raises ValueError on others."""
         super().__init__(effector)
         self.friction = None if friction is None else positive_number("friction", friction)
-        self._last: tuple[Params, Scene] | None = None
 
     @cached_property
     def layout(self) -> Scene:
@@ -363,35 +424,9 @@ class FrictionTask(ScriptedTask):
         friction = random.uniform(*self.friction_range)
         return {"friction": friction if self.friction is None else self.friction}
 
-    @abstractmethod
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
-        """Keywords of a Problem: the disturbance, and what else the task asks at a state, (n,)."""
-
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,): wrenches act on each object.
-
-        The friction is that of `params`, or else the task's own; ValueError if neither is given.
-        """
-        known = {**self.usual, **(params or {})}
-        known["friction"] = drawn("friction", params, self.friction)
-        last = self._last
-        if last is None or last[0] != known:  # one scene for all frames of a trajectory
-            last = self._last = (known, self.scene(known))
-        return Problem(
-            last[1],
-            state,
-            captured=self.captured(state, known),
-            succeeded=self.succeeded(known),
-            effector=self.effector,
-            contacts=contacts,
-            start_outside=True,
-            **self.question(state, known),
-        )
+    def known(self, params: Params) -> dict[str, float]:
+        """With the friction of `params`, or else the task's own; ValueError if neither is given."""
+        return {**super().known(params), "friction": drawn("friction", params, self.friction)}
 
 
 def drawn(name: str, params: Params | None, own: float | None) -> float:

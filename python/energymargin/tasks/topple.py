@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, ForceWeights, Scene, Sphere
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, FrictionTask, PerStep
+from energymargin.tasks.scripted import Drive, FrictionTask
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
@@ -114,16 +114,8 @@ class ToppleTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """A push on the finger's base, drawn anew at each step, and then none."""
-        return self._push(random.uniform(*PUSH_RANGE, round(PUSH_TIME / self.step)))
-
-    def script(self, params: Params) -> Drive:
-        """A steady push on the finger's base, and then none."""
-        return self._push(float(np.mean(PUSH_RANGE)))
-
-    def _push(self, force: PerStep) -> Drive:
-        """A force pushes the base [N]: one, or one for each step of the push."""
-        wrenches = np.zeros((self.steps, 6))
-        wrenches[: round(PUSH_TIME / self.step), 0] = force
+        wrenches, pushes = np.zeros((self.steps, 6)), round(PUSH_TIME / self.step)
+        wrenches[:pushes, 0] = random.uniform(*PUSH_RANGE, pushes)
         return Drive({"base": wrenches})
 
     def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
@@ -136,17 +128,10 @@ class ToppleTask(FrictionTask):
             "force_weights": FORCE_WEIGHTS,
         }
 
-    def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:
-        """Z_cap: the edge about which the box turns is all but at rest.
-
-        The same for all states, shape (n,).
-        """
-        return regions.Speed("object", PIVOT_SPEED, point=PIVOT)
-
     def captured_throughout(self, params: Params) -> regions.Region:
-        """Z_cap of every instant, which is that of any."""
+        """Z_cap of every instant: the edge about which the box turns is all but at rest."""
         return regions.Speed("object", PIVOT_SPEED, point=PIVOT)
 
-    def succeeded(self, params: Params | None = None) -> regions.Region:
+    def succeeded(self, params: Params) -> regions.Region:
         """Z_suc: the box has turned by 90 deg."""
         return regions.Tilt("object", (0.0, 0.0, 1.0), TOPPLED_AXIS, TOPPLED_SPREAD)

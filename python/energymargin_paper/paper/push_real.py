@@ -7,7 +7,6 @@ reaches are shares of the shapes' sizes.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -15,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Inertial, Problem, Scene, World
+from energymargin._core import Box, Inertial, Scene, World
 from energymargin.checks import one_of
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import Drive, ScriptedTask
+from energymargin.tasks.scripted import Drive, QuestionTask, swept_from
 from energymargin_paper.paper.printed import OBJECTS, TOOLS, Printed, printed
 
 __all__ = ["PushRealTask"]
@@ -62,7 +61,7 @@ LONGEST_EDGE = 0.25  # s; on which an effector moves by as much of the width as 
 RATE = 500.0  # 1/J; a fact is 0.05 / J, in a scene enlarged 10 times, whose works are 10^4 as large
 
 
-class PushRealTask(ScriptedTask):
+class PushRealTask(QuestionTask):
     """Push a printed object over a table to a wall, with an arm (planar)."""
 
     name = "push-real"
@@ -122,43 +121,21 @@ class PushRealTask(ScriptedTask):
         wrenches[:, :2] = random.uniform(-EFFECTOR_NOISE, EFFECTOR_NOISE, (self.steps, 2))
         return Drive({"effector": wrenches})
 
-    def script(self, params: Params) -> Drive:
-        """The arm keeps its speed."""
-        return Drive({"effector": np.zeros((self.steps, 6))})
-
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (26,): wrenches act on the object."""
+    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+        """Wrenches act on the object."""
         friction = FRICTION * self._body.mass * -GRAVITY[2]  # N, between object and table
         force, torque = FORCE_SHARE * friction, TORQUE_SHARE * friction * self._body.width
-        return Problem(
-            self._scene,
-            state,
-            force=(force, force, 0.0),
-            torque=(0.0, 0.0, torque),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, {}),
-            succeeded=self.succeeded({}),
-            effector=self.effector,
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+        return {
+            "force": (force, force, 0.0),
+            "torque": (0.0, 0.0, torque),
+            "duration": LONGEST_EDGE,
+            "rate": RATE,
+        }
 
     def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
         """Z_cap(z) of a state, shape (26,), as that of PushTask: the object lies in what the
         effector was about to sweep at z, and still does from where it has come to."""
-        tool = self._scene.unpack(state)["effector"]
-        motion = {
-            "position": tool["position"][:2],
-            "velocity": tool["velocity"][:2],
-            "yaw_rate": tool["angular_velocity"][2],
-        }
-        return self._swept(motion) & self._swept(None)
+        return self._swept(swept_from(self._scene, state, "effector")) & self._swept(None)
 
     def captured_throughout(self, params: Params) -> regions.Region:
         """Z_cap of every instant: the object lies in what the effector is about to sweep."""
