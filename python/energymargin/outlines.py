@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull as Hull, QhullError
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Plane, Scene, Sphere
+from energymargin._core import Plane, Scene
+from energymargin.scenes.corners import shape_parts
 
 AXES = ("x", "y", "z")
 STILL = 1e-6  # m; objects that spread less do not move
@@ -22,7 +23,6 @@ COVERED = 0.1  # of the objects' area; a plane in which the robot covers so much
 GRID = 12  # points along an outline's sides, for its covered area
 REACH = 3.0  # of the longest side of what moves freely; a fixed or jointed robot is seen so far
 AROUND = 0.1  # of the view's longer side, around what moves
-ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
 
 Limits = tuple[tuple[float, float], tuple[float, float]]  # of the plane's two axes [m]
 Plan = tuple[str, str]  # the axes of a picture's plane, such as ("x", "z")
@@ -42,37 +42,6 @@ def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[NDArray[np.float64]
     A part that is seen edge-on is a line.
     """
     return [_outline(placed(part, pose, plane)) for part in shape_parts(shape)]
-
-
-def shape_parts(shape: Any) -> list[NDArray[np.float64]]:
-    """The corners of each convex part of a shape, in the shape's frame; arrays (N, 3)."""
-    if not isinstance(shape, Compound):
-        return [shape_corners(shape)]
-    return [
-        Rotation.from_quat(part.orientation).apply(shape_corners(part.shape)) + part.position
-        for part in shape.parts
-    ]
-
-
-def shape_corners(shape: Any) -> NDArray[np.float64]:
-    """Points whose convex hull is the shape, or nearly so if it is round; shape (N, 3)."""
-    circle = np.stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND], axis=1)
-    if isinstance(shape, Box):
-        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-        return np.asarray(signs * np.asarray(shape.size) / 2)
-    if isinstance(shape, ConvexHull):
-        return np.asarray(shape.points)
-    if isinstance(shape, Cylinder):
-        end = np.array([0.0, 0.0, shape.length / 2])
-        return np.concatenate([shape.radius * circle + end, shape.radius * circle - end])
-    latitudes = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    ball = np.concatenate([circle * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in latitudes])
-    if isinstance(shape, Sphere):
-        return np.asarray(shape.radius * ball)
-    if isinstance(shape, Capsule):
-        end = np.array([0.0, 0.0, shape.length / 2])
-        return np.concatenate([shape.radius * ball + end, shape.radius * ball - end])
-    raise TypeError(f"a {type(shape).__name__} cannot be drawn")
 
 
 def body_poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:

@@ -25,7 +25,8 @@ from energymargin._core import (
     Scene,
     World,
 )
-from energymargin.outlines import body_poses, shape_parts
+from energymargin.outlines import body_poses
+from energymargin.scenes.corners import shape_parts
 from energymargin_paper.evidence.cages import (
     GRAVITY,
     OBJECTS,

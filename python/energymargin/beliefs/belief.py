@@ -256,7 +256,7 @@ class _Place:
 
 def _smallest(problem: Problem, bodies: list[str]) -> float:
     """The smallest half extent of these bodies [m]."""
-    from energymargin.outlines import shape_parts
+    from energymargin.scenes.corners import shape_parts
 
     shapes = [body.shape for body in problem.scene.bodies if body.name in bodies]
     corners = [part for shape in shapes for part in shape_parts(shape)]

@@ -140,15 +140,14 @@ def from_urdf(
 
     loose = [name for name in robot.loose if name not in additions.driven_by(joints or {})]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
+    report = progress or (lambda done, total: None)
     bodies: dict[str, dict[str, Any]] = {}
     for name, link in robot.links.items():
         limit.require(f"link {name!r} was made a body")
-        if progress is not None:
-            progress(len(bodies), len(robot.links))
+        report(len(bodies), len(robot.links))
         made = body(link, mesh_of, fixed=base == "fixed" and name == robot.root, inertia=inertia)
         bodies[name] = {"name": prefix + name, **made}
-    if progress is not None:
-        progress(len(bodies), len(bodies))
+    report(len(bodies), len(bodies))
     warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
     for name, link in robot.links.items():
@@ -249,22 +248,20 @@ def joint_keywords(
     keywords, and on limits that contradict each other.
     """
     additions.check_control(control, {name: _settable(joint) for name, joint in joints.items()})
-    moving = [joint for joint in joints.values() if joint.mimic is None]
-    following = [joint for joint in joints.values() if joint.mimic is not None]
-    followers: dict[str, list[Joint]] = {joint.name: [] for joint in moving}
-    for joint in following:
-        if joint.mimic:
-            followers[joint.mimic[0]].append(joint)
+    following = [(joint, joint.mimic) for joint in joints.values() if joint.mimic]
     keywords = {}
-    for joint in moving:
-        own = control.get(joint.name, {})
-        drive = _drive(joint, followers[joint.name], own)
-        keywords[joint.name] = {**_joint_frames(joint, prefix), **drive, **own}
-    for joint in following:
-        source, multiplier, offset = joint.mimic or ("", 1.0, 0.0)
-        _check_reach(joint, control.get(joint.name, {}), keywords[source]["limits"])
-        mimic = Mimic(prefix + source, multiplier, offset)
-        keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": mimic}
+    for joint in joints.values():
+        if joint.mimic is None:
+            own = control.get(joint.name, {})
+            # Those that follow resist here: the same power at the same motion.
+            resisting = [(m.multiplier, j.damping) for j, m in following if m.joint == joint.name]
+            damping = sum((factor**2 * other for factor, other in resisting), joint.damping)
+            drive = _drive(joint, damping, own)
+            keywords[joint.name] = {**_joint_frames(joint, prefix), **drive, **own}
+    for joint, mimic in following:
+        _check_reach(joint, mimic, control.get(joint.name, {}), keywords[mimic.joint]["limits"])
+        prefixed = Mimic(prefix + mimic.joint, mimic.multiplier, mimic.offset)
+        keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": prefixed}
     return list(keywords.values())
 
 
@@ -292,15 +289,11 @@ def _joint_frames(joint: Joint, prefix: str) -> dict[str, Any]:
     return {**keywords, "axis": joint.axis / length}
 
 
-def _drive(joint: Joint, followers: list[Joint], own: Mapping[str, Any]) -> dict[str, Any]:
-    """Limits, start, and what resists: the damping of the joints that follow acts here too."""
+def _drive(joint: Joint, damping: float, own: Mapping[str, Any]) -> dict[str, Any]:
+    """Limits, start, and what resists."""
     if joint.type == "fixed":
         return {}
     lower, upper = _given(joint.name, own["limits"]) if "limits" in own else _limits(joint)
-    damping = joint.damping
-    for other in followers:
-        multiplier = other.mimic[1] if other.mimic else 0.0
-        damping += multiplier**2 * other.damping  # the same power at the same motion
     return {
         "limits": (lower, upper),
         "start": min(max(0.0, lower), upper),
@@ -341,7 +334,9 @@ def _limits(joint: Joint) -> tuple[float, float]:
     )
 
 
-def _check_reach(joint: Joint, own: Mapping[str, Any], source: tuple[float, float]) -> None:
+def _check_reach(
+    joint: Joint, mimic: Mimic, own: Mapping[str, Any], source: tuple[float, float]
+) -> None:
     """A joint that follows stays within its own limits wherever the other one may go."""
     if "limits" in own:
         lower, upper = _given(joint.name, own["limits"])
@@ -349,8 +344,8 @@ def _check_reach(joint: Joint, own: Mapping[str, Any], source: tuple[float, floa
         return
     else:
         lower, upper = joint.limits
-    name, multiplier, offset = joint.mimic or ("", 1.0, 0.0)
-    least, most = sorted(multiplier * limit + offset for limit in source)
+    name = mimic.joint
+    least, most = sorted(mimic.multiplier * limit + mimic.offset for limit in source)
     if least < lower - SLACK or most > upper + SLACK:
         raise ValueError(
             f"joint {joint.name!r} has limits from {lower} to {upper} and follows {name!r} from "

@@ -9,7 +9,7 @@ import math
 import warnings
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers import expat
@@ -18,14 +18,9 @@ from energymargin.limits import Limit
 from energymargin.plausibility import levels_to_user, warn
 from energymargin.scenes.additions import NotSimulatedError, counted
 
-# How many numbers an attribute holds; the others are words.
-NUMBERS = {
-    **dict.fromkeys(("xyz", "rpy", "size"), (3,)),
-    "scale": (1, 3),
-    **dict.fromkeys(("value", "radius", "length", "lower", "upper", "effort"), (1,)),
-    **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
-    **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
-}
+# How many numbers an attribute holds, if not one; words are no numbers.
+NUMBERS = {"xyz": (3,), "rpy": (3,), "size": (3,), "scale": (1, 3)}
+WORDS = ("name", "version", "type", "link", "joint", "filename")
 XACRO = "xacro"  # its elements make others, so they are never left out for want of a declaration
 EXPRESSIONS = ("${", "$(")  # of xacro, in attributes
 WAY_OUT = "expected a URDF file, which xacro makes of it"
@@ -149,25 +144,23 @@ def _strip(
     undeclared: Counter[str],
 ) -> None:
     """Takes out elements and attributes, and what asks for nothing; counts the undeclared."""
-    for name in list(element.attrib):
+
+    def goes(name: str, what: str, place: str) -> bool:
         foreign = _prefix(name) not in declared
-        what = f"{element.tag}.{name}"
-        ignored = what in left_out or f"{parent}/{what}" in left_out
+        ignored = what in left_out or f"{place}/{what}" in left_out
         if foreign and not ignored:
             undeclared[what] += 1
-        if foreign or ignored or _nothing(element, name):
+        return foreign or ignored
+
+    for name in list(element.attrib):
+        if goes(name, f"{element.tag}.{name}", parent) or _nothing(element, name):
             del element.attrib[name]
     for child in list(element):
-        foreign = _prefix(child.tag) not in declared
-        ignored = child.tag in left_out or f"{element.tag}/{child.tag}" in left_out
-        if foreign and not ignored:
-            undeclared[child.tag] += 1
-        if foreign or ignored:
+        if goes(child.tag, child.tag, element.tag):
             element.remove(child)
             continue
         _strip(child, element.tag, left_out, declared, undeclared)
-        neutral = (child.tag, "value") in NOTHING and not child.attrib and not len(child)
-        if neutral:
+        if (child.tag, "value") in NOTHING and not child.attrib and not len(child):
             element.remove(child)
 
 
@@ -194,11 +187,13 @@ def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
         if name not in element.attrib:
             raise ValueError(f"{where}: <{element.tag}> has no {name!r}")
     for name, text in element.attrib.items():
-        _require_no_expression(element.tag, name, text, where)
-        if name in (*rule.needs, *rule.takes):
-            _check_numbers(element.tag, name, text, where)
-        else:
+        if any(mark in text for mark in EXPRESSIONS):
+            attribute = f"<{element.tag} {name}={text!r}>"
+            raise ValueError(f"{where}: {attribute} is an expression of xacro: {WAY_OUT}")
+        if name not in (*rule.needs, *rule.takes):
             unknown[f"{element.tag}.{name}"] += 1
+        elif name not in WORDS:
+            _check_numbers(element.tag, name, text, where)
     _check_counts(element, rule, where)
     for child in element:
         if child.tag in rule.children or _prefix(child.tag) == XACRO:
@@ -218,20 +213,14 @@ def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:
         raise ValueError(f"{where}: <geometry> has {len(element)} shapes, expected one")
 
 
-def _require_no_expression(tag: str, name: str, text: str, where: str) -> None:
-    if any(mark in text for mark in EXPRESSIONS):
-        raise ValueError(f"{where}: <{tag} {name}={text!r}> is an expression of xacro: {WAY_OUT}")
-
-
 def _check_numbers(tag: str, name: str, text: str, where: str) -> None:
-    if name not in NUMBERS:
-        return
+    counts = NUMBERS.get(name, (1,))
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
-    if len(values) not in NUMBERS[name] or not all(map(math.isfinite, values)):
-        expected = " or ".join({1: "one finite number", 3: "three"}[n] for n in NUMBERS[name])
+    if len(values) not in counts or not all(map(math.isfinite, values)):
+        expected = " or ".join({1: "one finite number", 3: "three"}[n] for n in counts)
         raise ValueError(f"{where}: <{tag} {name}={text!r}>, expected {expected}")
 
 
@@ -302,39 +291,28 @@ def keep_subtree(robot: ET.Element, root: str) -> None:
     links = [link.get("name", "") for link in robot.iterfind("link")]
     if root not in links:
         raise ValueError(f"subtree is {root!r}, expected one of the links {', '.join(links)}")
-    kept = _below(root, robot)
+    joints = [(joint, end_of(joint, "parent")) for joint in robot.findall("joint")]
+    kept = reached(root, [(parent, end_of(joint, "child")) for joint, parent in joints])
     for link in robot.findall("link"):
         if link.get("name", "") not in kept:
             robot.remove(link)
-    for joint in robot.findall("joint"):
-        parent = _ends(joint)[0]
+    for joint, parent in joints:
         if parent in links and parent not in kept:
             robot.remove(joint)
 
 
-def _below(root: str, robot: ET.Element) -> set[str]:
-    """The link and all that hang on it."""
-    children: dict[str, list[str]] = {}
-    for joint in robot.iterfind("joint"):
-        parent, child = _ends(joint)
-        children.setdefault(parent, []).append(child)
-    return reached(root, children)
-
-
-def reached(root: str, children: Mapping[str, Sequence[str]]) -> set[str]:
-    """A link and all that hang on it; `children`: by link, those that hang on it next."""
+def reached(root: str, pairs: Sequence[tuple[str, str]]) -> set[str]:
+    """A link and all that hang on it; `pairs`: the parent and the child of each joint."""
     found, new = {root}, [root]
     while new:
-        more = [child for child in children.get(new.pop(), ()) if child not in found]
-        found.update(more)
+        above = new.pop()
+        more = {child for parent, child in pairs if parent == above} - found
+        found |= more
         new += more
     return found
 
 
-def _ends(joint: ET.Element) -> tuple[str, str]:
-    """The links that a joint connects, parent and child; empty where the file does not say."""
-    parent, child = joint.find("parent"), joint.find("child")
-    return (
-        "" if parent is None else parent.get("link", ""),
-        "" if child is None else child.get("link", ""),
-    )
+def end_of(joint: ET.Element, end: str) -> str:
+    """The link that is the "parent" or the "child" of a joint; empty if the file does not say."""
+    element = joint.find(end)
+    return "" if element is None else element.get("link", "")

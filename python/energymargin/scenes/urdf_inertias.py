@@ -4,24 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import (
-    LEAST_GYRATION,
-    MOST_GYRATION,
-    Box,
-    Capsule,
-    Compound,
-    ConvexHull,
-    Cylinder,
-    Inertial,
-    Sphere,
-    mass_properties,
-)
+from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
 from energymargin.plausibility import warn
+from energymargin.scenes.corners import shape_parts
 from energymargin.scenes.poses import pose
 from energymargin.scenes.urdf_model import Robot
 
@@ -44,12 +34,8 @@ OUTSIDE_SHAPES = "a centre of mass far outside of their shapes: is an origin wro
 FAR = "shapes far from their parent's: is the origin of the joint or of the collision wrong"
 WAY_OUT = "inertia='shapes' takes the inertias from the shapes"
 
-
-class _Warning(NamedTuple):
-    kind: str
-    link: str
-    text: str
-    """What is wrong with this link, behind its name."""
+Found = Iterator[tuple[str, str, str]]
+"""A kind of contradiction, a link, and what is wrong with this link."""
 
 
 def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, Any]]) -> None:
@@ -58,7 +44,11 @@ def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, An
     `bodies`: by link, keywords of `Scene.add_body`. Only what cannot be meant is warned of: a link
     may reach beyond its collision shapes.
     """
-    points = {name: corners(body["shape"]) for name, body in bodies.items()}
+    nothing = np.empty((0, 3))
+    points = {
+        name: np.concatenate([nothing, *shape_parts(body["shape"])])
+        for name, body in bodies.items()
+    }
     found: dict[str, list[str]] = {}
     for kind, link, text in (*_of_masses(bodies, points), *_of_places(robot, points)):
         found.setdefault(kind, []).append(f"{link!r} ({text})")
@@ -74,7 +64,7 @@ def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, An
 
 def _of_masses(
     bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, NDArray[np.float64]]
-) -> Iterator[_Warning]:
+) -> Found:
     for name, body in bodies.items():
         inertial, mass = body.get("inertial"), body["mass"]
         if inertial is None or not len(points[name]):
@@ -84,7 +74,7 @@ def _of_masses(
         extent = float((high - low).max())
         away = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - center, center - high))))
         if away > OUTSIDE * extent:
-            yield _Warning(OUTSIDE_SHAPES, name, f"{away:.3g} m away from shapes of {extent:.3g} m")
+            yield OUTSIDE_SHAPES, name, f"{away:.3g} m away from shapes of {extent:.3g} m"
         gyration = float(np.sqrt(0.5 * np.sum(inertial.moments) / mass))
         reach = float(np.linalg.norm(points[name] - center, axis=1).max())
         if gyration > MOST_GYRATION * reach:
@@ -95,7 +85,7 @@ def _of_masses(
             kind = _of_other_axes(body["shape"], mass, inertial)
         if kind:
             text = f"radius of gyration {gyration:.3g} m, shapes within {reach:.3g} m"
-            yield _Warning(kind, name, text)
+            yield kind, name, text
 
 
 def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
@@ -122,7 +112,7 @@ def _tensor(moments: Any, axes: Any) -> NDArray[np.float64]:
     return np.asarray(turn @ np.diag(moments) @ turn.T)
 
 
-def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Iterator[_Warning]:
+def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Found:
     """Links that are far from those they hang on, with all joints at 0."""
     for joint in robot.joints.values():
         child, parent = points[joint.child], points[joint.parent]
@@ -135,33 +125,4 @@ def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Itera
         largest = max(float((high - low).max()) for low, high in boxes)
         if gap > APART * largest:
             text = f"{gap:.3g} m from {joint.parent!r} by joint {joint.name!r}"
-            yield _Warning(FAR, joint.child, text)
-
-
-def corners(shape: Any) -> NDArray[np.float64]:
-    """Points whose convex hull has the solid in it, in the body's frame, shape (n, 3); round parts
-    have the corners of their box."""
-    if not isinstance(shape, Compound):
-        return _solid_corners(shape)
-    placed = [
-        _solid_corners(part.shape) @ matrix[:3, :3].T + matrix[:3, 3]
-        for part in shape.parts
-        for matrix in [pose(part.position, part.orientation)]
-    ]
-    return np.concatenate(placed) if placed else np.empty((0, 3))
-
-
-def _solid_corners(solid: Any) -> NDArray[np.float64]:
-    if isinstance(solid, ConvexHull):
-        return np.asarray(solid.points, float)
-    half = np.empty(3)
-    if isinstance(solid, Box):
-        half[:] = 0.5 * np.asarray(solid.size)
-    elif isinstance(solid, Sphere):
-        half[:] = solid.radius
-    else:
-        assert isinstance(solid, Cylinder | Capsule)
-        ends = solid.radius if isinstance(solid, Capsule) else 0.0
-        half[:] = solid.radius, solid.radius, 0.5 * solid.length + ends
-    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    return np.asarray(signs * half)
+            yield FAR, joint.child, text

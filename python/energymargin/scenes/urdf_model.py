@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Box, Cylinder, Sphere
+from energymargin._core import Box, Cylinder, Mimic, Sphere
 from energymargin.limits import Limit
 from energymargin.scenes.poses import Pose, from_rpy
-from energymargin.scenes.urdf_elements import MIMIC, checked, reached
+from energymargin.scenes.urdf_elements import MIMIC, checked, end_of, reached
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
@@ -71,11 +71,10 @@ class Joint:
     """[N m]."""
     damping: float = 0.0
     """[N m s/rad]."""
-    mimic: tuple[str, float, float] | None = None
-    """Joint, multiplier and offset."""
+    mimic: Mimic | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Robot:
     """A tree of links, by name; joints are in the file's order."""
 
@@ -89,82 +88,51 @@ class Robot:
     loose: tuple[str, ...] = ()
     """Joints that follow no other, since their <mimic> is left out."""
 
+    def merge_frames(self, limit: Limit, *, free: bool) -> None:
+        """Leaves a mass to each link that can move.
 
-def without_frames(robot: Robot, limit: Limit, *, free: bool) -> Robot:
-    """A robot with a mass for each link that can move.
+        A `free` robot whose root has no mass has its base in the link that is fixed to the root.
+        Raises ValueError on a link that moves and has no mass, TimeoutError or Cancelled at the
+        limit.
+        """
+        while free and self.links[self.root].mass == 0.0:
+            limit.require(f"the frame {self.root!r} was merged")
+            self._merge_root()
+        for joint in list(self.joints.values()):
+            if self.links[joint.child].mass > 0.0:
+                continue
+            if joint.type != "fixed":
+                raise ValueError(
+                    f"link {joint.child!r} has no mass and moves with joint {joint.name!r}, "
+                    "expected an <inertial> with a mass above 0"
+                )
+            limit.require(f"the frame {joint.child!r} was merged")
+            now = self.joints.pop(joint.name)  # whose parent may have been merged
+            self._merge(now.child, now.parent, now.origin)
 
-    A `free` robot whose root has no mass has its base in the link that is fixed to the root.
-    Raises ValueError on a link that moves and has no mass, TimeoutError or Cancelled at the limit.
-    """
-    tree = _Tree(robot)
-    while free and tree.links[tree.root].mass == 0.0:
-        limit.require(f"the frame {tree.root!r} was merged")
-        tree.merge_root()
-    for name, joint in robot.joints.items():
-        if name not in tree.joints or tree.links[joint.child].mass > 0.0:
-            continue
-        if joint.type != "fixed":
-            raise ValueError(
-                f"link {joint.child!r} has no mass and moves with joint {name!r}, "
-                "expected an <inertial> with a mass above 0"
-            )
-        limit.require(f"the frame {joint.child!r} was merged")
-        tree.merge(name, joint.child, tree.joints[name].parent)
-    return replace(
-        robot,
-        root=tree.root,
-        links=tree.links,
-        joints=tree.joints,
-        base=tree.base,
-        merged={frame: tree.carrier(frame) for frame in tree.merged},
-    )
-
-
-class _Tree:
-    """The links and joints of a robot, while its frames are merged into the links that stay."""
-
-    def __init__(self, robot: Robot) -> None:
-        self.root, self.base = robot.root, robot.base
-        self.links, self.joints = dict(robot.links), dict(robot.joints)
-        self.merged: dict[str, str] = {}  # into which link or frame each frame went
-        self._below: dict[str, list[str]] = {name: [] for name in robot.links}
-        for joint in robot.joints.values():
-            self._below[joint.parent].append(joint.name)
-
-    def merge_root(self) -> None:
+    def _merge_root(self) -> None:
         """Merges the root into the one link that is fixed to it."""
-        joints = [self.joints[name] for name in self._below[self.root]]
-        fixed = [joint for joint in joints if joint.type == "fixed"]
+        hanging = [joint for joint in self.joints.values() if joint.parent == self.root]
+        fixed = [joint for joint in hanging if joint.type == "fixed"]
         if len(fixed) != 1:
             raise ValueError(
                 f"link {self.root!r} has no mass, expected a root with mass, or one link fixed to "
                 "it, for base='free'"
             )
-        (joint,) = fixed
-        self.merge(joint.name, self.root, joint.child)
+        joint = self.joints.pop(fixed[0].name)
+        self._merge(self.root, joint.child, np.asarray(np.linalg.inv(joint.origin), float))
         self.root, self.base = joint.child, self.base @ joint.origin
 
-    def merge(self, name: str, frame: str, into: str) -> None:
-        """Merges the frame at one end of a fixed joint: the other carries what it carried."""
-        joint = self.joints.pop(name)
-        at = (
-            joint.origin if into == joint.parent else np.asarray(np.linalg.inv(joint.origin), float)
-        )
+    def _merge(self, frame: str, into: str, at: Pose) -> None:
+        """A link carries from now on what a frame carried that is `at` a pose in the link."""
         self.links[into] = _carrying(self.links[into], self.links.pop(frame), at)
-        for moved in self._below.pop(frame):
-            if moved in self.joints:
-                other = self.joints[moved]
-                self.joints[moved] = replace(other, parent=into, origin=at @ other.origin)
-                self._below[into].append(moved)
+        for name, joint in self.joints.items():
+            if joint.parent == frame:
+                self.joints[name] = replace(joint, parent=into, origin=at @ joint.origin)
         self.merged[frame] = into
-
-    def carrier(self, frame: str) -> str:
-        """The link that a frame is finally part of."""
-        into = self.merged[frame]
-        while into in self.merged:
-            into = self.merged[into]
-        self.merged[frame] = into
-        return into
+        for name, carrier in self.merged.items():
+            if carrier == frame:
+                self.merged[name] = into
 
 
 def _carrying(link: Link, frame: Link, at: Pose) -> Link:
@@ -201,7 +169,8 @@ def read(
     limit.require(f"{path} was read")
     followed = _followed(joints, limit)
     robot = Robot(_root(links, joints), links, followed, loose=loose)
-    return without_frames(robot, limit, free=free)
+    robot.merge_frames(limit, free=free)
+    return robot
 
 
 def _by_name(what: str, items: list[Any]) -> dict[str, Any]:
@@ -214,9 +183,7 @@ def _by_name(what: str, items: list[Any]) -> dict[str, Any]:
 
 
 def _link(element: ET.Element) -> Link:
-    name = element.get("name", "")
-    inertial = element.find("inertial")
-    mass = 0.0 if inertial is None else _number(inertial.find("mass"), "value", 0.0)
+    name, mass = element.get("name", ""), _number(element.find("inertial/mass"), "value", 0.0)
     if mass < 0.0:
         raise ValueError(f"link {name!r} has the mass {mass} kg, expected one of at least 0")
     geometries = [
@@ -227,8 +194,8 @@ def _link(element: ET.Element) -> Link:
     return Link(
         name,
         mass,
-        _pose(None if inertial is None else inertial.find("origin")),
-        None if inertial is None else _inertia(inertial.find("inertia")),
+        _pose(element.find("inertial/origin")),
+        _inertia(element.find("inertial/inertia")),
         tuple(geometries),
         None if friction is None else _number(friction, "value", 0.0),
     )
@@ -257,8 +224,8 @@ def _joint(element: ET.Element) -> Joint:
     return Joint(
         name,
         kind,
-        _named_link(element, "parent"),
-        _named_link(element, "child"),
+        end_of(element, "parent"),
+        end_of(element, "child"),
         _pose(element.find("origin")),
         np.array(_numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0))),
         limits,
@@ -268,16 +235,11 @@ def _joint(element: ET.Element) -> Joint:
     )
 
 
-def _mimic(element: ET.Element | None) -> tuple[str, float, float] | None:
+def _mimic(element: ET.Element | None) -> Mimic | None:
     if element is None:
         return None
     multiplier, offset = _number(element, "multiplier", 1.0), _number(element, "offset", 0.0)
-    return element.get("joint", ""), multiplier, offset
-
-
-def _named_link(joint: ET.Element, tag: str) -> str:
-    element = joint.find(tag)
-    return "" if element is None else element.get("link", "")
+    return Mimic(element.get("joint", ""), multiplier, offset)
 
 
 def _numbers(element: ET.Element | None, name: str, default: Sequence[float]) -> Sequence[float]:
@@ -323,19 +285,11 @@ def _root(links: dict[str, Link], joints: dict[str, Joint]) -> str:
     roots = [name for name in links if name not in carried]
     if len(roots) != 1:
         raise ValueError(f"the robot has {len(roots)} root links, expected one: {roots}")
-    _require_tree(roots[0], links, joints)
-    return roots[0]
-
-
-def _require_tree(root: str, links: dict[str, Link], joints: dict[str, Joint]) -> None:
-    """Raises ValueError unless all links hang on the root; each hangs on one joint at most."""
-    below: dict[str, list[str]] = {name: [] for name in links}
-    for joint in joints.values():
-        below[joint.parent].append(joint.child)
-    hanging = reached(root, below)
+    hanging = reached(roots[0], [(joint.parent, joint.child) for joint in joints.values()])
     for name in links:
         if name not in hanging:
             raise ValueError(f"the joints above link {name!r} form a loop, expected a tree")
+    return roots[0]
 
 
 def _followed(joints: dict[str, Joint], limit: Limit) -> dict[str, Joint]:
@@ -348,14 +302,14 @@ def _followed(joints: dict[str, Joint], limit: Limit) -> dict[str, Joint]:
     return followed
 
 
-def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
+def _source(joint: Joint, joints: dict[str, Joint]) -> Mimic:
     seen, multiplier, offset, at = {joint.name}, 1.0, 0.0, joint
     if joint.type == "fixed":
         raise ValueError(f"joint {joint.name!r} is fixed, and yet a mimic; expected one of the two")
     while at.mimic is not None:
-        name, factor, shift = at.mimic
-        offset += multiplier * shift
-        multiplier *= factor
+        name = at.mimic.joint
+        offset += multiplier * at.mimic.offset
+        multiplier *= at.mimic.multiplier
         if name not in joints or joints[name].type == "fixed" or name in seen:
             raise ValueError(
                 f"joint {at.name!r} mimics {name!r}, expected one that moves, without a circle, "
@@ -363,4 +317,4 @@ def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
             )
         seen.add(name)
         at = joints[name]
-    return at.name, multiplier, offset
+    return Mimic(at.name, multiplier, offset)

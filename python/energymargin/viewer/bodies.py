@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 from trimesh.exchange.gltf import export_glb
 
 from energymargin._core import Body, Plane, Scene
-from energymargin.outlines import Pose, body_poses, shape_parts
+from energymargin.outlines import Pose, body_poses
 from energymargin.plots.styles import BODY_COLORS
+from energymargin.scenes.corners import shape_parts
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}

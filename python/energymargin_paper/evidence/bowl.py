@@ -29,7 +29,7 @@ from energymargin._core import (
 )
 from energymargin.checks import whole_number
 from energymargin.meshes import mesh as mesh_shape, needs_extra
-from energymargin.outlines import shape_corners
+from energymargin.scenes.corners import shape_corners
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.study import Progress, Study, setting
 
