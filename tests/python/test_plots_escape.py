@@ -248,7 +248,7 @@ def test_the_legend_of_a_new_figure_is_no_wider_than_it(block):
     crowded = Problem(scene, scene.pack(), force=(6, 0, 0), torque=(0, 0, 0), duration=0.5, **sets)
     figure = plots.plot_state(crowded).figure
     figure.savefig(io.BytesIO(), format="png")
-    box = figure.legends[0].get_window_extent()
+    box = figure.axes[0].get_legend().get_window_extent()
     assert 0 <= box.x0 < box.x1 <= figure.bbox.width
 
 
@@ -287,7 +287,7 @@ def test_a_scene_without_effector_is_drawn_and_its_escape_ends_where_the_box_is_
     (way,) = ways(ax)
     assert abs(way.get_xydata()[-1][0]) > 0.5
     assert ax.get_title() == f"effort of escape {escape.effort:.3g} J"
-    texts = [text.get_text() for text in ax.figure.legends[0].get_texts()]
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts[:2] == ["object", "capture set"]
     assert "effector" not in " ".join(texts)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from textwrap import wrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,8 +19,10 @@ from energymargin.plots.styles import (
     axes_or_new,
     curve_style,
     draw_bounded,
-    legend_below,
+    draw_legend,
+    folded,
     light_grid,
+    room_for_infinity,
 )
 
 BEST, ALIKE, WORSE = "tab:blue", "0.25", "0.7"
@@ -28,9 +30,6 @@ DISTURBANCE_COLOR = "tab:orange"
 PARAMETER_COLORS = ("#009E73", "#CC79A7", "#56B4E9", "#7F5539")  # of no other line of the figure
 LINE, LETTER = 0.19, 0.085  # inch: of a candidate's name
 BETWEEN = 0.14  # inch, between two candidates
-LONGEST, MOST_LINES = 32, 3  # letters and lines of a name
-EDGE = 0.97  # of the width or height of axes: where marks stand for infinity
-FREE = 0.12  # of the width or height: beyond the largest finite number
 ENDLESS = "no escape found"
 
 
@@ -43,7 +42,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     """
     if not isinstance(ranking, Ranking):
         raise ValueError(f"ranking is {shown(ranking)}, expected a Ranking, as of em.rank")
-    names = [_folded(name) for name in ranking.names]
+    names = [folded(name) for name in ranking.names]
     lines = [line for name in names for line in name.split("\n")]
     width = 4.2 + LETTER * max(map(len, lines))
     ax = axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
@@ -54,11 +53,11 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     edge = _scale(ax, ranking)
     for row, (standing, color) in enumerate(zip(ranking, colors, strict=True)):
         _draw_standing(ax, row, standing, color, edge)
-    ax.set_yticks(range(len(names)), [_literal(name) for name in names])
+    ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(ranking) - 0.5, -0.5)
     ax.set_xlabel(axis_label(ranking.metric))
     light_grid(ax)
-    legend_below(ax, _ranking_handles(ranking, colors))
+    draw_legend(ax, "below", _ranking_handles(ranking, colors))
     return ax
 
 
@@ -92,19 +91,10 @@ def _scale(ax: Axes, ranking: Ranking) -> float:
     if is_likelihood(ranking.metric):
         ax.set_xlim(-0.02, 1.02)
         return 1.0
-    numbers = np.array([(s.low, s.score, s.high) for s in ranking])
-    finite = numbers[np.isfinite(numbers)]
-    if not len(finite):
-        ax.set_xlim(0.0, 1.0)
-        ax.set_xticks([])
-        return EDGE
-    least, most = float(finite.min()), float(finite.max())
-    space = 0.05 * ((most - least) or abs(most) or 1.0)
-    least, most = least - space, most + space
-    if not np.isfinite(numbers).all():
-        most += FREE * (most - least) / (1.0 - FREE)
-    ax.set_xlim(least, most)
-    return least + EDGE * (most - least)
+    edge, _ = room_for_infinity(
+        ax.xaxis, np.array([(s.low, s.score, s.high) for s in ranking]).ravel()
+    )
+    return np.inf if np.isnan(edge) else edge
 
 
 def _draw_standing(ax: Axes, row: int, standing: Standing, color: str, edge: float) -> None:
@@ -147,31 +137,23 @@ def _draw_scores(ax: Axes, improvement: Improvement) -> None:
     numbers = np.arange(1, len(generations) + 1)
     every = np.repeat(numbers, [len(one.scores) for one in generations])
     scores = np.concatenate([one.scores for one in generations])
-    draw_bounded(
-        ax, every, scores, "each plan", linestyle="", marker=".", color="0.75", markersize=3
-    )
     best = np.array([one.scores[one.best] for one in generations])
     median = np.array([_median(one.scores) for one in generations])
-    for values, name, color, marker in ((median, "median", ALIKE, "s"), (best, "best", BEST, "o")):
-        draw_bounded(
-            ax, numbers, values, name, color=color, linewidth=1.4, marker=marker, markersize=3
-        )
+    height, _ = room_for_infinity(ax.yaxis, scores)
+    plans: dict[str, Any] = {"linestyle": "", "endless": ENDLESS}
+    line: dict[str, Any] = {"linewidth": 1.4, "markersize": 3}
+    draw_bounded(ax, every, scores, "each plan", height, color="0.75", marker=".", **plans)
+    draw_bounded(ax, numbers, median, "median", height, color=ALIKE, marker="s", **line)
+    draw_bounded(ax, numbers, best, "best", height, color=BEST, marker="o", **line)
     ax.set_ylabel(axis_label(improvement.ranking.metric))
     _count_generations(ax, len(numbers))
-    handles, _ = ax.get_legend_handles_labels()
-    if np.isposinf(scores).any():
-        handles.append(_mark("0.75", "^", ENDLESS))
-        bottom, top = ax.get_ylim()
-        ax.set_ylim(bottom, top + FREE * (top - bottom))
-    if not np.isfinite(scores).any():
-        ax.set_yticks([])
     factors = [one.factor for one in generations]
     if max(factors) > 1.0:
         beside = ax.twinx()
         beside.step(numbers, factors, where="mid", color=DISTURBANCE_COLOR, linewidth=1.2)
         beside.set_ylabel("disturbance, times the stated one", color=DISTURBANCE_COLOR)
         beside.set_ylim(bottom=0.0)
-    legend_below(ax, handles)
+    draw_legend(ax, "below")
 
 
 def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
@@ -189,12 +171,11 @@ def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
             linewidth=1.4,
             marker=style.marker,
             markersize=3,
-            label=f"{_literal(_folded(name))}: {last:.3g} of {low:g} to {high:g}",
+            label=f"{folded(name)}: {last:.3g} of {low:g} to {high:g}",
         )
     ax.set(ylabel="share of the parameter's range", ylim=(-0.02, 1.02))
     _count_generations(ax, len(points))
-    handles, _ = ax.get_legend_handles_labels()
-    legend_below(ax, handles, columns=1, title="last value")
+    draw_legend(ax, "below", ncols=1, title="last value")
 
 
 def _count_generations(ax: Axes, count: int) -> None:
@@ -210,22 +191,5 @@ def _median(scores: NDArray[np.float64]) -> float:
     return float(np.median(there)) if len(there) else np.nan
 
 
-# Both
-
-
 def _mark(color: str, marker: str, label: str) -> Line2D:
     return Line2D([], [], color=color, linestyle="", marker=marker, markersize=5, label=label)
-
-
-def _folded(name: str) -> str:
-    """On a few lines; of a longer one the middle is left out."""
-    most = LONGEST * MOST_LINES - MOST_LINES
-    if len(name) > most:
-        half = most // 2
-        name = f"{name[:half]}…{name[-half:]}"
-    return "\n".join(wrap(name, LONGEST)[:MOST_LINES])
-
-
-def _literal(text: str) -> str:
-    """As it is: a dollar sign begins no mathematics."""
-    return text.replace("$", r"\$")

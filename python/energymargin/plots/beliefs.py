@@ -13,7 +13,7 @@ from energymargin.beliefs import Belief, BeliefScore
 from energymargin.metrics import axis_label, is_likelihood, value_text
 from energymargin.outlines import Plan, body_poses, outlines_of, plane_for, view_of
 from energymargin.plots.scenes import draw_bodies, set_plane
-from energymargin.plots.styles import light_grid
+from energymargin.plots.styles import draw_legend, light_grid
 
 COLORS = "viridis"
 AROUND = 0.15  # of the view's longer side
@@ -91,7 +91,7 @@ def _draw_scores(ax: Axes, score: BeliefScore, known: float | None) -> None:
     if is_likelihood(score.metric):
         ax.set_xlim(-0.02, 1.02)
     light_grid(ax)
-    ax.legend(fontsize=7, loc="upper left", framealpha=0.9)
+    draw_legend(ax, "upper left")
 
 
 def _draw_shares(ax: Axes, score: BeliefScore) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +11,6 @@ from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from energymargin.checks import yes_or_no
 from energymargin.evaluation import Among, curves
 from energymargin.evaluation.curves import (
     CAPTURED,
@@ -27,7 +26,7 @@ from energymargin.plots.styles import (
     CHANCE_COLOR,
     LOST_COLOR,
     PALETTE,
-    axes_or_new,
+    curve_axes,
     draw_legend,
     light_grid,
     metric_style,
@@ -35,7 +34,6 @@ from energymargin.plots.styles import (
 from energymargin.plots.trajectories import Scores, labelled_scores
 from energymargin.table_text import short
 
-Curve = TypeVar("Curve", curves.Roc, curves.PrecisionRecall)
 SIZE = (6.0, 4.0)  # inch
 BINS = 20
 FAR = 1  # percent of the scores at either end that may lie outside of the bins' range
@@ -76,20 +74,8 @@ def plot_roc(
         ValueError: as `curves.roc` does, or if the file has several runs.
         FileNotFoundError: if there is no such file.
     """
-    yes_or_no("legend", legend)
-    found, lacking = _curves(
-        curves.roc, scores, metrics, target=target, frames=frames, last=last, among=among
-    )
-    inside = None if ax is None else "lower right"
-    ax = axes_or_new(ax, *SIZE)
-    ax.plot([0, 1], [0, 1], ":", color=CHANCE_COLOR, linewidth=1.0, label="chance .500")
-    for metric, curve in found.items():
-        label = f"{metric} {short(curve.auc)}"
-        _draw(ax, curve.false_positive_rate, curve.true_positive_rate, metric, label)
-    ax.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
-    return _finished(
-        ax, lacking, target_name(target, frames, last), "AUC" if legend else None, inside
-    )
+    terms = {"target": target, "frames": frames, "last": last, "among": among}
+    return _plot(curves.roc, scores, metrics, terms, ax, legend=legend)
 
 
 def plot_precision_recall(
@@ -127,37 +113,16 @@ def plot_precision_recall(
         ValueError: as `curves.precision_recall` does, or if the file has several runs.
         FileNotFoundError: if there is no such file.
     """
-    yes_or_no("legend", legend)
-    found, lacking = _curves(
-        curves.precision_recall,
-        scores,
-        metrics,
-        target=target,
-        frames=frames,
-        last=last,
-        among=among,
-    )
-    inside = None if ax is None else "lower left"
-    ax = axes_or_new(ax, *SIZE)
-    for share in sorted({curve.positives / curve.count for curve in found.values()}):
-        label = f"chance {short(share)}"
-        ax.axhline(share, linestyle=":", color=CHANCE_COLOR, linewidth=1.0, label=label)
-    for metric, curve in found.items():
-        label = f"{metric} {short(curve.ap)}"
-        _draw(ax, curve.recall, curve.steps, metric, label, steps=True)
-    ax.set(xlabel="recall [0..1]", ylabel="precision [0..1]")
-    return _finished(
-        ax, lacking, target_name(target, frames, last), "AP" if legend else None, inside
-    )
+    terms = {"target": target, "frames": frames, "last": last, "among": among}
+    return _plot(curves.precision_recall, scores, metrics, terms, ax, legend=legend)
 
 
-def plot_distribution(one: Wrongness, *, ax: Axes | None = None) -> Axes:
+def plot_distribution(one: Wrongness, ax: Axes) -> None:
     """Histograms of a metric's scores with either label, in percent of those with that label.
 
     Infinite scores have a bar of their own at the right end; a few scores far away are in the
-    first and the last bin. Returns `ax`, or the axes of a new figure.
+    first and the last bin.
     """
-    ax = axes_or_new(ax, *SIZE)
     scores, labels = one.compared.scores, one.compared.labels
     finite = scores[np.isfinite(scores)]
     edges = np.linspace(*_range(one.metric, finite), BINS + 1)
@@ -182,8 +147,7 @@ def plot_distribution(one: Wrongness, *, ax: Axes | None = None) -> Axes:
     ax.set_xlim(edges[0] - width, edges[-1] + width * (3.0 if np.isposinf(scores).any() else 1.0))
     ax.set(xlabel=axis_label(one.metric), ylabel="share of that label [%]")
     light_grid(ax)
-    draw_legend(ax, "best")
-    return ax
+    draw_legend(ax)
 
 
 def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
@@ -195,10 +159,17 @@ def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
     return (low, float(high)) if high > low else (low, low + 1.0)
 
 
-def _curves(
-    curve: Callable[..., Curve], scores: Scores, metrics: Sequence[str] | None, **terms: Any
-) -> tuple[dict[str, Curve], dict[str, str]]:
-    """The curve of each metric; of the metrics that have none, why."""
+def _plot(
+    curve: Callable[..., curves.Roc | curves.PrecisionRecall],
+    scores: Scores,
+    metrics: Sequence[str] | None,
+    terms: dict[str, Any],
+    ax: Axes | None,
+    *,
+    legend: bool,
+) -> Axes:
+    """The curve of each metric, or in the legend why it has none; rings mark that of at least one
+    object."""
     labelled = labelled_scores(scores)
     if isinstance(metrics, str):
         raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
@@ -212,47 +183,39 @@ def _curves(
             found[metric] = curve(labelled, metric, **terms)
         except OneLabelError as error:
             lacking[metric] = error.brief
-    return found, lacking
-
-
-def _draw(
-    ax: Axes,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    metric: str,
-    label: str,
-    *,
-    steps: bool = False,
-) -> None:
-    """A line in the metric's style; rings mark that of at least one object."""
-    style = metric_style(metric)
-    any_object = metric.endswith(ANY)
-    ax.plot(
-        x,
-        y,
-        color=style.color,
-        linestyle=style.dashes,
-        linewidth=1.0 if any_object else 1.6,
-        drawstyle="steps-pre" if steps else "default",
-        marker=style.marker if any_object else "",
-        markerfacecolor="white",
-        markersize=4,
-        markevery=0.12,
-        label=label,
-    )
-
-
-def _finished(
-    ax: Axes, lacking: Mapping[str, str], target: str, legend: str | None, place: str | None
-) -> Axes:
-    """With what has no curve, and a legend of that title at that place."""
-    for metric, why in lacking.items():
-        ax.plot([], [], linestyle="", label=f"{metric}: {why}")
-    if lacking and len(ax.get_lines()) <= len(lacking) + 1:
-        ax.text(0.5, 0.5, "one label alone", ha="center", transform=ax.transAxes)
-    ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
-    ax.set_title(target, fontsize=10)
-    light_grid(ax)
-    if legend:
-        draw_legend(ax, place, legend)
-    return ax
+    is_roc = curve is curves.roc
+    title, corner = ("AUC", "lower right") if is_roc else ("AP", "lower left")
+    chance: dict[str, Any] = {"linestyle": ":", "color": CHANCE_COLOR, "linewidth": 1.0}
+    with curve_axes(ax, SIZE, corner, legend=legend, title=title) as axes:
+        if is_roc:
+            axes.plot([0, 1], [0, 1], label="chance .500", **chance)
+            axes.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
+        else:
+            for share in sorted({each.positives / each.count for each in found.values()}):
+                axes.axhline(share, label=f"chance {short(share)}", **chance)
+            axes.set(xlabel="recall [0..1]", ylabel="precision [0..1]")
+        for metric, each in found.items():
+            if isinstance(each, curves.Roc):
+                x, y, area = each.false_positive_rate, each.true_positive_rate, each.auc
+            else:
+                x, y, area = each.recall, each.steps, each.ap
+            style, any_object = metric_style(metric), metric.endswith(ANY)
+            axes.plot(
+                *(x, y),
+                color=style.color,
+                linestyle=style.dashes,
+                linewidth=1.0 if any_object else 1.6,
+                drawstyle="default" if is_roc else "steps-pre",
+                marker=style.marker if any_object else "",
+                markerfacecolor="white",
+                markersize=4,
+                markevery=0.12,
+                label=f"{metric} {short(area)}",
+            )
+        for metric, why in lacking.items():
+            axes.plot([], [], linestyle="", label=f"{metric}: {why}")
+        if not found:
+            axes.text(0.5, 0.5, "one label alone", ha="center", transform=axes.transAxes)
+        axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
+        axes.set_title(target_name(terms["target"], terms["frames"], terms["last"]), fontsize=10)
+    return axes

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from energymargin.actions.profile import EFFORT, MarginProfile, Moment
+from energymargin.actions.profile import EFFORT, MarginProfile
 from energymargin.checks import shown
 from energymargin.metrics import KINDS, value_text, with_unit
 from energymargin.plots.styles import (
     CAPTURED_COLOR,
-    LEGEND_SIZE,
     axes_or_new,
     draw_bounded,
+    draw_legend,
     light_grid,
     metric_style,
+    room_for_infinity,
     shade_frames,
 )
 
 WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
 LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
-FREE = 0.15  # of the height, below those marks
 WEAKEST_COLOR = "black"
 
 
@@ -34,23 +36,12 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
     """
     _check(profile)
     ax = axes_or_new(ax, WIDTH, HEIGHT)
-    style, weakest = metric_style("probability"), profile.weakest
-    ax.fill_between(
-        profile.times, profile.low, profile.high, color=CAPTURED_COLOR, alpha=0.35, linewidth=0
-    )
-    ax.plot(
-        profile.times,
-        profile.probabilities,
-        color=style.color,
-        linewidth=1.4,
-        marker=style.marker,
-        markersize=3.5,
-        label=f"captured for {_ahead(profile)}",
-    )
-    text = f"weakest: {value_text('probability', weakest.probability)} at {weakest.time:.3g} s"
-    _mark(ax, weakest, weakest.probability, text)
+    ends = profile.low, profile.high
+    ax.fill_between(profile.times, *ends, color=CAPTURED_COLOR, alpha=0.35, linewidth=0)
+    at = f"{value_text('probability', profile.weakest.probability)} at {profile.weakest.time:.3g} s"
+    _draw(ax, profile, "probability", f"captured for {_ahead(profile)}", f"weakest: {at}")
     ax.set_ylim(-0.05, 1.05)
-    return _finished(ax, profile, "probability")
+    return ax
 
 
 def figure_margin_profile(profile: MarginProfile) -> Figure:
@@ -68,65 +59,43 @@ def figure_margin_profile(profile: MarginProfile) -> Figure:
     plot_margin_profile(profile, ax=axes[0])
     if efforts:
         axes[0].set_xlabel("")
-        _draw_efforts(axes[1], profile)
+        there = profile.efforts[np.isfinite(profile.efforts)]
+        if len(there) and there.min() > 0 and there.max() / there.min() >= LOG_FROM:
+            axes[1].set_yscale("log")
+        weakest = f"there: {with_unit(EFFORT, profile.weakest.effort)}"
+        _draw(axes[1], profile, EFFORT, "least effort found", weakest)
+        if axes[1].get_yscale() == "linear":
+            axes[1].set_ylim(bottom=0.0)
     return figure
 
 
-def _draw_efforts(ax: Axes, profile: MarginProfile) -> None:
-    """On a logarithmic axis if they differ much; marks at the top where no escape was found."""
-    style, weakest = metric_style(EFFORT), profile.weakest
+def _draw(ax: Axes, profile: MarginProfile, metric: str, label: str, weakest: str) -> None:
+    """A score at each moment, with a diamond at the weakest; shades, labels and the legend."""
+    values = profile.efforts if metric == EFFORT else profile.probabilities
+    axis = KINDS["effort" if metric == EFFORT else "probability"].axis
+    style, (height, _) = metric_style(metric), room_for_infinity(ax.yaxis, values)
     draw_bounded(
-        ax,
-        profile.times,
-        profile.efforts,
-        "least effort found",
+        *(ax, profile.times, values, label, height),
         endless="no escape found",
         color=style.color,
         linewidth=1.4,
         marker=style.marker,
         markersize=3.5,
     )
-    there = profile.efforts[np.isfinite(profile.efforts)]
-    if len(there):
-        _scale(ax, float(there.min()), float(there.max()))
-    if np.isfinite(weakest.effort):
-        _mark(ax, weakest, weakest.effort, f"there: {with_unit(EFFORT, weakest.effort)}")
-    _finished(ax, profile, "effort")
-    if not len(there):
-        ax.set_yticks([])
-
-
-def _scale(ax: Axes, least: float, most: float) -> None:
-    """Scales an axis of efforts, with space for the marks above them."""
-    if least > 0 and most / least >= LOG_FROM:
-        ax.set_yscale("log")
-        ax.set_ylim(least * (least / most) ** FREE, most * (most / least) ** (2 * FREE))
-    else:
-        ax.set_ylim(0.0, (most or 1.0) / (1.0 - FREE))
-
-
-def _mark(ax: Axes, weakest: Moment, value: float, text: str) -> None:
-    ax.axvline(weakest.time, color=WEAKEST_COLOR, linewidth=0.8, linestyle=":")
-    ax.plot(
-        weakest.time,
-        value,
-        color=WEAKEST_COLOR,
-        linestyle="",
-        marker="D",
-        markersize=6,
-        markeredgecolor="white",
-        zorder=5,
-        label=text,
-    )
-
-
-def _finished(ax: Axes, profile: MarginProfile, kind: str) -> Axes:
-    """Shades, labels and the legend."""
+    time, value = profile.weakest.time, values[profile.weakest.number]
+    if np.isfinite(value):
+        ax.axvline(time, color=WEAKEST_COLOR, linewidth=0.8, linestyle=":")
+        mark: dict[str, Any] = {
+            "marker": "D",
+            "markersize": 6,
+            "markeredgecolor": "white",
+            "zorder": 5,
+        }
+        ax.plot(time, value, color=WEAKEST_COLOR, linestyle="", label=weakest, **mark)
     shade_frames(ax, profile.times, ~profile.captured, "nominal motion not captured")
-    ax.set(xlabel="time of the plan [s]", ylabel=KINDS[kind].axis)
+    ax.set(xlabel="time of the plan [s]", ylabel=axis)
     light_grid(ax)
-    ax.legend(fontsize=LEGEND_SIZE, frameon=False)
-    return ax
+    draw_legend(ax)
 
 
 def _ahead(profile: MarginProfile) -> str:

@@ -9,27 +9,26 @@ from typing import Any, TypeVar
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.checks import not_negative_number, one_of, yes_or_no
 from energymargin.futures import Undisturbed, undisturbed
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_ghost, leaving_objects
-from energymargin.plots.states import AROUND, draw_state_legend, plot_state, state_legend
+from energymargin.plots.states import AROUND, plot_state, state_legend
 from energymargin.plots.styles import (
     CHANCE_COLOR,
     LOST_COLOR,
     LineStyle,
     axes_or_new,
+    curve_axes,
     curve_style,
     draw_legend,
     joules,
-    light_grid,
     nodes_in_words,
 )
 
-FUTURE_SIZE = (6.0, 4.5)  # inch
+CURVE_SIZE, FUTURE_SIZE = (6.0, 3.6), (6.0, 4.5)  # inch
 FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}
 EXIT_MARK: dict[str, Any] = {
     **{"color": LOST_COLOR, "marker": "D", "markersize": 6, "linestyle": ""},
@@ -61,55 +60,43 @@ def plot_effort(
     """
     searches = _by_name(results, EscapeEffort, alone="search")
     known = None if known is None else not_negative_number("known", known)
-    yes_or_no("legend", legend)
-    inside = None if ax is None else "best"
-    ax = axes_or_new(ax, 6.0, 3.6)
-    for number, (name, result) in enumerate(searches.items()):
-        _draw_effort(ax, name, result, number)
-    if known is not None:
-        ax.axhline(known, linestyle=":", color=CHANCE_COLOR, label=f"known: {joules(known)}")
-    if all(math.isinf(result.effort) for result in searches.values()):
-        ax.text(0.5, 0.5, "no escape found", ha="center", transform=ax.transAxes)
-        if known is None:
-            ax.set_yticks([])
     most = max(2, *(result.nodes for result in searches.values()))
-    ax.set_xscale("log")
-    ax.set_xlim(most**-BESIDE, most ** (1 + BESIDE))
-    ax.set(xlabel="nodes of the search tree", ylabel="best effort of escape [J]")
-    light_grid(ax)
-    if legend:
-        draw_legend(ax, inside)
-    return ax
+    with curve_axes(ax, CURVE_SIZE, "best", legend=legend) as axes:
+        for number, (name, result) in enumerate(searches.items()):
+            _draw_effort(axes, name, result, curve_style(number))
+        if known is not None:
+            axes.axhline(known, linestyle=":", color=CHANCE_COLOR, label=f"known: {joules(known)}")
+        if all(math.isinf(result.effort) for result in searches.values()):
+            axes.text(0.5, 0.5, "no escape found", ha="center", transform=axes.transAxes)
+            if known is None:
+                axes.set_yticks([])
+        axes.set_xscale("log")
+        axes.set_xlim(most**-BESIDE, most ** (1 + BESIDE))
+        axes.set(xlabel="nodes of the search tree", ylabel="best effort of escape [J]")
+    return axes
 
 
-def _draw_effort(ax: Axes, name: str, result: EscapeEffort, number: int) -> None:
+def _draw_effort(ax: Axes, name: str, result: EscapeEffort, style: LineStyle) -> None:
     """Steps from the first escape on, which go on to the last node."""
-    style = curve_style(number)
     stopped = "" if result.complete else ", stopped early"
     if not result.history:
         label = f"{name}: no escape in {nodes_in_words(result.nodes)}{stopped}"
         ax.plot([], [], linestyle="", marker=style.marker, color=style.color, label=label)
         return
-    nodes, efforts = _steps(result)
+    nodes, efforts = np.array(result.history, dtype=float).T
+    nodes = np.maximum(nodes, 1.0)  # what is known before the first node is drawn at it
     ax.step(
-        nodes,
-        efforts,
+        np.append(nodes, max(result.nodes, nodes[-1])),
+        np.append(efforts, efforts[-1]),
         where="post",
         color=style.color,
         linestyle=style.dashes,
         linewidth=1.4,
         marker=style.marker,
         markersize=4,
-        markevery=range(len(nodes) - 1),
+        markevery=range(len(nodes)),
         label=f"{name}: {joules(result.effort)}{stopped}",
     )
-
-
-def _steps(result: EscapeEffort) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Nodes and efforts; what is known before the first node is drawn at it."""
-    nodes, efforts = np.array(result.history, dtype=float).T
-    nodes = np.maximum(nodes, 1.0)
-    return np.append(nodes, max(result.nodes, nodes[-1])), np.append(efforts, efforts[-1])
 
 
 def plot_probability(
@@ -133,27 +120,21 @@ def plot_probability(
     """
     named = _by_name(results, CaptureProbability, alone="captured")
     one_of("which", which, SETS)
-    yes_or_no("legend", legend)
     bands = {name: result.band(confidence, which) for name, result in named.items()}
-    inside = None if ax is None else "best"
-    ax = axes_or_new(ax, 6.0, 3.6)
-    for number, (name, result) in enumerate(named.items()):
-        style = curve_style(number)
-        low, high = bands[name]
-        ax.fill_between(
-            result.times, low, high, step="post", color=style.color, alpha=BAND, linewidth=0
-        )
-        stopped = "" if result.complete else ", stopped early"
-        value = f"{_survival(result, which).captured:.2f} ({low[-1]:.2f} to {high[-1]:.2f})"
-        _draw_survival(ax, result, which, style, f"{name}: {value}{stopped}")
-    _explain(ax, named, which)
     most = max(float(result.times[-1]) for result in named.values())
-    ax.set(xlim=(0.0, 1.03 * most), ylim=(-0.03, 1.03))
-    ax.set(xlabel="time [s]", ylabel="captured until then [0..1]")
-    light_grid(ax)
-    if legend:
-        draw_legend(ax, inside)
-    return ax
+    with curve_axes(ax, CURVE_SIZE, "best", legend=legend) as axes:
+        for number, (name, result) in enumerate(named.items()):
+            style, (low, high) = curve_style(number), bands[name]
+            shade: dict[str, Any] = {"color": style.color, "alpha": BAND, "linewidth": 0}
+            axes.fill_between(result.times, low, high, step="post", **shade)
+            label = f"{name}: {_survival(result, which).captured:.2f}"
+            label += f" ({low[-1]:.2f} to {high[-1]:.2f})"
+            label += "" if result.complete else ", stopped early"
+            _draw_survival(axes, result, which, style, label)
+        _explain(axes, named, which)
+        axes.set(xlim=(0.0, 1.03 * most), ylim=(-0.03, 1.03))
+        axes.set(xlabel="time [s]", ylabel="captured until then [0..1]")
+    return axes
 
 
 def _survival(result: CaptureProbability, which: str) -> CaptureProbability | Survival:
@@ -177,13 +158,10 @@ def _draw_survival(
     )
     at = int((result.times <= survival.mean_time).sum()) - 1
     ax.plot(
-        survival.mean_time,
-        survival.curve[at],
+        *(survival.mean_time, survival.curve[at], style.marker),
         color=style.color,
-        marker=style.marker,
         markeredgecolor="white",
         markersize=7,
-        linestyle="",
         zorder=4,
         gid="mean time",
     )
@@ -195,15 +173,12 @@ def _draw_survival(
 
 def _explain(ax: Axes, results: Mapping[str, CaptureProbability], which: str) -> None:
     """What mark and dotted line mean, in the legend; with the number, if it is but one."""
-    alone = next(iter(results.values())) if len(results) == 1 else None
-    time = ""
-    if alone is not None:
-        time = f", {_survival(alone, which).mean_time:.3g} s"
-    mark = Line2D([], [], color="0.3", marker="o", linestyle="", label=f"mean time captured{time}")
-    ax.add_line(mark)
+    first, *others = results.values()
+    time = "" if others else f", {_survival(first, which).mean_time:.3g} s"
+    ax.plot([], [], "o", color="0.3", label=f"mean time captured{time}")
     if which == "captured" and not all(result.undisturbed for result in results.values()):
-        time = "" if alone is None else f" at {alone.undisturbed_time:.3g} s"
-        ax.add_line(Line2D([], [], color="0.3", linestyle=":", label=f"leaves undisturbed{time}"))
+        time = "" if others else f" at {first.undisturbed_time:.3g} s"
+        ax.plot([], [], ":", color="0.3", label=f"leaves undisturbed{time}")
 
 
 def _by_name(
@@ -252,7 +227,7 @@ def plot_future(
     ax.set_title(_future_title(future), fontsize=10)
     if legend:
         handles = [*state_legend(problem, tree=False), *_future_lines(future)]
-        draw_state_legend(ax, handles, own_figure=new)
+        draw_legend(ax, "below", handles)
     return ax
 
 

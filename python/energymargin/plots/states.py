@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, to_rgba
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
@@ -23,11 +22,11 @@ from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, set_pla
 from energymargin.plots.styles import (
     BODY_COLORS,
     CAPTURED_COLOR,
-    LEGEND_SIZE,
     LOST_COLOR,
     SUCCEEDED_COLOR,
     axes_or_new,
-    legend_below,
+    draw_legend,
+    folded,
     nodes_in_words,
 )
 from energymargin.plots.trees import (
@@ -109,8 +108,7 @@ def plot_state(
     way = escape_of(problem, escaping) if escaping is not None and path else None
     view = _view(problem, None if result is None else result.tree, way, plane, limits)
     _check_looks(view.limits, most, ghosts, detail)
-    own_figure = ax is None
-    legend = own_figure if legend is None else yes_or_no("legend", legend)
+    legend = ax is None if legend is None else yes_or_no("legend", legend)
     title = state_title(result, escaping, way)
     ax = axes_or_new(ax, WIDTH, _height(view.limits, title))
     notes = _draw_sets(ax, view, detail)
@@ -120,7 +118,7 @@ def plot_state(
     _finish_axes(ax, view, title)
     if legend:
         handles = state_legend(problem, notes=(*notes, view.unseen), tree=crosses, escape=way)
-        draw_state_legend(ax, handles, own_figure=own_figure)
+        draw_legend(ax, "below", handles)
     if color_bar and view.tree is not None:
         _draw_color_bar(ax, view.tree, costs)
     return ax
@@ -327,7 +325,7 @@ def state_legend(
     its own.
     """
     handles: list[Patch | Line2D] = [
-        Patch(color=BODY_COLORS[role], alpha=0.7, label=label)
+        Patch(color=BODY_COLORS[role], alpha=0.7, label=folded(label))
         for role, label in _bodies_by_role(problem.scene).items()
     ]
     handles.append(_set_patch(CAPTURED_COLOR, "-", "capture set" + notes[0]))
@@ -396,26 +394,3 @@ def _set_patch(color: str, line: Literal["-", "--"], label: str) -> Patch:
 
 def _unfinished(result: Result) -> str:
     return "" if result.complete else "   (not complete)"
-
-
-def draw_state_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bool) -> None:
-    """Draws a legend below the axes. A caller's own axes do not move: their layout engine or the
-    caller makes room."""
-    if own_figure:
-        figure = ax.get_figure()
-        assert figure is not None
-        options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
-        outside = partial(figure.legend, loc="outside lower center", **options)
-        _as_wide_as(figure.bbox.width, outside)
-    else:
-        legend_below(ax, handles)
-
-
-def _as_wide_as(width: float, make: Callable[..., Legend]) -> Legend:
-    """A legend in as many columns as fit a width [pixels], three at most and one at least."""
-    for columns in (3, 2):
-        legend = make(ncols=columns)
-        if legend.get_window_extent().width <= width:
-            return legend
-        legend.remove()
-    return make(ncols=1)

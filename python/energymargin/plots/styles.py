@@ -7,15 +7,19 @@ the rest. No two things differ in colour alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from energymargin.checks import yes_or_no
 from energymargin.metrics import ANY
 
 COSTS = "cividis"
@@ -26,7 +30,9 @@ BODY_COLORS = {"object": "#E69F00", "effector": "#009E73", "none": "#3A3A3A"}
 CHANCE_COLOR = "0.55"
 LEGEND_SIZE = 8  # points
 BELOW = 34.0  # points that the numbers and the name of the x axis are high
-TOP = 0.95  # of the height of axes: where marks stand for infinity
+LONGEST, MOST_LINES = 32, 3  # letters and lines of a name
+AROUND = 0.1  # of the finite values: free at their ends, before the marks of infinity
+ROW = 0.16  # of the finite values: of a row of these marks
 
 Dashes = tuple[int, tuple[float, ...]]
 
@@ -86,57 +92,53 @@ def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
     return ax
 
 
-def draw_legend(
-    ax: Axes,
-    inside: str | None,
-    title: str | None = None,
-    *,
-    entries: Mapping[str, Artist] | None = None,
-    anchor: tuple[float, float] = (1.03, 1.0),
-) -> None:
-    """A legend `inside` the axes, at that corner, or for None to the right of them at `anchor`,
-    over no data.
+@contextmanager
+def curve_axes(
+    ax: Axes | None, size: tuple[float, float], corner: str, *, legend: bool, title: str = ""
+) -> Iterator[Axes]:
+    """`ax`, or those of a new figure of `size` [inch]; drawn in, they get a grid and a legend.
 
-    `entries`: artists by label; None takes those of the axes. Beside axes that the caller brought
-    there may be no room. There is no legend if there is nothing to name.
+    The legend is in a corner of `ax`, or beside the axes of a new figure.
     """
-    handles, labels = ax.get_legend_handles_labels()
-    named = dict(zip(labels, handles, strict=True)) if entries is None else entries
-    place: dict[str, Any] = {"loc": inside, "framealpha": 0.85}
-    if inside is None:
-        corner = "upper left" if anchor[1] == 1.0 else "center left"
-        place = {"loc": corner, "bbox_to_anchor": anchor, "frameon": False}
-    if named:
-        ax.legend(
-            named.values(),
-            named.keys(),
-            **place,
-            fontsize=LEGEND_SIZE,
-            title=title,
-            title_fontsize=LEGEND_SIZE,
-            alignment="left",
-            handlelength=3.2,
-        )
+    yes_or_no("legend", legend)
+    axes = axes_or_new(ax, *size)
+    yield axes
+    light_grid(axes)
+    if legend:
+        draw_legend(axes, "beside" if ax is None else corner, title=title)
 
 
-def legend_below(
-    ax: Axes, handles: Sequence[Artist], *, columns: int = 2, title: str | None = None
+def draw_legend(
+    ax: Axes, place: str = "best", handles: Iterable[Artist] | None = None, **options: Any
 ) -> None:
-    """A legend below the label of the x axis, where no data are."""
-    figure = ax.get_figure()
-    assert figure is not None
-    below = ScaledTranslation(0.0, -BELOW / 72, figure.dpi_scale_trans)
-    ax.legend(
-        handles=handles,
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0.0),
-        bbox_transform=ax.transAxes + below,
-        ncols=columns,
-        frameon=False,
-        fontsize=LEGEND_SIZE,
-        title=title,
-        title_fontsize=LEGEND_SIZE,
-    )
+    """A legend in a corner of the axes or, over no data, "beside" or "below" them.
+
+    `handles`: labelled artists, of which each label is named once; None takes those of the axes.
+    Around axes that the caller brought there may be no room. Without a label there is no legend.
+    """
+    looks: dict[str, Any] = {"loc": place, "framealpha": 0.85, "handlelength": 3.2}
+    if place == "beside":
+        looks |= {"loc": "upper left", "bbox_to_anchor": (1.03, 1.0), "frameon": False}
+    if place == "below":
+        below = ScaledTranslation(0.0, -BELOW / 72, ax.figure.dpi_scale_trans)
+        looks = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "frameon": False}
+        looks |= {"bbox_transform": ax.transAxes + below, "ncols": 2}
+    named = {
+        str(artist.get_label()): artist
+        for artist in (ax.get_legend_handles_labels()[0] if handles is None else handles)
+    }
+    if named:
+        sizes = {"fontsize": LEGEND_SIZE, "title_fontsize": LEGEND_SIZE}
+        ax.legend(named.values(), named.keys(), alignment="left", **sizes, **looks | options)
+
+
+def folded(text: str) -> str:
+    """A name of up to 32 letters in a line, three lines at most: without its middle if it is
+    longer. A dollar sign begins no mathematics."""
+    most = LONGEST * MOST_LINES - MOST_LINES
+    if len(text) > most:
+        text = f"{text[: most // 2]}…{text[-(most // 2) :]}"
+    return "\n".join(wrap(text, LONGEST)[:MOST_LINES]).replace("$", r"\$")
 
 
 def shade_frames(
@@ -156,29 +158,55 @@ def shade_frames(
         )
 
 
+def room_for_infinity(
+    axis: XAxis | YAxis, values: NDArray[np.float64], rows: int = 1
+) -> list[float]:
+    """Scales an axis such that rows of marks, which stand for infinity, have room beyond the finite
+    values; returns where these rows are, from the end on, and the border before them.
+
+    The axis keeps its scale if no value is infinite, and has no ticks without any value.
+    """
+    finite = values[np.isfinite(values)]
+    if not np.isposinf(values).any():
+        if not len(finite):
+            axis.set_ticks([])
+        return [np.nan] * (rows + 1)
+    transform = axis.get_transform()
+    ends = np.array([finite.min(), finite.max()]) if len(finite) else np.ones(2)
+    low, high = transform.transform(ends)
+    around = AROUND * ((high - low) or abs(high) or 1.0)
+    low, high = low - around, (high + around if len(finite) else low - around)
+    row = ROW * ((high - low) or 1.0)
+    places = [*(high + row * (np.arange(rows, 0, -1) - 0.5)), high, low, high + rows * row]
+    found: list[float]
+    *found, start, end = transform.inverted().transform(places).tolist()
+    numbers: list[float] = axis.get_major_locator().tick_values(start, found[-1])
+    ticks = [tick for tick in numbers if start <= tick < found[-1]]
+    labels = [*(f"{tick:.6g}" for tick in ticks), "∞"]
+    axis.set_ticks([*ticks, float(np.mean(found[:-1]))], labels=labels)
+    axis.set_ticks([], minor=True)
+    axis.axes.set(**{f"{axis.axis_name}lim": (start, end)})
+    return found
+
+
 def draw_bounded(
     ax: Axes,
     x: NDArray[Any],
     y: NDArray[np.float64],
     label: str,
+    height: float,
     *,
     endless: str = "_nolegend_",
     **style: Any,
 ) -> None:
-    """A line of what is finite; what is infinite are triangles, labelled `endless`, at the top."""
+    """A line of what is finite; what is infinite are marks, labelled `endless`, at a height, as of
+    `room_for_infinity`."""
     finite, infinite = np.isfinite(y), np.isposinf(y)
-    ax.plot(x, np.where(finite, y, np.nan), label=label if finite.any() else "_nolegend_", **style)
+    name = label if finite.any() or not infinite.any() else "_nolegend_"
+    ax.plot(x, np.where(finite, y, np.nan), label=name, **style)
     if infinite.any():
-        ax.plot(
-            x[infinite],
-            np.full(infinite.sum(), TOP),
-            color=style["color"],
-            linestyle="",
-            marker="^",
-            markersize=4,
-            transform=ax.get_xaxis_transform(),
-            label=endless,
-        )
+        marks = style | {"linestyle": "", "markevery": None, "markersize": 5, "label": endless}
+        ax.plot(x[infinite], np.full(infinite.sum(), height), **marks)
 
 
 def light_grid(ax: Axes) -> None:

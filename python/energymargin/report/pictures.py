@@ -108,7 +108,7 @@ def distributions(every: Sequence[Wrongness]) -> Picture | None:
     size = (HISTOGRAM[0] * COLUMNS, HISTOGRAM[1] * rows)
     figure = Figure(figsize=size, layout="constrained")
     for number, one in enumerate(there):
-        plot_distribution(one, ax=figure.add_subplot(rows, COLUMNS, number + 1))
+        plot_distribution(one, figure.add_subplot(rows, COLUMNS, number + 1))
     label = "Histograms of each score by label"
     return Picture("distributions", label, [Image("", label, _svg(figure))])
 
