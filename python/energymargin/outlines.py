@@ -5,7 +5,7 @@ A plane is named by its two axes, such as ("x", "z"); it is looked at along the 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,6 +53,16 @@ def body_poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
         else (moving[body.name]["position"], moving[body.name]["orientation"])
         for body in scene.bodies
     }
+
+
+def spring_ends(scene: Scene, poses: Mapping[str, Pose]) -> NDArray[np.float64]:
+    """Where the springs are fastened [m], shape (N, 2, 3)."""
+    ends = [
+        placed(np.array([point]), poses[body], AXES)
+        for spring in scene.springs
+        for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
+    ]
+    return np.reshape(ends, (-1, 2, 3))
 
 
 def axis_numbers(plane: Sequence[str]) -> list[int]:

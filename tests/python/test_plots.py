@@ -80,7 +80,7 @@ def test_a_spatial_task_is_drawn_from_the_side_with_all_its_links():
     score = capture_score(problem, nodes=5, seed=0)
     ax = Figure().subplots()
     plots.plot_state(problem, score, ax=ax, plane=task.plane)
-    outlines = [patch for patch in ax.patches if not (patch.get_fill() or patch.get_gid())]
+    outlines = [patch for patch in ax.patches if patch.get_linewidth() == 0.9]
     assert len(outlines) == len(problem.scene.bodies)
     assert ax.get_ylabel() == "z [m]"
     dots = drawn_as(ax.collections, "nodes")
@@ -174,7 +174,7 @@ def test_a_cross_marks_each_object_that_is_outside_of_its_own_capture_set(severa
 def test_a_compound_is_drawn_with_the_outline_of_each_part(several):
     problem, _, ax, own = several
     (scoop,) = (body for body in problem.scene.bodies if body.role == "effector")
-    outlines = [patch for patch in ax.patches if not (patch.get_fill() or patch.get_gid())]
+    outlines = [patch for patch in ax.patches if patch.get_linewidth() == 0.9]
     assert len(outlines) == len(own) + len(scoop.shape.parts)
 
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from energymargin.beliefs import Belief, BeliefScore
 from energymargin.metrics import axis_label, is_likelihood, value_text
-from energymargin.outlines import Plan, body_poses, outlines_of, plane_for, view_of
-from energymargin.plots.scenes import draw_bodies, set_plane
+from energymargin.outlines import Plan, plane_for, view_of
+from energymargin.plots.scenes import draw_bodies, draw_outlines, set_plane
 from energymargin.plots.styles import draw_legend, light_grid
 
 COLORS = "viridis"
@@ -54,17 +55,12 @@ def _draw_particles(
     plane = plane_for(problem.scene, states) if plane is None else plane
     limits = view_of(problem.scene, states, plane, AROUND)
     draw_bodies(ax, problem.scene, np.asarray(problem.state), plane, limits)
-    moving = {body.name: body.shape for body in problem.scene.bodies if body.role != "none"}
-    for state, value in zip(states[1 : MOST_OUTLINES + 1], score.values, strict=False):
-        poses = body_poses(problem.scene, state)
-        for name, shape in moving.items():
-            for outline in outlines_of(shape, poses[name], plane):
-                color = colors.cmap(colors.norm(value))
-                ax.add_patch(
-                    Polygon(
-                        outline, fill=False, edgecolor=color, linewidth=0.8, alpha=0.7, zorder=5
-                    )
-                )
+    moving = {body.name for body in problem.scene.bodies if body.role != "none"}
+    look: dict[str, Any] = {"fill": False, "linewidth": 0.8, "alpha": 0.7, "zorder": 5}
+    for state, color in zip(
+        states[1 : MOST_OUTLINES + 1], colors.to_rgba(score.values), strict=False
+    ):
+        draw_outlines(ax, problem.scene, state, plane, moving, edgecolor=color, **look)
     set_plane(ax, plane, limits)
     ax.set_title(f"{len(score.values)} particles", fontsize=10)
 

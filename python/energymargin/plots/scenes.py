@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, to_rgba
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from energymargin._core import Body, Plane, Problem, Scene
+from energymargin._core import Plane, Problem, Scene
 from energymargin.futures import Undisturbed
 from energymargin.outlines import (
     Limits,
     Plan,
-    Pose,
     axis_numbers,
     body_poses,
     object_centers,
     outlines_of,
     placed,
+    spring_ends,
 )
 from energymargin.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.regions import Region
 
+ORDERS = {"none": 2, "effector": 3, "object": 3.5}  # of roles, from the back
 BLOCK = 2**21  # numbers of states in memory at once
 
 
@@ -37,11 +39,21 @@ def draw_bodies(
     for body in scene.bodies:
         if isinstance(body.shape, Plane):
             _draw_half_space(ax, body.shape, plane, limits)
-        else:
-            order = {"none": 2, "effector": 3, "object": 3.5}[body.role]
-            _draw_body(ax, body, poses[body.name], plane, alpha=0.9, order=order)
-    _draw_springs(ax, scene, poses, plane)
-    _draw_joints(ax, scene, poses, plane)
+    for role, order in ORDERS.items():
+        names = {body.name for body in scene.bodies if body.role == role}
+        draw_outlines(ax, scene, state, plane, names, **_solid(role, 0.9), zorder=order)
+    color = BODY_COLORS["effector"]
+    for ends in spring_ends(scene, poses)[..., axis_numbers(plane)]:
+        ax.plot(*ends.T, ":", color=color, linewidth=1.2, zorder=3)
+    for joint in scene.joints:
+        if joint.type != "fixed":
+            place = placed(np.array([joint.origin]), poses[joint.parent], plane)[0]
+            ring: dict[str, Any] = {
+                "markersize": 2.5,
+                "markerfacecolor": "white",
+                "markeredgewidth": 0.6,
+            }
+            ax.plot(*place, "o", color=color, zorder=3.2, **ring)
 
 
 def set_plane(ax: Axes, plane: Plan, limits: Limits) -> None:
@@ -52,72 +64,42 @@ def set_plane(ax: Axes, plane: Plan, limits: Limits) -> None:
 
 def draw_ghost(ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan) -> None:
     """Object and effector as they are in another state."""
-    poses = body_poses(scene, state)
-    for body in scene.bodies:
-        if body.role != "none" and not body.fixed:
-            _draw_body(ax, body, poses[body.name], plane, alpha=0.3, order=4)
+    for role in ("effector", "object"):
+        names = {body.name for body in scene.bodies if body.role == role and not body.fixed}
+        draw_outlines(ax, scene, state, plane, names, **_solid(role, 0.3), zorder=4)
 
 
 def draw_lost(
     ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan, names: Collection[str]
 ) -> None:
     """The outlines of the objects of these names where they have left the capture set."""
+    dashes: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.2, "zorder": 7.5}
+    draw_outlines(
+        *(ax, scene, state, plane, names), fill=False, edgecolor=LOST_COLOR, gid="lost", **dashes
+    )
+
+
+def draw_outlines(
+    ax: Axes,
+    scene: Scene,
+    state: NDArray[np.float64],
+    plane: Plan,
+    names: Collection[str],
+    **look: Any,
+) -> None:
+    """The bodies of these names as polygons that look so, without those that are endless."""
     poses = body_poses(scene, state)
     for body in scene.bodies:
-        if body.name in names:
+        if body.name in names and not isinstance(body.shape, Plane):
             for outline in outlines_of(body.shape, poses[body.name], plane):
-                ax.add_patch(
-                    Polygon(
-                        outline,
-                        fill=False,
-                        edgecolor=LOST_COLOR,
-                        linewidth=1.2,
-                        linestyle=(0, (3, 1.5)),
-                        zorder=7.5,
-                        gid="lost",
-                    )
-                )
+                ax.add_patch(Polygon(outline, **look))
 
 
-def _draw_body(
-    ax: Axes, body: Body, pose: Pose, plane: Plan, *, alpha: float, order: float
-) -> None:
-    color = BODY_COLORS[body.role]
-    for outline in outlines_of(body.shape, pose, plane):
-        ax.add_patch(
-            Polygon(outline, facecolor=color, alpha=0.55 * alpha, linewidth=0, zorder=order)
-        )
-        ax.add_patch(
-            Polygon(outline, fill=False, edgecolor=color, alpha=alpha, linewidth=0.9, zorder=order)
-        )
-
-
-def _draw_springs(ax: Axes, scene: Scene, poses: dict[str, Pose], plane: Plan) -> None:
-    for spring in scene.springs:
-        ends = [
-            placed(np.array([point]), poses[body], plane)[0]
-            for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
-        ]
-        ax.plot(*np.transpose(ends), ":", color=BODY_COLORS["effector"], linewidth=1.2, zorder=3)
-
-
-def _draw_joints(ax: Axes, scene: Scene, poses: dict[str, Pose], plane: Plan) -> None:
-    """A small ring where a joint is; a fixed one has nothing to show."""
-    places = [
-        placed(np.array([joint.origin]), poses[joint.parent], plane)[0]
-        for joint in scene.joints
-        if joint.type != "fixed"
-    ]
-    if places:
-        ax.plot(
-            *np.transpose(places),
-            "o",
-            markersize=2.5,
-            markerfacecolor="white",
-            markeredgecolor=BODY_COLORS["effector"],
-            markeredgewidth=0.6,
-            zorder=3.2,
-        )
+def _solid(role: str, alpha: float) -> dict[str, Any]:
+    """The look of a body, half transparent within its edge."""
+    color = BODY_COLORS[role]
+    faces = {"facecolor": to_rgba(color, 0.55 * alpha), "edgecolor": to_rgba(color, alpha)}
+    return {**faces, "linewidth": 0.9}
 
 
 def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
@@ -166,7 +148,8 @@ def draw_set(
     wide, high = min(cell, (x1 - x0) / 2), min(cell, (y1 - y0) / 2)  # an edge needs two cells
     x = np.arange(x0 + wide / 2, x1, wide)
     y = np.arange(y0 + high / 2, y1, high)
-    inside = _inside_at(problem, region, plane, x, y)
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    inside = inside_at(problem, region, places, plane).reshape(len(y), len(x))
     if inside.all() or not inside.any():
         return _in_words(problem, region, everywhere=bool(inside.all()), seen=seen)
     ax.imshow(
@@ -218,21 +201,15 @@ def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
     return lost if lost.any() else np.ones_like(lost)
 
 
-def _inside_at(
-    problem: Problem,
-    region: Region,
-    plane: Plan,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
+def inside_at(
+    problem: Problem, region: Region, places: NDArray[np.float64], axes: Sequence[str]
 ) -> NDArray[np.bool_]:
-    """Whether the objects' centres may be at (x[j], y[i]), shape (len(y), len(x))."""
-    scene, centers = problem.scene, object_centers(problem.scene, plane)
-    rows = max(1, BLOCK // (len(x) * scene.dimension))
+    """Whether the state, else unchanged, is in a set with the objects' centres at each of N places
+    along some axes, shape (N, len(axes)); shape (N,)."""
     blocks = []
-    for first in range(0, len(y), rows):
-        places = np.stack(np.meshgrid(x, y[first : first + rows]), axis=-1).reshape(-1, 2)
-        states = np.tile(problem.state, (len(places), 1))
-        for center in centers:
-            states[:, center] = places
-        blocks.append(np.asarray(region.contains(scene, states)).reshape(-1, len(x)))
+    for some in np.array_split(places, 1 + places.shape[0] * problem.scene.dimension // BLOCK):
+        states = np.tile(problem.state, (len(some), 1))
+        for center in object_centers(problem.scene, axes):
+            states[:, center] = some
+        blocks.append(np.atleast_1d(region.contains(problem.scene, states)))
     return np.concatenate(blocks)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -12,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene, Tree
@@ -41,7 +38,6 @@ from energymargin.plots.trees import (
     in_view,
     most_cost,
 )
-from energymargin.regions import Region
 
 AROUND = 0.25  # of the view's longer side, around what moves
 WIDTH = 6.0  # inch, of a figure made here
@@ -105,81 +101,45 @@ def plot_state(
         ValueError: for a result of another problem, and arguments out of range.
     """
     result, escaping = _checked(problem, result, escape)
+    scene, tree = problem.scene, None if result is None else result.tree
     way = escape_of(problem, escaping) if escaping is not None and path else None
-    view = _view(problem, None if result is None else result.tree, way, plane, limits)
-    _check_looks(view.limits, most, ghosts, detail)
+    states = problem.state[np.newaxis] if tree is None else tree.states
+    plane = plane_for(scene, states) if plane is None else _known(plane)
+    if limits is None:
+        limits = view_of(scene, _telling(problem, states, way), plane, AROUND)
+    _check_looks(limits, most, ghosts, detail)
     legend = ax is None if legend is None else yes_or_no("legend", legend)
     title = state_title(result, escaping, way)
-    ax = axes_or_new(ax, WIDTH, _height(view.limits, title))
-    notes = _draw_sets(ax, view, detail)
-    _draw_bodies(ax, view, _random_nodes(len(view.states), ghosts))
-    costs = Normalize(0.0, view.most_cost if most is None else most)
-    crosses = _draw_tree(ax, view, costs)
-    _finish_axes(ax, view, title)
+    ax = axes_or_new(ax, WIDTH, _height(limits, title))
+
+    centers = states[:, object_centers(scene, plane)]
+    seen = states[in_view(centers, limits).all(axis=1)]
+    notes = _draw_sets(ax, problem, plane, limits, seen=seen, detail=detail)
+    draw_bodies(ax, scene, problem.state, plane, limits)
+    for node in np.random.default_rng(0).permutation(len(states) - 1)[:ghosts] + 1:
+        draw_ghost(ax, scene, states[node], plane)
+    ax.plot(*centers[0].T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7.2)
+    crosses = False
+    if tree is not None:
+        if most is None:
+            most = most_cost(problem, tree, np.inf if way is None else way.effort)
+        costs, highest = Normalize(0.0, most), float(tree.costs.max())
+        lost = draw_tree(ax, problem, tree, plane, costs)
+        crosses = bool(in_view(lost, limits).any())
+        if color_bar and highest > 0.0:
+            draw_color_bar(ax.figure, ax, costs, highest, shrink=0.85)
+    if way is not None:
+        draw_escape(ax, problem, way, plane)
+
+    set_plane(ax, plane, limits)
+    ax.locator_params(nbins=5)
+    ax.set_title(title, fontsize=10)
     if legend:
-        handles = state_legend(problem, notes=(*notes, view.unseen), tree=crosses, escape=way)
+        unseen = len(states) - len(seen)
+        text = f"{unseen} of {nodes_in_words(len(states))} out of view" if unseen else ""
+        handles = state_legend(problem, notes=(*notes, text), tree=crosses, escape=way)
         draw_legend(ax, "below", handles)
-    if color_bar and view.tree is not None:
-        _draw_color_bar(ax, view.tree, costs)
     return ax
-
-
-@dataclass(frozen=True)
-class _View:
-    """What of a problem is seen, and where."""
-
-    problem: Problem
-    tree: Tree | None
-    escape: Escape | None
-    plane: Plan
-    limits: Limits
-
-    @cached_property
-    def states(self) -> NDArray[np.float64]:
-        """The state, or those of the tree's nodes, shape (M, n)."""
-        return _states(self.problem, self.tree)
-
-    @cached_property
-    def inside(self) -> NDArray[np.bool_]:
-        """Whether each state has all its objects' centres within the limits, shape (M,)."""
-        centers = self.states[:, object_centers(self.problem.scene, self.plane)]
-        return np.asarray(np.all(in_view(centers, self.limits), axis=1))
-
-    @property
-    def unseen(self) -> str:
-        """A note on the nodes out of view, for the legend; the root counts as a node."""
-        nodes = len(self.states)
-        unseen = nodes - int(self.inside.sum())
-        return f"{unseen} of {nodes_in_words(nodes)} out of view" if unseen else ""
-
-    @property
-    def most_cost(self) -> float:
-        """The cost [J] at the end of the colours: of what is in the capture set, and of the way
-        out."""
-        if self.tree is None:
-            return 0.0
-        most = most_cost(self.problem, self.tree)
-        way = self.escape
-        return max(most, way.effort) if way is not None and len(way.states) else most
-
-
-def _view(
-    problem: Problem,
-    tree: Tree | None,
-    escape: Escape | None,
-    plane: Plan | None,
-    limits: Limits | None,
-) -> _View:
-    """Plane and limits are chosen where they are not given."""
-    states = _states(problem, tree)
-    plane = plane_for(problem.scene, states) if plane is None else _known(plane)
-    if limits is None:
-        limits = view_of(problem.scene, _telling(problem, states, escape), plane, AROUND)
-    return _View(problem, tree, escape, plane, limits)
-
-
-def _states(problem: Problem, tree: Tree | None) -> NDArray[np.float64]:
-    return problem.state[np.newaxis] if tree is None else tree.states
 
 
 def _checked(
@@ -250,59 +210,18 @@ def _telling(
     return telling if escape is None else np.concatenate([telling, escape.states])
 
 
-def _draw_sets(ax: Axes, view: _View, detail: int) -> tuple[str, str]:
-    """Success set below capture set; returns a note on each for the legend."""
-    captured, succeeded = sets_of(view.problem)
-    shown: dict[str, Any] = {"detail": detail, "seen": view.states[view.inside]}
-
-    def draw(region: Region | None, **look: Any) -> str:
-        if region is None:
-            return ""
-        return draw_set(ax, view.problem, region, view.limits, view.plane, **look, **shown)
-
-    of_succeeded = draw(succeeded, color=SUCCEEDED_COLOR, line="dashed", order=0)
-    of_captured = draw(captured, color=CAPTURED_COLOR, line="solid", order=1)
-    return of_captured, of_succeeded
-
-
-def _draw_bodies(ax: Axes, view: _View, ghosts: Sequence[int]) -> None:
-    """The bodies in the state and, half transparent, in some nodes; a mark at each object."""
-    problem = view.problem
-    draw_bodies(ax, problem.scene, problem.state, view.plane, view.limits)
-    for node in ghosts:
-        draw_ghost(ax, problem.scene, view.states[node], view.plane)
-    centers = problem.state[object_centers(problem.scene, view.plane)]
-    ax.plot(*centers.T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7.2)
-
-
-def _draw_tree(ax: Axes, view: _View, costs: Normalize) -> bool:
-    """The tree and the escape; returns whether a cross is in view."""
-    crosses = False
-    if view.tree is not None:
-        lost = draw_tree(ax, view.problem, view.tree, view.plane, costs)
-        crosses = bool(in_view(lost, view.limits).any())
-    if view.escape is not None:
-        draw_escape(ax, view.problem, view.escape, view.plane)
-    return crosses
-
-
-def _draw_color_bar(ax: Axes, tree: Tree, costs: Normalize) -> None:
-    """None of a tree without costs."""
-    highest = tree.costs.max()
-    if highest > 0.0:
-        draw_color_bar(ax.figure, ax, costs, highest, shrink=0.85)
-
-
-def _random_nodes(nodes: int, number: int) -> list[int]:
-    """Rows of random nodes, without the root; the same ones of each tree of that size."""
-    return [int(row) for row in np.random.default_rng(0).permutation(nodes - 1)[:number] + 1]
-
-
-def _finish_axes(ax: Axes, view: _View, title: str) -> None:
-    set_plane(ax, view.plane, view.limits)
-    ax.xaxis.set_major_locator(MaxNLocator(5))
-    ax.yaxis.set_major_locator(MaxNLocator(5))
-    ax.set_title(title, fontsize=10)
+def _draw_sets(
+    ax: Axes, problem: Problem, plane: Plan, limits: Limits, **options: Any
+) -> tuple[str, str]:
+    """Success set below capture set; returns a note on each for the legend, the latter first."""
+    captured, succeeded = sets_of(problem)
+    look: dict[str, Any]
+    success = ""
+    if succeeded is not None:
+        look = {"color": SUCCEEDED_COLOR, "line": "dashed", "order": 0}
+        success = draw_set(ax, problem, succeeded, limits, plane, **look, **options)
+    look = {"color": CAPTURED_COLOR, "line": "solid", "order": 1}
+    return draw_set(ax, problem, captured, limits, plane, **look, **options), success
 
 
 def _height(limits: Limits, title: str) -> float:

@@ -180,8 +180,8 @@ def room_for_infinity(
     places = [*(high + row * (np.arange(rows, 0, -1) - 0.5)), high, low, high + rows * row]
     found: list[float]
     *found, start, end = transform.inverted().transform(places).tolist()
-    numbers: list[float] = axis.get_major_locator().tick_values(start, found[-1])
-    ticks = [tick for tick in numbers if start <= tick < found[-1]]
+    numbers = axis.get_major_locator().tick_values(start, found[-1])
+    ticks: list[float] = [tick for tick in numbers if start <= tick < found[-1]]
     labels = [*(f"{tick:.6g}" for tick in ticks), "∞"]
     axis.set_ticks([*ticks, float(np.mean(found[:-1]))], labels=labels)
     axis.set_ticks([], minor=True)

@@ -66,12 +66,13 @@ def in_view(points: NDArray[np.float64], limits: Limits) -> NDArray[np.bool_]:
     return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
 
 
-def most_cost(problem: Problem, tree: Tree) -> float:
-    """The highest cost of a node in the capture set [J]; nodes outside may cost much more."""
+def most_cost(problem: Problem, tree: Tree, effort: float = 0.0) -> float:
+    """The highest cost of a node in the capture set [J], or a finite effort of an escape if it is
+    more; nodes outside may cost much more."""
     captured, _ = sets_of(problem)
     inside = np.asarray(captured.contains(problem.scene, tree.states))
     costs = tree.costs[inside] if inside.any() else tree.costs
-    return max(LEAST, float(costs.max()))
+    return max(LEAST, float(costs.max()), effort if math.isfinite(effort) else 0.0)
 
 
 def draw_color_bar(

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from trimesh.exchange.gltf import export_glb
 
 from energymargin._core import Body, Plane, Scene
-from energymargin.outlines import Pose, body_poses
+from energymargin.outlines import Pose, body_poses, spring_ends
 from energymargin.plots.styles import BODY_COLORS
 from energymargin.scenes.corners import shape_parts
 
@@ -84,7 +84,7 @@ class DrawnBodies:
         for name, mesh in self._moving.items():
             _place(mesh, poses[name])
         if self._springs is not None:
-            self._springs.points = _spring_ends(self._scene, poses)
+            self._springs.points = spring_ends(self._scene, poses).astype(np.float32)
 
 
 def draw_ghosts(layer: Layer, scene: Scene, state: NDArray[np.float64]) -> None:
@@ -152,20 +152,6 @@ def _add_ground(
         position=center,
         wxyz=_wxyz(turned.as_quat()),
         fade_distance=60 * cell,
-    )
-
-
-def _spring_ends(scene: Scene, poses: dict[str, Pose]) -> NDArray[np.float32]:
-    """Where the springs are fastened [m], shape (N, 2, 3)."""
-    return np.array(
-        [
-            [
-                poses[body][0] + Rotation.from_quat(poses[body][1]).apply(np.array(point))
-                for body, point in ((one.body_a, one.point_a), (one.body_b, one.point_b))
-            ]
-            for one in scene.springs
-        ],
-        dtype=np.float32,
     )
 
 

@@ -136,8 +136,7 @@ class Scored:
     def most(self) -> float:
         """Where the colours of the costs end [J]: at the costliest captured node, or at the effort
         of the way out."""
-        effort = self.escape.effort if np.isfinite(self.escape.effort) else 0.0
-        return max(most_cost(self.problem, self.tree), effort)
+        return most_cost(self.problem, self.tree, self.escape.effort)
 
     def read_off(self) -> None:
         """Computes what is read off the trees now, which may take a second."""

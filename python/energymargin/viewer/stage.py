@@ -20,7 +20,7 @@ from skimage.measure import marching_cubes
 from energymargin._core import Plane, Problem, Scene
 from energymargin.futures import Undisturbed
 from energymargin.outlines import AXES, object_centers, seen_corners
-from energymargin.plots.scenes import sets_of
+from energymargin.plots.scenes import inside_at, sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.regions import Region
 from energymargin.viewer.bodies import DrawnBodies, Layer, add_surface, draw_ghosts
@@ -225,17 +225,11 @@ def region_surface(
     above each other, and solids of others do not end at the same walls. If each of several objects
     has its own set, the region is that of at least one.
     """
-    centers = object_centers(problem.scene)
-    height = problem.state[centers[0][2]]
+    seen = AXES[:2] if flat else AXES
 
     def contains(points: Points) -> NDArray[np.bool_]:
         """Whether it is in the set with the objects' centres at each of the points, (N, 3)."""
-        states = np.tile(problem.state, (len(points), 1))
-        for place in centers:
-            states[:, place] = points
-            if flat:
-                states[:, place[2]] = height
-        return np.asarray(region.contains(problem.scene, states))
+        return inside_at(problem, region, points[:, : len(seen)], seen)
 
     cells, share = (FLAT_CELLS, FLAT_AROUND) if flat else (CELLS, (1 + layer) * AROUND)
     around = share * view.size
