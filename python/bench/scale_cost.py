@@ -11,7 +11,7 @@ from typing import NoReturn
 from energymargin import Cancel
 from energymargin.executors import Dask
 from energymargin.limits import Limit
-from energymargin.parallel import CHUNKS_A_SECOND, Items, run
+from energymargin.parallel import CHUNKS_A_SECOND, run
 from energymargin.store import ScoreStore
 from scale_runs import dataset_file, scored_run, size_of
 from scale_throughput import WORKERS, cluster
@@ -189,7 +189,7 @@ def chunks_a_second(address: str, count: int) -> float:
     """How many jobs without work a cluster does."""
     with Dask(address).workers() as workers:
         start = time.perf_counter()
-        items = Items(range(count))
+        items = [range(count)]
         run(workers, nothing, items, lambda _done: None, Limit(), give_up=given_up, most=1)
     return count / (time.perf_counter() - start)
 

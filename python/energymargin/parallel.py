@@ -10,12 +10,13 @@ from __future__ import annotations
 import pickle
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from energymargin._core import Cancel
 from energymargin.closing import Closing
@@ -24,6 +25,7 @@ from energymargin.limits import Limit
 from energymargin.searches import algorithm
 
 POLL = 0.05  # s; how long a stop may stay unnoticed
+TAKE = 0.1  # s; how long items are taken before the workers get them
 LAST = 0.1  # s; how long a stop waits for results that are finished
 AHEAD = 2  # chunks for each worker: one at work, one that waits
 MOST = 1000  # items of a chunk
@@ -33,7 +35,6 @@ TRIES = 3  # workers that one item may take with it
 MOST_DEATHS = 30  # of workers in a row, before one of them has finished a chunk
 
 Item = TypeVar("Item")
-Item_co = TypeVar("Item_co", covariant=True)
 Result = TypeVar("Result")
 
 Function = Callable[[Sequence[Item], Cancel], Sequence[Result]]
@@ -41,37 +42,6 @@ Function = Callable[[Sequence[Item], Cancel], Sequence[Result]]
 raises."""
 Done = tuple[Sequence[Any], float]
 """Results of a chunk, and for how long a worker was at it [s]."""
-
-
-class Source(Protocol[Item_co]):
-    """Items that come one after the other."""
-
-    def take(self, most: int) -> Sequence[Item_co]:
-        """The next ones, at most so many; there may be none although it is not empty."""
-        ...
-
-    @property
-    def empty(self) -> bool:
-        """Whether there will be no more."""
-        ...
-
-
-class Items(Generic[Item]):
-    """A Source of items that are all there."""
-
-    def __init__(self, items: Sequence[Item]) -> None:
-        """They come in their order."""
-        self._items, self._next = items, 0
-
-    def take(self, most: int) -> Sequence[Item]:
-        """As Source.take."""
-        first, self._next = self._next, min(self._next + most, len(self._items))
-        return self._items[first : self._next]
-
-    @property
-    def empty(self) -> bool:
-        """As Source.empty."""
-        return self._next == len(self._items)
 
 
 class Workers(Closing):
@@ -151,21 +121,22 @@ def work(function: Function[Any, Any], items: Sequence[Any], cancel: Cancel) -> 
 def run(
     workers: Workers,
     function: Function[Item, Result],
-    source: Source[Item],
+    batches: Iterable[Sequence[Item]],
     deliver: Callable[[Sequence[Result]], None],
     limit: Limit,
     *,
     give_up: Callable[[Item, str], Result],
     most: int = MOST,
 ) -> bool:
-    """Runs a function on all items of a source; False if the limit came before the last one.
+    """Runs a function on all items; False if the limit came before the last one.
 
-    `deliver` gets results as they come, in this thread, and is called again and again. On Ctrl-C it
-    gets within 0.2 s those that are finished, and KeyboardInterrupt is raised; so with any other
-    error, which is then raised. `give_up(item, why)` makes the result of an item over which three
-    workers have died, or raises. A chunk has at most so many items (`most`).
+    A batch of items is made when workers have room for it; it may be empty. `deliver` gets results
+    as they come, in this thread, and is called again and again. On Ctrl-C it gets within 0.2 s
+    those that are finished, and KeyboardInterrupt is raised; so with any other error, which is then
+    raised. `give_up(item, why)` makes the result of an item over which three workers have died, or
+    raises. A chunk has at most so many items (`most`).
     """
-    flow = _Flow(workers, function, source, give_up, most)
+    flow = _Flow(workers, function, batches, give_up, most)
     with held_interrupts() as interrupted:
         try:
             while flow.busy and not (interrupted.is_set() or limit.reached):
@@ -185,18 +156,20 @@ class _Chunk(Generic[Item]):
 
 
 class _Flow(Generic[Item, Result]):
-    """Chunks of a source on their way to workers and back."""
+    """Chunks of items on their way to workers and back."""
 
     def __init__(
         self,
         workers: Workers,
         function: Function[Item, Result],
-        source: Source[Item],
+        batches: Iterable[Sequence[Item]],
         give_up: Callable[[Item, str], Result],
         most: int,
     ) -> None:
-        self._workers, self._function, self._source = workers, function, source
+        self._workers, self._function = workers, function
         self._give_up, self._most = give_up, most
+        self._batches, self._all_came = iter(batches), False
+        self._items: deque[Item] = deque()  # that came, and were not handed out
         self._running: dict[Future[Done], _Chunk[Item]] = {}
         self._suspects: list[_Chunk[Item]] = []  # whose worker has died
         self._ended: SimpleQueue[Future[Done]] = SimpleQueue()
@@ -207,7 +180,7 @@ class _Flow(Generic[Item, Result]):
     @property
     def busy(self) -> bool:
         """Whether there is work to hand out, or a result to come."""
-        left = self._running or self._suspects or not self._source.empty
+        left = self._running or self._suspects or self._items or not self._all_came
         return bool(left) or self._error is not None
 
     def step(self) -> list[Result]:
@@ -245,14 +218,24 @@ class _Flow(Generic[Item, Result]):
             return
         slots = self._workers.slots
         room = AHEAD * slots - len(self._running)
-        if room <= 0 or self._source.empty:
+        if room <= 0:
             return
         size = self._size(max(self._workers.chunk, slots / CHUNKS_A_SECOND))
-        items = self._source.take(room * size)
-        if self._source.empty:  # none is to be idle at the end
-            size = min(size, max(1, -(-len(items) // slots)))
-        for first in range(0, len(items), size):
-            self._start(_Chunk(items[first : first + size]))
+        self._take(room * size)
+        if self._all_came and len(self._items) <= room * size:  # none is to be idle at the end
+            size = min(size, max(1, -(-len(self._items) // slots)))
+        while self._items and room > 0:
+            many = min(size, len(self._items))
+            self._start(_Chunk([self._items.popleft() for _ in range(many)]))
+            room -= 1
+
+    def _take(self, most: int) -> None:
+        """Makes batches until so many items are there, but not for longer than TAKE."""
+        end = time.monotonic() + TAKE
+        while not self._all_came and len(self._items) < most and time.monotonic() < end:
+            batch = next(self._batches, None)
+            self._all_came = batch is None
+            self._items.extend(batch or ())
 
     def _size(self, seconds: float) -> int:
         """Items of a chunk of so much work; one before it is known how long an item takes."""

@@ -19,7 +19,7 @@ from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work, score_chunk
 from energymargin.limits import Limit
 from energymargin.metrics import check_metrics
-from energymargin.parallel import Items, Source, run
+from energymargin.parallel import run
 from energymargin.reprs import short_repr
 from energymargin.searches import (
     LooseSettings,
@@ -37,20 +37,20 @@ MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
 
 
 def run_all(
-    source: Source[Work],
+    batches: Iterable[Sequence[Work]],
     executor: Executor,
     settings: SearchSettings,
     deliver: Callable[[Sequence[Row]], None],
     limit: Limit,
 ) -> bool:
-    """Scores the problems of a source; False if the limit came before the last one.
+    """Scores the problems of some batches; False if the limit came before the last one.
 
     `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
     KeyboardInterrupt is raised; so with any other error, which is then raised.
     """
     chunk = partial(score_chunk, settings)
     with executor.workers() as workers:
-        return run(workers, chunk, source, deliver, limit, give_up=_given_up)
+        return run(workers, chunk, batches, deliver, limit, give_up=_given_up)
 
 
 def _given_up(work: Work, why: str) -> Row:
@@ -117,7 +117,7 @@ def score(
 
     numbers = _indices(indices, len(problems))
     work = [Work(n, one, tuple(metrics)) for n, one in zip(numbers, problems, strict=True)]
-    complete = run_all(Items(work), executor, settings, deliver, limit)
+    complete = run_all([work], executor, settings, deliver, limit)
     table = _score_table(done, metrics, complete=complete)
     _warn_of_steps(table, dict(zip(numbers, problems, strict=True)))
     if errors:

@@ -11,7 +11,7 @@ from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 from energymargin._core import Cancel
 from energymargin.executors import Executor, Threads
 from energymargin.limits import Limit
-from energymargin.parallel import Items, run as run_all
+from energymargin.parallel import run as run_all
 from energymargin.replacing import replace_text
 
 __all__ = ["Lines", "pairs", "resumed", "run_jobs"]
@@ -94,7 +94,7 @@ def run_jobs(
         raise RuntimeError(f"{job}: {why}")
 
     with executor.workers() as workers:
-        return run_all(workers, run, Items(jobs), keep, limit, give_up=given_up, most=1)
+        return run_all(workers, run, [jobs], keep, limit, give_up=given_up, most=1)
 
 
 def _complete_lines(path: Path) -> list[str]:

@@ -14,7 +14,6 @@ import energymargin as em
 from energymargin import parallel
 from energymargin.executors import Dask, Processes, Threads
 from energymargin.limits import Limit
-from energymargin.parallel import Items
 
 
 def double(numbers, _cancel):
@@ -46,7 +45,7 @@ def run(executor, function, numbers, deliver, limit=None, **options):
     lost = lambda number, why: f"{number}: {why}"  # noqa: E731
     with executor.workers() as workers:
         return parallel.run(
-            workers, function, Items(numbers), deliver, limit or Limit(), give_up=lost, **options
+            workers, function, [numbers], deliver, limit or Limit(), give_up=lost, **options
         )
 
 

@@ -26,7 +26,7 @@ from energymargin.divergence import ANY
 from energymargin.executors import Executor
 from energymargin.executors.choice import chosen_executor
 from energymargin.limits import Limit
-from energymargin.parallel import Items, run
+from energymargin.parallel import run
 from energymargin.reprs import short_repr
 from energymargin.searches import SEARCHES, Search, SearchSettings, metric_search
 
@@ -268,9 +268,9 @@ class Trials(Closing):
                 for _, draws in results:
                     self._on_draws(draws)
 
-        items = Items([(place, trial) for place, (_, trial) in enumerate(parts)])
+        items = [(place, trial) for place, (_, trial) in enumerate(parts)]
         work = partial(_drawn, question)
-        run(self._workers, work, items, deliver, limit, give_up=_given_up, most=1)
+        run(self._workers, work, [items], deliver, limit, give_up=_given_up, most=1)
         return _joined(len(trials), [number for number, _ in parts], found)
 
     def close(self) -> None:

@@ -6,7 +6,7 @@ particles, and each rollout of a probability has a particle of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,7 +19,6 @@ from energymargin.checks import whole_number
 from energymargin.executors import Row
 from energymargin.executors.rows import Curve, Work
 from energymargin.metrics import TIMED
-from energymargin.parallel import Source
 from energymargin.searches import SearchSettings
 
 # Particle j of problem i has the stream of index i + j * 2^32: the first has that of the problem.
@@ -72,39 +71,30 @@ class _Gathered:
 
 
 class ParticleSource:
-    """A Source of work: the particles of beliefs, drawn when they are needed."""
+    """Batches of work: the particles of beliefs, drawn when they are needed."""
 
     def __init__(
         self,
-        source: Source[Work],
+        batches: Iterable[Sequence[Work]],
         belief: Callable[[int], Belief],
         sharing: Sharing,
         *,
         keep: bool = True,
     ) -> None:
-        """The beliefs about the problems of a source, by their indices; `keep` what is gathered of
-        them, for `found`."""
-        self._source, self._belief, self._sharing = source, belief, sharing
+        """The beliefs about the problems of some batches, by their indices; `keep` what is gathered
+        of them, for `found`."""
+        self._batches, self._belief, self._sharing = batches, belief, sharing
         self._keep = keep
-        self._ready: list[Work] = []
         self._failed: list[Row] = []
         self._beliefs: dict[int, _Gathered] = {}
 
-    def take(self, most: int) -> Sequence[Work]:
-        """As Source.take."""
-        while len(self._ready) < most and not self._source.empty:
-            asked = self._source.take(1)
-            if not asked:
-                break
-            for one in asked:
-                self._ready += self._work(one)
-        taken, self._ready = self._ready[:most], self._ready[most:]
-        return taken
-
-    @property
-    def empty(self) -> bool:
-        """As Source.empty."""
-        return self._source.empty and not self._ready
+    def __iter__(self) -> Iterator[list[Work]]:
+        """The particles of one belief after the other."""
+        for batch in self._batches:
+            if not batch:
+                yield []
+            for asked in batch:
+                yield list(self._work(asked))
 
     def gathered(self, rows: Sequence[Row]) -> list[Row]:
         """The rows of beliefs that are complete by these rows of particles, or failed."""

@@ -23,7 +23,6 @@ from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work
 from energymargin.limits import Limit
 from energymargin.metrics import TIMED, check_metrics
-from energymargin.parallel import Items
 from energymargin.reprs import short_repr
 from energymargin.scoring import ScoreError, run_all
 from energymargin.searches import (
@@ -285,7 +284,7 @@ def score_beliefs(
     numbers = range(len(beliefs)) if indices is None else indices
     by_index = dict(zip(numbers, beliefs, strict=True))
     asked = [Work(index, belief.problem, tuple(metrics)) for index, belief in by_index.items()]
-    source = ParticleSource(Items(asked), by_index.__getitem__, sharing)
+    source = ParticleSource([asked], by_index.__getitem__, sharing)
     total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
     errors: dict[int, str] = {}
 

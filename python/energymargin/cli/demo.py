@@ -47,11 +47,14 @@ def demo(
     """
     if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
+    from energymargin.store.scoring import dataset_metrics
+
     require_own_folder(output, overwrite=overwrite)
     settings = changed(SEARCH, given)
     dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, settings.seed)
     database = output / f"{TASK}-scores.db"
-    with scored_run(dataset, database, settings, executor=chosen_executor(threads)) as (run, _):
+    metrics = dataset_metrics(dataset, None, settings)
+    with scored_run(dataset, database, settings, metrics, chosen_executor(threads)) as (run, _):
         labelled = run.labelled_scores()
     print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=settings.seed)
     # Slow to load, which Ctrl-C would wait for.

@@ -141,52 +141,30 @@ def score(
 
     On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
     """
-    settings = changed(SEARCH, given)
-    if horizon is None:
-        refuse_probability_settings(given)
-    future = chosen_future(horizon, plan, check, dwell)
-    _score(
-        data,
-        output or data.with_name(f"{data.stem}-scores.db"),
-        settings,
-        metrics=None if metrics is None else split(metrics),
-        future=future,
-        sampling=chosen_sampling(belief, particles),
-        executor=chosen_executor(threads, processes, scheduler),
-        timeout=timeout,
-    )
-
-
-def _score(
-    data: Path,
-    output: Path,
-    settings: SearchSettings,
-    *,
-    metrics: Sequence[str] | None,
-    future: Future | None,
-    sampling: Sampling | None,
-    executor: Executor,
-    timeout: float | None,
-) -> None:
-    """Scores the runs that are asked for. A ScoreError of one of them is raised after all."""
     from energymargin import datasets
     from energymargin.limits import Limit
     from energymargin.scoring import ScoreError
     from energymargin.store.scoring import dataset_metrics
 
-    limit, failed = Limit(timeout, None), None
-    runs = _asked_runs(metrics, future)
+    settings = changed(SEARCH, given)
+    if horizon is None:
+        refuse_probability_settings(given)
+    future = chosen_future(horizon, plan, check, dwell)
+    sampling = chosen_sampling(belief, particles)
+    executor = chosen_executor(threads, processes, scheduler)
+    output = output or data.with_name(f"{data.stem}-scores.db")
+    limit, failed = Limit(timeout), None
     with datasets.open(data) as dataset:
-        for run_metrics, run_future in runs:  # before any is scored
-            dataset_metrics(dataset, run_metrics, settings, run_future, sampling)
-        for run_metrics, run_future in runs:
+        runs = [  # all are checked before any is scored
+            (dataset_metrics(dataset, names, settings, ahead, sampling), ahead)
+            for names, ahead in _asked_runs(None if metrics is None else split(metrics), future)
+        ]
+        for names, ahead in runs:
             try:
                 with scored_run(
-                    *(dataset, output, settings),
-                    metrics=run_metrics,
-                    future=run_future,
+                    *(dataset, output, settings, names, executor),
+                    future=ahead,
                     sampling=sampling,
-                    executor=executor,
                     timeout=limit.rest()["timeout"],
                 ) as (run, complete):
                     if not complete:
@@ -234,21 +212,19 @@ def scored_run(
     dataset: Dataset,
     output: Path,
     settings: SearchSettings,
+    metrics: Sequence[str],
+    executor: Executor,
     *,
-    metrics: Sequence[str] | None = None,
     future: Future | None = None,
     sampling: Sampling | None = None,
-    executor: Executor,
     timeout: float | None = None,
 ) -> Iterator[tuple[Run, bool]]:
     """Scores what is missing; gives the run of all scores, and whether the time was enough. States
     that cannot be simulated are counted. Ctrl-C says how far it came."""
     from energymargin.cli.progress import progress_bar
     from energymargin.store import ScoreStore
-    from energymargin.store.scoring import begin_run, dataset_metrics, score_run
+    from energymargin.store.scoring import begin_run, score_run
 
-    # nothing is written before
-    metrics = dataset_metrics(dataset, metrics, settings, future, sampling)
     with ScoreStore(output, create=True) as store:
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
         title = f"Scoring, {settings.nodes} nodes" if future is None else f"Scoring, {future}"

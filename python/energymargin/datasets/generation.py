@@ -208,27 +208,9 @@ def _run(executor: Executor, task: Task | None, work: _Generation) -> None:
 
     with executor.workers() as workers:
         make = partial(generate_shard, work.request, task)
-        missing = _Missing(list(work.folder.missing(work.total)))
-        run(workers, make, missing, deliver, work.limit, give_up=_given_up, most=work.size)
-
-
-class _Missing:
-    """A Source of the numbers of trajectories; those that are taken at once are in a row."""
-
-    def __init__(self, missing: list[Span]) -> None:
-        self._left = missing[::-1]
-
-    @property
-    def empty(self) -> bool:
-        """As Source.empty."""
-        return not self._left
-
-    def take(self, most: int) -> range:
-        """As Source.take."""
-        first, last = self._left.pop()
-        if first + most < last:
-            self._left.append((first + most, last))
-        return range(first, min(first + most, last))
+        for span in list(work.folder.missing(work.total)):  # a shard is of trajectories in a row
+            missing = [range(*span)]
+            run(workers, make, missing, deliver, work.limit, give_up=_given_up, most=work.size)
 
 
 def _given_up(index: int, why: str) -> NoReturn:

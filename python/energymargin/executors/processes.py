@@ -7,12 +7,11 @@ die it does not tell which chunk they had.
 from __future__ import annotations
 
 import signal
-import socket
 import subprocess
 import sys
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from multiprocessing import Pipe
 from queue import SimpleQueue
 from typing import Any
 
@@ -63,34 +62,36 @@ class _ProcessWorkers(RemoteWorkers):
             self._pool = None
 
 
-class _ProcessPool(Executor):
+class _ProcessPool(ThreadPoolExecutor):
     """Threads, each of which waits for a process. One that dies is replaced."""
 
     def __init__(self, processes: int) -> None:
-        self._threads = ThreadPoolExecutor(processes)
+        super().__init__(processes)
         self._idle: SimpleQueue[_Process] = SimpleQueue()
-        self._all = [_Process() for _ in range(processes)]
+        self._all = {_Process() for _ in range(processes)}
         for process in self._all:
             self._idle.put(process)
 
-    def submit(self, function: Any, /, *arguments: Any, **_: Any) -> Future[Any]:
+    def submit(self, _loads: Any, /, *call: Any, **_: Any) -> Future[Any]:
         """Runs `pickle.loads` of the one argument, some bytes, in a process."""
-        (call,) = arguments
-        return self._threads.submit(self._answer, call)
+        return super().submit(self._answer, *call)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
         """Kills the processes."""
-        self._threads.shutdown(wait=False, cancel_futures=cancel_futures)
+        super().shutdown(wait=False, cancel_futures=cancel_futures)
         for process in self._all:
-            process.kill()
-        self._threads.shutdown(wait=wait)
+            process.close()
+        super().shutdown(wait=wait)
 
     def _answer(self, call: bytes) -> Any:
         process = self._idle.get()
         try:
-            return process.answer(call)
+            value, error = process.answer(call)
         finally:
             self._idle.put(process)
+        if error is not None:
+            raise error
+        return value
 
 
 class _Process:
@@ -101,7 +102,7 @@ class _Process:
         self._start()
 
     def _start(self) -> None:
-        ours, theirs = socket.socketpair()
+        self._connection, theirs = Pipe()
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "energymargin.executors.worker", str(theirs.fileno())],
@@ -109,30 +110,27 @@ class _Process:
                 start_new_session=True,  # Ctrl-C is for whoever started it
                 stdin=subprocess.DEVNULL,
             )
-        self._connection: Connection[Any, Any] = Connection(ours.detach())
 
     def answer(self, call: bytes) -> Any:
-        """What the call returns or raises there; BrokenExecutor if the process dies."""
+        """What the call returns there, and the error that it raises; BrokenExecutor if the process
+        dies."""
         try:
             self._connection.send_bytes(call)
-            value, error = self._connection.recv()
+            return self._connection.recv()
         except (EOFError, OSError):
-            died = self._end()
+            self._connection.close()
+            code = self.kill()
             if not self._closed:
                 self._start()
+            died = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
             raise BrokenExecutor(died) from None
-        if error is not None:
-            raise error
-        return value
 
-    def kill(self) -> None:
+    def close(self) -> None:
         """Ends it for good."""
         self._closed = True
-        self._process.kill()
-        self._process.wait()
+        self.kill()
 
-    def _end(self) -> str:
-        self._connection.close()
+    def kill(self) -> int:
+        """Its exit code."""
         self._process.kill()
-        code = self._process.wait()
-        return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        return self._process.wait()

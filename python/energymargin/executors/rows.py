@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from itertools import groupby
 from typing import Any
 
@@ -57,10 +56,6 @@ class Row:
 _SEARCHED = [one.name for one in fields(Row) if one.name != "particles"]
 
 
-def _row(searched: ScoreRow) -> Row:
-    return Row(**{name: getattr(searched, name) for name in _SEARCHED})
-
-
 @dataclass(frozen=True)
 class Work:
     """One problem, and the metrics that are asked for. It is pickled as JSON."""
@@ -72,15 +67,10 @@ class Work:
     written: str | None = None
     """The problem as JSON, if it is known already."""
 
-    @cached_property
-    def text(self) -> str:
-        """The problem as JSON; ValueError for a region made of a user's own predicate."""
-        return self.problem.to_json() if self.written is None else self.written
-
     def __reduce__(self) -> tuple[Any, ...]:
-        """How to make it where it is unpickled."""
+        """How to make it where it is unpickled; ValueError for a user's own predicate."""
         try:
-            return _read, (self.index, self.text, self.metrics)
+            return _read, (self.index, self.written or self.problem.to_json(), self.metrics)
         except ValueError as error:
             raise ValueError(f"problem {self.index}: {error}") from error
 
@@ -99,4 +89,5 @@ def score_chunk(settings: SearchSettings, work: Sequence[Work], cancel: Cancel) 
     while not (run.finished or cancel.is_set):
         rows += run.take(POLL)
     run.cancel()
-    return [_row(one) for one in (*rows, *run.take(0))]
+    rows += run.take(0)
+    return [Row(**{name: getattr(row, name) for name in _SEARCHED}) for row in rows]

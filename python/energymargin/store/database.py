@@ -8,10 +8,11 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from energymargin.closing import Closing
 from energymargin.locks import Lock
-from energymargin.store import checksum, schema
+from energymargin.store import schema
 
 WAIT = 10.0  # s; how long another program may hold the file
 CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
@@ -64,7 +65,7 @@ class Database(Closing):
             before = self.database.total_changes
             yield
             if self.database.total_changes > before:
-                checksum.remove(self.database)
+                self.database.execute("DELETE FROM checksum")
         self.require_in_place()
 
     @contextmanager
@@ -79,6 +80,18 @@ class Database(Closing):
                 if self.database.in_transaction:
                     self.database.execute("ROLLBACK")
                 raise
+
+    def number_of(self, table: str, **key: Any) -> int:
+        """The number of the row with this key, which is inserted if it is not there."""
+        names, marks = ", ".join(key), ", ".join("?" * len(key))
+        values = tuple(key.values())
+        self.database.execute(
+            f"INSERT INTO {table} ({names}) VALUES ({marks}) ON CONFLICT DO NOTHING", values
+        )
+        (number,) = self.database.execute(
+            f"SELECT id FROM {table} WHERE ({names}) = ({marks})", values
+        ).fetchone()
+        return int(number)
 
     def require_in_place(self) -> None:
         """Raises FileNotFoundError if the file was renamed or removed since it was opened. A file
@@ -105,7 +118,7 @@ class Database(Closing):
         try:
             if self._may_have_written and went_well and self._is_smaller_than(SUMMED):
                 with suppress(OSError), self._committed():
-                    checksum.write(self.database)
+                    schema.write_checksum(self.database)
         finally:
             self.close()
 
@@ -124,8 +137,7 @@ class Database(Closing):
         self.database.execute("PRAGMA synchronous = NORMAL")
         if self._version() < schema.VERSION:
             with self._committed():
-                checksum.remove(self.database)
-                if self._version() < schema.VERSION:
+                if self._version() < schema.VERSION:  # still, now that nobody else can bring it
                     schema.migrate(self.database)
 
     @contextmanager
@@ -182,7 +194,7 @@ class Database(Closing):
             (state,) = self.database.execute("PRAGMA quick_check(1)").fetchone()
             if state != "ok":
                 raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
-        if self._is_smaller_than(SUMMED) and not self._says_what_was_written():
+        if self._is_smaller_than(SUMMED) and not self._has_its_checksum():
             raise ValueError(
                 f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere; "
                 "if it was changed on purpose, DELETE FROM checksum in SQLite accepts it"
@@ -192,10 +204,10 @@ class Database(Closing):
                 f"{self.path} is damaged: its tables are not those of a file of scores"
             )
 
-    def _says_what_was_written(self) -> bool:
+    def _has_its_checksum(self) -> bool:
         self.database.execute("BEGIN")  # a snapshot, whatever others write meanwhile
         try:
-            return checksum.holds(self.database)
+            return schema.has_its_checksum(self.database)
         finally:
             self.database.execute("COMMIT")
 

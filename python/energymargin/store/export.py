@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import csv
 import errno
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
@@ -24,6 +22,17 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".csv", ".parquet")
 QUANTILES = (0.1, 0.5, 0.9)  # of the particles of a belief
+
+OF_STATE = (  # columns of the fields of a ScoredState, but its scores
+    *("trajectory", "frame", "captured", "succeeded"),
+    *("captured_any", "succeeded_any", "seconds"),
+)
+OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
+
+Kinds = dict[str, type]
+"""By column: the type of its values. They may be missing, as None."""
+Table = tuple[Kinds, Iterator[tuple[Any, ...]]]
+"""Columns, and rows of their values."""
 
 
 def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFrame:
@@ -38,7 +47,7 @@ def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFram
     quantiles over the particles. Needs the extra [tables]. Raises what ScoreStore does.
     """
     with ScoreStore(path) as store:
-        return _frame(_states(_runs(store, run)))
+        return _frame(*_states(_runs(store, run)))
 
 
 def export(
@@ -64,9 +73,9 @@ def export(
         runs = _runs(store, run)
         if any(one.has_curves for one in runs):
             with replaced(curves_path(output)) as file:
-                write(_curves(runs), file)
+                write(file, *_curves(runs))
         with replaced(output) as file:
-            return write(_states(runs), file)
+            return write(file, *_states(runs))
 
 
 def curves_path(output: str | os.PathLike[str]) -> Path:
@@ -75,18 +84,9 @@ def curves_path(output: str | os.PathLike[str]) -> Path:
     return output.with_name(f"{output.stem}-curves{output.suffix}")
 
 
-@dataclass(frozen=True, eq=False)
-class _Table:
-    """Columns with the types of their values, and rows: a value for each column, None where there
-    is none."""
-
-    kinds: dict[str, type]
-    rows: Iterator[tuple[Any, ...]]
-
-
-def _curves(runs: Sequence[Run]) -> _Table:
+def _curves(runs: Sequence[Run]) -> Table:
     """The curves of some runs, below one another: a row for each time of a curve."""
-    kinds: dict[str, type] = {"run": int, "trajectory": int, "frame": int}
+    kinds: Kinds = {"run": int, "trajectory": int, "frame": int}
     kinds |= {"metric": str, "time": float, "probability": float}
     rows = (
         (run.number, trajectory, frame, metric, time, captured)
@@ -94,44 +94,40 @@ def _curves(runs: Sequence[Run]) -> _Table:
         for trajectory, frame, metric, curve in run.curves()
         for time, captured in zip(*(numbers.tolist() for numbers in curve), strict=True)
     )
-    return _Table(kinds, rows)
+    return kinds, rows
 
 
-def _states(runs: Sequence[Run]) -> _Table:
+def _states(runs: Sequence[Run]) -> Table:
     """Some runs of a store, below one another: a row for each state."""
-    kinds: dict[str, type] = {"run": int, "task": str, "trajectory": int, "frame": int}
+    kinds: Kinds = {"run": int, "task": str, "trajectory": int, "frame": int}
     kinds |= {"captured": bool, "succeeded": bool}
     if any(run.several for run in runs):
         kinds |= {"captured_any": bool, "succeeded_any": bool}
     for name in {name: None for run in runs for name in _asked(run)}:
-        kinds[name] = _widest([_kind(_asked(run).get(name)) for run in runs])
+        kinds[name] = _widest([_asked(run).get(name) for run in runs])
     kinds |= {"algorithm": str}
     kinds |= {metric: float for run in runs for metric in run.metrics}
     spread = [metric for run in runs for metric in run.with_quantiles]
     kinds |= {name: float for metric in spread for name in _quantile_columns(metric)}
     kinds |= {"seconds": float}
-    return _Table(kinds, (row for run in runs for row in _rows(run, kinds)))
+    return kinds, (row for run in runs for row in _rows(run, kinds))
 
 
 def _rows(run: Run, kinds: Mapping[str, type]) -> Iterator[tuple[Any, ...]]:
-    of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
-    of_run |= {n: None if v is None else kinds[n](v) for n, v in _asked(run).items()}
+    values = _asked(run) | {"run": run.number, "task": run.task, "algorithm": run.algorithm}
     spread = {metric: run.quantiles(metric, QUANTILES) for metric in run.with_quantiles}
     for number, state in enumerate(run.rows()):
-        values = of_run | dict(zip(run.metrics, state.scores, strict=True))
-        values |= {
-            "trajectory": state.trajectory,
-            "frame": state.frame,
-            "captured": bool(state.captured),
-            "succeeded": bool(state.success),
-            "captured_any": _flag(state.captured_any),
-            "succeeded_any": _flag(state.success_any),
-            "seconds": state.seconds,
-        }
+        values |= zip(OF_STATE, state, strict=False)
+        values |= zip(run.metrics, state.scores, strict=True)
         for metric, of_states in spread.items():
-            found = [None if np.isnan(q) else float(q) for q in of_states[number]]
-            values |= zip(_quantile_columns(metric), found, strict=True)
-        yield tuple(values.get(column) for column in kinds)
+            values |= zip(_quantile_columns(metric), of_states[number], strict=True)
+        yield tuple(_cast(values.get(column), kind) for column, kind in kinds.items())
+
+
+def _cast(value: Any, kind: type) -> Any:
+    """A value as one of this type; None if there is none, or it is NaN."""
+    missing = value is None or (isinstance(value, float) and math.isnan(value))
+    return None if missing else kind(value)
 
 
 def _quantile_columns(metric: str) -> list[str]:
@@ -146,69 +142,50 @@ def _asked(run: Run) -> dict[str, Any]:
     return asked | run.future.all() | {"plan": run.future.plan or "none"}
 
 
-def _write_csv(table: _Table, path: Path) -> int:
+def _write_csv(path: Path, kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> int:
     count = 0
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(table.kinds)
-        for row in table.rows:
+        writer.writerow(kinds)
+        for row in rows:
             writer.writerow(row)
             count += 1
     return count
 
 
-def _write_parquet(table: _Table, path: Path) -> int:
-    frame = _frame(table)
+def _write_parquet(path: Path, kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> int:
+    frame = _frame(kinds, rows)
     frame.to_parquet(path, index=False)
     return len(frame)
 
 
-_OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
-
-
-def _frame(table: _Table) -> pd.DataFrame:
+def _frame(kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> pd.DataFrame:
     try:
         import pandas as pd
     except ImportError:
         raise ImportError(
             "data frames and Parquet need pandas: pip install 'energymargin[tables]'"
         ) from None
-    columns = list(zip(*table.rows, strict=True)) or [()] * len(table.kinds)
+    columns = list(zip(*rows, strict=True)) or [()] * len(kinds)
     return pd.DataFrame(
         {
-            name: pd.Series(column, dtype=_of_pandas(kind, column))
-            for (name, kind), column in zip(table.kinds.items(), columns, strict=True)
+            name: pd.Series(
+                column, dtype="Int64" if kind is int and None in column else OF_PANDAS[kind]
+            )
+            for (name, kind), column in zip(kinds.items(), columns, strict=True)
         }
     )
-
-
-def _of_pandas(kind: type, column: Sequence[Any]) -> str:
-    """The pandas type of a column; plain int64 has no missing values."""
-    return "Int64" if kind is int and None in column else _OF_PANDAS[kind]
 
 
 def _runs(store: ScoreStore, number: int | None) -> list[Run]:
     return store.runs() if number is None else [store.run(number)]
 
 
-def _kind(value: Any) -> type | None:
-    """The type of a setting; a whole number of more than 63 bits, as a seed, becomes text."""
-    if value is None:
-        return None
-    if isinstance(value, int) and value >= 2**63:
-        return str
-    return next((kind for kind in (bool, int, float) if isinstance(value, kind)), str)
-
-
-def _widest(kinds: Sequence[type | None]) -> type:
-    """A type for one setting in all runs; None is a run that does not have the setting."""
-    there = {kind for kind in kinds if kind is not None}
-    if not there:
-        return float
-    if len(there) == 1:
-        return there.pop()
-    return float if there == {int, float} else str
-
-
-def _flag(label: int | None) -> bool | None:
-    return None if label is None else bool(label)
+def _widest(values: Sequence[Any]) -> type:
+    """A type for one setting of all runs, None in those that do not have it; a whole number of more
+    than 63 bits, as a seed, becomes text."""
+    large = any(isinstance(value, int) and value >= 2**63 for value in values)
+    kinds = {type(value) for value in values if value is not None}
+    if kinds <= {int, float} and not large:
+        return int if kinds == {int} else float
+    return bool if kinds == {bool} else str

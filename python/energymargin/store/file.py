@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import sqlite3
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -22,11 +21,6 @@ from energymargin.store.schema import state_digest
 from energymargin.summary import html_or_text
 
 LABELS = 10000  # states whose labels are inserted at a time
-SAMPLE = 100  # states whose problems are compared; of a smaller dataset, all
-
-Digests = Callable[[Sequence[int]], Mapping[int, bytes]]
-"""Digests of the problems of some states by their numbers, which rise. A state without a problem
-has none."""
 
 
 class ScoreStore(Database):
@@ -75,8 +69,13 @@ class ScoreStore(Database):
         with self.transaction():
             number = self._dataset(dataset, digest)
             asks = schema.NO_FUTURE if future is None else future.to_json()
-            ahead = schema.future_number(self.database, asks)
-            asked = sorted(self._question(metric, own) for metric, own in questions.items())
+            ahead = self.number_of("futures", asks=asks)
+            asked = sorted(
+                self.number_of(
+                    "questions", metric=metric, settings=_json(own), algorithm=algorithm_of(own)
+                )
+                for metric, own in questions.items()
+            )
             for run in self.runs():
                 if (run.dataset, run.future_number, run.questions) == (number, ahead, asked):
                     return run
@@ -110,51 +109,9 @@ class ScoreStore(Database):
             )
         return cursor.lastrowid
 
-    def _question(self, metric: str, settings: Mapping[str, Any]) -> int:
-        key = (metric, _json(settings), algorithm_of(settings))
-        self.database.execute(
-            "INSERT INTO questions (metric, settings, algorithm) VALUES (?, ?, ?) "
-            "ON CONFLICT DO NOTHING",
-            key,
-        )
-        (number,) = self.database.execute(
-            "SELECT id FROM questions WHERE (metric, settings, algorithm) = (?, ?, ?)", key
-        ).fetchone()
-        return int(number)
-
 
 def _json(settings: Mapping[str, Any]) -> str:
     return json.dumps(settings, sort_keys=True)
-
-
-def forget_if_changed(store: Database, run: Run, digests: Digests) -> None:
-    """Forgets which problems the states make, if some of a sample make others now.
-
-    They do after a change of the task's code. A change of only a few states of a large dataset may
-    be missed.
-    """
-    sample = np.unique(np.linspace(0, run.states - 1, SAMPLE).astype(int)).tolist()
-    known = _known(store.database, run, sample)
-    if known != digests(list(known)):
-        with store.transaction():
-            store.database.execute(
-                "DELETE FROM posed WHERE dataset = ? AND future = ?",
-                (run.dataset, run.future_number),
-            )
-
-
-def _known(database: sqlite3.Connection, run: Run, numbers: Sequence[int]) -> dict[int, bytes]:
-    """Digests of the problems of these states that the store has, in their order."""
-    found = {}
-    for number in numbers:
-        row = database.execute(
-            "SELECT digest FROM posed JOIN problems ON problem = problems.id "
-            "WHERE dataset = ? AND future = ? AND number = ?",
-            (run.dataset, run.future_number, number),
-        ).fetchone()
-        if row is not None:
-            found[number] = row[0]
-    return found
 
 
 def add_scores(

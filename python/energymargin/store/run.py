@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -160,13 +161,27 @@ class Run:
         with self.store.transaction():
             return {number: self._pose(number, digest) for number, digest in digests.items()}
 
-    def _pose(self, number: int, digest: bytes) -> tuple[str, ...]:
-        self._database.execute(
-            "INSERT INTO problems (digest) VALUES (?) ON CONFLICT DO NOTHING", (digest,)
+    def known_problems(self, numbers: Sequence[int]) -> dict[int, bytes]:
+        """Digests of the problems that some states made before, by their numbers, which rise."""
+        listed = ", ".join(map(str, numbers))
+        return dict(
+            self._database.execute(
+                "SELECT number, digest FROM posed JOIN problems ON problem = problems.id "
+                f"WHERE dataset = ? AND future = ? AND number IN ({listed}) ORDER BY number",
+                (self.dataset, self.future_number),
+            )
         )
-        (problem,) = self._database.execute(
-            "SELECT id FROM problems WHERE digest = ?", (digest,)
-        ).fetchone()
+
+    def forget_problems(self) -> None:
+        """Forgets which problems all states made before."""
+        with self.store.transaction():
+            self._database.execute(
+                "DELETE FROM posed WHERE dataset = ? AND future = ?",
+                (self.dataset, self.future_number),
+            )
+
+    def _pose(self, number: int, digest: bytes) -> tuple[str, ...]:
+        problem = self.store.number_of("problems", digest=digest)
         self._database.execute(
             "INSERT INTO posed VALUES (?, ?, ?, ?) ON CONFLICT (dataset, future, number) "
             "DO UPDATE SET problem = excluded.problem WHERE problem != excluded.problem",
@@ -213,15 +228,8 @@ class Run:
         """Computing time of each metric, of all states [s]; the first of those that share a search
         has all of it."""
         return {
-            metric: float(
-                self._database.execute(
-                    "SELECT total(seconds) FROM posed JOIN scores "
-                    "ON scores.problem = posed.problem AND stream = number AND question = ? "
-                    "WHERE dataset = ? AND future = ?",
-                    (question, self.dataset, self.future_number),
-                ).fetchone()[0]
-            )
-            for metric, question in self.asked.items()
+            metric: float(self._answers("scores", "total(seconds)", metric).fetchone()[0])
+            for metric in self.metrics
         }
 
     def rows(self) -> Iterator[ScoredState]:
@@ -253,12 +261,7 @@ class Run:
     @property
     def has_curves(self) -> bool:
         """Whether there is any curve."""
-        row = self._database.execute(
-            "SELECT 1 FROM posed JOIN curves ON curves.problem = posed.problem AND stream = number "
-            f"AND question IN ({self._listed}) WHERE dataset = ? AND future = ? LIMIT 1",
-            (self.dataset, self.future_number),
-        ).fetchone()
-        return row is not None
+        return self._answers("curves", "1", more="LIMIT 1").fetchone() is not None
 
     def particles(self, number: int, metric: str) -> NDArray[np.float64] | None:
         """The scores of the particles of a state's belief, shape (N,); None if it is not there.
@@ -270,19 +273,28 @@ class Run:
 
     def _found(self, columns: str, table: str, number: int, metric: str) -> tuple[Any, ...] | None:
         """What `curves` or `particles` has of a state and a metric; None if it is not there."""
-        whole_number("number", number, 0, self.states - 1)
-        self._require_asked(metric)
-        row: tuple[Any, ...] | None = self._database.execute(
-            f"SELECT {columns} FROM posed JOIN {table} "
-            f"ON {table}.problem = posed.problem AND stream = number AND question = ? "
-            "WHERE dataset = ? AND future = ? AND number = ?",
-            (self.asked[metric], self.dataset, self.future_number, number),
+        number = whole_number("number", number, 0, self.states - 1)
+        row: tuple[Any, ...] | None = self._answers(
+            table, columns, metric, f"AND number = {number}"
         ).fetchone()
         return row
 
-    def _require_asked(self, metric: str) -> None:
-        if metric not in self.asked:
+    def _answers(
+        self, table: str, columns: str, metric: str | None = None, more: str = ""
+    ) -> sqlite3.Cursor:
+        """What scores, curves or particles have of the run's states, to one metric or to all.
+
+        Raises ValueError on a metric that the run does not have.
+        """
+        if metric is not None and metric not in self.asked:
             raise ValueError(f"metric is {metric!r}, expected one of {', '.join(self.metrics)}")
+        questions = self._listed if metric is None else self.asked[metric]
+        return self._database.execute(
+            f"SELECT {columns} FROM states JOIN posed USING (dataset, number) "
+            f"JOIN {table} ON {table}.problem = posed.problem AND stream = number "
+            f"AND question IN ({questions}) WHERE dataset = ? AND future = ? {more}",
+            (self.dataset, self.future_number),
+        )
 
     @property
     def with_quantiles(self) -> list[str]:
@@ -296,34 +308,21 @@ class Run:
 
         Raises ValueError on a metric that the run does not have, and on a probability.
         """
-        self._require_asked(metric)
         if metric in TIMED:
             raise ValueError(
                 f"metric is {metric!r}, whose particles have one rollout each, 1 or 0, expected "
                 "one without a clock, such as 'capture'"
             )
         found = np.full((self.states, len(shares)), np.nan)
-        rows = self._database.execute(
-            "SELECT number, scores FROM posed JOIN particles "
-            "ON particles.problem = posed.problem AND stream = number AND question = ? "
-            "WHERE dataset = ? AND future = ?",
-            (self.asked[metric], self.dataset, self.future_number),
-        )
-        for number, scores in rows:
+        for number, scores in self._answers("particles", "number, scores", metric):
             found[number] = np.quantile(_unpacked(scores), shares, method="inverted_cdf")
         return found
 
     def curves(self) -> Iterator[tuple[int, int, str, Curve]]:
         """All curves, in the order of the states: trajectory, frame, metric, and the curve."""
         names = {question: metric for metric, question in self.asked.items()}
-        rows = self._database.execute(
-            "SELECT trajectory, frame, question, times, curve FROM states "
-            "JOIN posed USING (dataset, number) "
-            "JOIN curves ON curves.problem = posed.problem AND stream = number "
-            f"AND question IN ({self._listed}) WHERE dataset = ? AND future = ? "
-            "ORDER BY number, question",
-            (self.dataset, self.future_number),
-        )
+        columns = "trajectory, frame, question, times, curve"
+        rows = self._answers("curves", columns, more="ORDER BY number, question")
         for trajectory, frame, question, times, curve in rows:
             yield trajectory, frame, names[question], (_unpacked(times), _unpacked(curve))
 

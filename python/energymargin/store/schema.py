@@ -14,20 +14,22 @@
     particles  problem, stream, question, scores: float64, of a belief, whose mean is the score
     runs       id, dataset, future, settings (JSON: all of them)
     asked      run, question: what a run asks of each state of its dataset
-    checksum   value: of all other tables, while nobody writes
+    checksum   value: of all other tables
 
 A score belongs to what the problem is, not to where it stands: two datasets with the same state at
 the same number share it, and so do two runs that ask the same question. A state has one problem as
 it is, and one more for each future that is asked of it.
+
+The checksum finds what a disk has changed. Who leaves the file in order writes it, and the next
+change removes it. So a file that is being written has none, nor has one whose scorer was killed.
 """
 
 from __future__ import annotations
 
 import hashlib
 import sqlite3
+import zlib
 from contextlib import closing
-
-from energymargin.store import checksum
 
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
@@ -83,8 +85,8 @@ CREATE TABLE asked (
     run INTEGER NOT NULL REFERENCES runs, question INTEGER NOT NULL REFERENCES questions,
     PRIMARY KEY (run, question)
 ) WITHOUT ROWID;
+CREATE TABLE checksum (value INTEGER NOT NULL);
 """
-_TABLES += checksum.TABLE
 
 
 def create(database: sqlite3.Connection) -> None:
@@ -119,16 +121,33 @@ def state_digest(dataset: str, number: int) -> bytes:
     return hashlib.sha256(f"state {number} of the dataset {dataset}".encode()).digest()
 
 
-def future_number(database: sqlite3.Connection, asks: str) -> int:
-    """Number of a future (JSON), which is put in if it is not there."""
-    database.execute("INSERT INTO futures (asks) VALUES (?) ON CONFLICT DO NOTHING", (asks,))
-    (number,) = database.execute("SELECT id FROM futures WHERE asks = ?", (asks,)).fetchone()
-    return int(number)
+def write_checksum(database: sqlite3.Connection) -> None:
+    """Puts it in, in the transaction that is open, if it is not there."""
+    if database.execute("SELECT 1 FROM checksum").fetchone() is None:
+        database.execute("INSERT INTO checksum VALUES (?)", (_checksum(database),))
+
+
+def has_its_checksum(database: sqlite3.Connection) -> bool:
+    """Whether the file says what it said when the checksum was written, or has none."""
+    if ("checksum", "value") not in _tables(database):  # in version 5
+        return True
+    written = database.execute("SELECT value FROM checksum").fetchall()
+    return written in ([], [(_checksum(database),)])
+
+
+def _checksum(database: sqlite3.Connection) -> int:
+    """Checksum of all rows of all other tables, in any order."""
+    return sum(
+        zlib.crc32(repr((table, row)).encode())
+        for table in {table for table, _ in _tables(database)} - {"checksum"}
+        for row in database.execute(f"SELECT * FROM {table}")
+    )
 
 
 def migrate(database: sqlite3.Connection) -> None:
     """Brings a file of version OLDEST, or a later one, to this one, in the transaction that is
     open."""
+    database.execute("DROP TABLE IF EXISTS checksum")
     database.execute("DROP TABLE claims")
     database.execute("DROP TABLE scorers")
     database.execute("ALTER TABLE datasets DROP COLUMN digest_2")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING
@@ -33,7 +32,7 @@ from energymargin.searches import (
     chosen_settings,
     require_objects,
 )
-from energymargin.store.file import Digests, ScoreStore, forget_if_changed
+from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 
@@ -41,9 +40,9 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 SAMPLE = 20  # states that tell which metrics there are
+COMPARED = 100  # states whose problems are compared with those of before
 WINDOW = 20000  # states that are searched at a time for missing scores
-BLOCK = 16  # problems that are made before the clock is looked at
-MAKE = 0.1  # s; how long problems are made before the executor gets them
+BLOCK = 16  # problems that are made at a time
 
 
 def score_dataset(
@@ -119,7 +118,11 @@ def begin_run(
     sampling: Sampling | None = None,
 ) -> Run:
     """The run of a dataset with these metrics and settings; its states have the problems that they
-    make now."""
+    make now.
+
+    After a change of the task's code, states make other problems. A change of only a few states of
+    a large dataset may be missed.
+    """
     settings = settings.of_clock(timed=_has_clock(dataset, future))
     questions = {metric: settings.of(metric) for metric in metrics}
     named = settings.all()
@@ -127,18 +130,11 @@ def begin_run(
         questions = {metric: own | sampling.of(metric) for metric, own in questions.items()}
         named |= sampling.all()
     run = store.begin(dataset, named, questions, future=future)
-    forget_if_changed(store, run, _digests(dataset, run, future))
+    known = run.known_problems(_sample(run.states, COMPARED))
+    problems, _ = dataset.possible_problems(list(known), future=future)
+    if known != {number: _written(run, number, one)[0] for number, one in problems.items()}:
+        run.forget_problems()
     return run
-
-
-def _digests(dataset: Dataset, run: Run, future: Future | None) -> Digests:
-    """How to compute the digests of a run's states, with a future."""
-
-    def digests(numbers: Sequence[int]) -> dict[int, bytes]:
-        problems, _ = dataset.possible_problems(numbers, future=future)
-        return {n: _written(run, n, problem, future)[0] for n, problem in problems.items()}
-
-    return digests
 
 
 def score_run(
@@ -155,47 +151,33 @@ def score_run(
     limit = Limit(timeout, cancel)
     settings, executor = SearchSettings(**run.settings), chosen_executor(executor)
     scored, states = run.counts()
-    if scored == states:  # so nothing is written
-        if progress is not None:
-            progress(scored, states)
-        return True
     advance = (lambda _done, _total: None) if progress is None else progress
     advance(scored, states)
+    if scored == states:  # so nothing is written
+        return True
     missing = _MissingScores(dataset, run, scored, advance)
-    complete = _run_missing(missing, run, executor, settings, limit)
+    if run.sampling is None:
+        complete = run_all(missing, executor, settings, missing.deliver, limit)
+    else:
+        sharing = Sharing(run.sampling.particles, settings)
+        belief = partial(missing.belief, run.sampling.uncertainty)
+        particles = ParticleSource(missing, belief, sharing, keep=False)
+
+        def deliver(rows: Sequence[Row]) -> None:
+            missing.deliver(particles.gathered(rows))
+
+        complete = run_all(particles, executor, sharing.settings, deliver, limit)
     run.store.require_in_place()
     advance(*run.counts())
     if missing.left_out:
-        _tell_left_out(missing.left_out, run, notice)
+        text = left_out_text(missing.left_out, states)
+        if notice is None:
+            warn([("left out", text)], run.digest)
+        else:
+            notice(text)
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
     return complete
-
-
-def _tell_left_out(
-    reasons: Mapping[int, str], run: Run, notice: Callable[[str], None] | None
-) -> None:
-    text = left_out_text(reasons, run.states)
-    if notice is None:
-        warn([("left out", text)], run.digest)
-    else:
-        notice(text)
-
-
-def _run_missing(
-    missing: _MissingScores, run: Run, executor: Executor, settings: SearchSettings, limit: Limit
-) -> bool:
-    """Scores what is missing, of a run with a belief particle by particle."""
-    if run.sampling is None:
-        return run_all(missing, executor, settings, missing.deliver, limit)
-    sharing = Sharing(run.sampling.particles, settings)
-    belief = partial(missing.belief, run.sampling.uncertainty)
-    source = ParticleSource(missing, belief, sharing, keep=False)
-
-    def deliver(rows: Sequence[Row]) -> None:
-        missing.deliver(source.gathered(rows))
-
-    return run_all(source, executor, sharing.settings, deliver, limit)
 
 
 def dataset_metrics(
@@ -209,8 +191,7 @@ def dataset_metrics(
 
     Raises ValueError on metrics that the states do not have, or not with these settings.
     """
-    numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
-    problems, errors = dataset.possible_problems(numbers, future=future)
+    problems, errors = dataset.possible_problems(_sample(dataset.size, SAMPLE), future=future)
     if not problems:
         problems, errors = dataset.possible_problems(future=future)
     if not problems:
@@ -226,15 +207,16 @@ def dataset_metrics(
     return chosen
 
 
+def _sample(states: int, most: int) -> list[int]:
+    """Numbers of at most so many states, evenly spaced."""
+    return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})
+
+
 def _has_clock(dataset: Dataset, future: Future | None) -> bool:
     """Whether its problems have a horizon; those of one dataset are alike in that."""
-    if future is not None:
-        return True
-    for number in range(dataset.size):
-        problems, _ = dataset.possible_problems([number])
-        if problems:
-            return problems[number].horizon is not None
-    return False
+    found = (dataset.possible_problems([number])[0] for number in range(dataset.size))
+    horizons = (problem.horizon for problems in found for problem in problems.values())
+    return future is not None or next(horizons, None) is not None
 
 
 def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
@@ -253,21 +235,19 @@ def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
             )
 
 
-def _written(
-    run: Run, number: int, problem: Problem, future: Future | None
-) -> tuple[bytes, str | None]:
+def _written(run: Run, number: int, problem: Problem) -> tuple[bytes, str | None]:
     """The digest of a state's problem, and its JSON. A problem without one, as with a region of a
     Python predicate, is known by the state's place in the dataset and its future."""
     try:
         text = problem.to_json()
     except ValueError:
-        ahead = "" if future is None else f", with the future {future.to_json()}"
+        ahead = "" if run.future is None else f", with the future {run.future.to_json()}"
         return state_digest(f"{run.digest}{ahead}", number), None
     return hashlib.sha256(text.encode()).digest(), text
 
 
 class _MissingScores:
-    """A Source of all that a run lacks, in the order of the states."""
+    """All that a run lacks, in the order of the states; where its scores go."""
 
     def __init__(
         self, dataset: Dataset, run: Run, scored: int, progress: Callable[[int, int], None]
@@ -279,26 +259,15 @@ class _MissingScores:
         self._dataset, self._run = dataset, run
         self._scored, self._progress = scored, progress
         self._scoring: dict[int, tuple[str, ...]] = {}  # metrics of the states being scored
-        self._next = 0  # the first state that was not looked at
-        self._lacking: list[int] = []  # states before it that were not handed out
 
-    @property
-    def empty(self) -> bool:
-        """As Source.empty."""
-        return self._next >= self._run.states and not self._lacking
-
-    def take(self, most: int) -> Sequence[Work]:
-        """As Source.take."""
-        while len(self._lacking) < most and self._next < self._run.states:
-            self._lacking += self._run.missing(self._next, self._next + WINDOW)
-            self._next += WINDOW
-        start, taken = time.monotonic(), list[Work]()
-        while self._lacking and len(taken) < most and time.monotonic() < start + MAKE:
-            size = min(BLOCK, most - len(taken))
-            taken += self._posed(self._lacking[:size])
-            self._lacking = self._lacking[size:]
-        self._scoring |= {work.index: work.metrics for work in taken}
-        return taken
+    def __iter__(self) -> Iterator[list[Work]]:
+        """Batches of states and what each of them lacks; an empty one if other runs have it all."""
+        for first in range(0, self._run.states, WINDOW):
+            lacking = self._run.missing(first, first + WINDOW)
+            for start in range(0, len(lacking), BLOCK):
+                batch = self._posed(lacking[start : start + BLOCK])
+                self._scoring |= {work.index: work.metrics for work in batch}
+                yield batch
 
     def belief(self, uncertainty: Uncertainty, number: int) -> Belief:
         """The belief about a state."""
@@ -319,10 +288,9 @@ class _MissingScores:
 
     def _posed(self, numbers: Sequence[int]) -> list[Work]:
         """What is missing of states, which the store may have of another dataset's."""
-        future = self._run.future
-        problems, reasons = self._dataset.possible_problems(numbers, future=future)
+        problems, reasons = self._dataset.possible_problems(numbers, future=self._run.future)
         self.left_out |= reasons
-        known = {n: _written(self._run, n, problem, future) for n, problem in problems.items()}
+        known = {n: _written(self._run, n, problem) for n, problem in problems.items()}
         lacking = self._run.pose({number: digest for number, (digest, _) in known.items()})
         self._advance(sum(not metrics for metrics in lacking.values()))
         return [
