@@ -52,18 +52,31 @@ class Workers(Closing):
     deaths: tuple[type[Exception], ...] = (BrokenExecutor,)
     """What is raised in place of a chunk's results if its worker died."""
 
+    def __init__(self, start: Callable[[], Executor], slots: int) -> None:
+        """`start` makes the executor that runs them, `slots` chunks at once."""
+        self._start, self._slots = start, slots
+        self._executor: Executor | None = None
+
     @property
-    @abstractmethod
     def slots(self) -> int:
         """How many chunks can run at once; of a cluster, right now."""
+        return self._slots
+
+    def executor(self) -> Executor:
+        """The one that runs them, started if it was not, or has broken."""
+        if self._executor is None:
+            self._executor = self._start()
+        return self._executor
 
     @abstractmethod
     def submit(self, function: Function[Any, Any], items: Sequence[Any]) -> Future[Done]:
         """Puts `work(function, items)` at the end of the queue."""
 
-    @abstractmethod
     def stop(self) -> None:
         """Drops what waits, and ends what runs as soon as that can be."""
+        if self._executor is not None:
+            self._executor.shutdown(cancel_futures=True)
+            self._executor = None
 
     def close(self) -> None:
         """Frees them."""
@@ -87,10 +100,6 @@ class RemoteWorkers(Workers):
                 f"what is asked cannot be sent to another process ({error}): use threads"
             ) from error
         return self.executor().submit(pickle.loads, call)
-
-    @abstractmethod
-    def executor(self) -> Executor:
-        """That runs them, started if it was not, or has broken."""
 
 
 class _RemoteWork:

@@ -149,6 +149,16 @@ def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
     return [whole_number("indices", index, 0, MOST_INDEX) for index in indices]
 
 
+COLUMNS: dict[str, type] = {
+    "index": np.int64,
+    "seconds": float,
+    "steps": np.int64,
+    "unconverged": np.int64,
+    "lost_time": float,
+}
+"""Of a row, besides its scores."""
+
+
 @dataclass(frozen=True, eq=False)
 class ScoreTable:
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
@@ -187,19 +197,9 @@ class ScoreTable:
 
     def to_rows(self) -> list[dict[str, float]]:
         """One dictionary a problem: index, seconds, the counts of steps, and each metric."""
-        columns = {
-            "index": self.index,
-            "seconds": self.seconds,
-            "steps": self.steps,
-            "unconverged": self.unconverged,
-            "lost_time": self.lost_time,
-            **self.scores,
-        }
-        names = list(columns)
-        return [
-            dict(zip(names, row, strict=True))
-            for row in zip(*(c.tolist() for c in columns.values()), strict=True)
-        ]
+        columns = {name: getattr(self, name) for name in COLUMNS} | self.scores
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 class ScoreError(EnergyMarginError, ValueError):
@@ -219,12 +219,8 @@ def _score_table(rows: Iterable[Row], metrics: Sequence[str], *, complete: bool)
     """The table of these rows, by rising index."""
     rows = sorted(rows, key=lambda row: row.index)
     return ScoreTable(
-        index=np.array([row.index for row in rows], dtype=np.int64),
-        seconds=np.array([row.seconds for row in rows], dtype=float),
+        **{name: np.array([getattr(r, name) for r in rows], own) for name, own in COLUMNS.items()},
         scores={m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics},
-        steps=np.array([row.steps for row in rows], dtype=np.int64),
-        unconverged=np.array([row.unconverged for row in rows], dtype=np.int64),
-        lost_time=np.array([row.lost_time for row in rows], dtype=float),
         warnings={row.index: row.warnings for row in rows if row.warnings},
         complete=complete,
     )

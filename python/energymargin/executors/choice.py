@@ -27,7 +27,8 @@ def chosen_executor(
     if threads is not None:
         raise ValueError(f"threads is {threads}, expected None with an executor")
     if isinstance(executor, concurrent.futures.Executor):
-        return _Given(executor)
+        slots = getattr(executor, "_max_workers", None) or os.cpu_count() or 1
+        return _Given(lambda: executor, int(slots))
     if isinstance(executor, type) or not callable(getattr(executor, "workers", None)):
         raise ValueError(
             f"executor is {executor!r}, expected Threads(), Processes(), Dask(...) or an Executor "
@@ -40,21 +41,9 @@ class _Given(RemoteWorkers):
     """The workers of somebody else's Executor, as mpi4py's MPIPoolExecutor: they stay when the work
     is done."""
 
-    def __init__(self, executor: concurrent.futures.Executor) -> None:
-        self._executor = executor
-
     def workers(self) -> Workers:
         """As Executor.workers."""
         return self
-
-    @property
-    def slots(self) -> int:
-        """As Workers.slots, where the executor tells."""
-        return int(getattr(self._executor, "_max_workers", None) or os.cpu_count() or 1)
-
-    def executor(self) -> concurrent.futures.Executor:
-        """As RemoteWorkers.executor; one that has broken stays so."""
-        return self._executor
 
     def stop(self) -> None:
         """As Workers.stop."""

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from energymargin.parallel import RemoteWorkers
@@ -54,8 +55,8 @@ class _DaskWorkers(RemoteWorkers):
     def __init__(self, scheduler: str | Client, notice: Callable[[str], None]) -> None:
         self._notice = notice
         self._client, self._is_ours = _connected(scheduler), isinstance(scheduler, str)
+        super().__init__(partial(self._client.get_executor, pure=False), 0)
         self._address = self._client.scheduler.address
-        self._executor: concurrent.futures.Executor | None = None
         self._threads: dict[str, int] | None = None  # of each worker
         self._next_look = 0.0
         from distributed import KilledWorker
@@ -74,12 +75,6 @@ class _DaskWorkers(RemoteWorkers):
                 ask = self._client.scheduler.ncores
                 self._see(dict(self._client.sync(ask, callback_timeout=ANSWER)))
         return sum((self._threads or {}).values())
-
-    def executor(self) -> concurrent.futures.Executor:
-        """As RemoteWorkers.executor."""
-        if self._executor is None:
-            self._executor = self._client.get_executor(pure=False)
-        return self._executor
 
     def stop(self) -> None:
         """As Workers.stop; a chunk that a worker has begun runs to its end there."""
@@ -139,8 +134,4 @@ def _connected(scheduler: str | Client) -> Any:  # a Client, whose types say tha
         raise ConnectionError(
             f"no Dask scheduler answers at {scheduler} within {CONNECT:g} s; start one with "
             "`dask scheduler`, or check the address"
-        ) from error
-    except ValueError as error:
-        raise ValueError(
-            f"scheduler is {scheduler!r}, expected an address such as tcp://127.0.0.1:8786: {error}"
         ) from error

@@ -9,8 +9,9 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import Pipe
 from queue import SimpleQueue
 from typing import Any
@@ -35,35 +36,13 @@ class Processes:
 
     def workers(self) -> RemoteWorkers:
         """As Executor.workers."""
-        return _ProcessWorkers(core_count("processes", self.count))
-
-
-class _ProcessWorkers(RemoteWorkers):
-    """Processes that get nothing from this one but chunks, and end with it."""
-
-    def __init__(self, processes: int) -> None:
-        self._processes = processes
-        self._pool: _ProcessPool | None = None
-
-    @property
-    def slots(self) -> int:
-        """The number of processes."""
-        return self._processes
-
-    def executor(self) -> Executor:
-        """As RemoteWorkers.executor."""
-        self._pool = self._pool or _ProcessPool(self._processes)
-        return self._pool
-
-    def stop(self) -> None:
-        """As Workers.stop."""
-        if self._pool is not None:
-            self._pool.shutdown()
-            self._pool = None
+        processes = core_count("processes", self.count)
+        return RemoteWorkers(partial(_ProcessPool, processes), processes)
 
 
 class _ProcessPool(ThreadPoolExecutor):
-    """Threads, each of which waits for a process. One that dies is replaced."""
+    """Threads, each of which waits for a process, which gets nothing from this one but chunks, and
+    ends with it. One that dies is replaced."""
 
     def __init__(self, processes: int) -> None:
         super().__init__(processes)

@@ -35,22 +35,15 @@ class _ThreadWorkers(Workers):
     chunk: ClassVar[float] = 0.2
 
     def __init__(self, threads: int) -> None:
-        self._threads = threads
-        self._pool: ThreadPoolExecutor | None = None
-
-    @property
-    def slots(self) -> int:
-        """The number of threads."""
-        return self._threads
+        super().__init__(partial(ThreadPoolExecutor, threads), threads)
+        self._cancel = Cancel()
 
     def submit(self, function: Function[Any, Any], items: Sequence[Any]) -> Future[Done]:
         """As Workers.submit."""
-        if self._pool is None:
-            self._pool, self._cancel = ThreadPoolExecutor(self._threads), Cancel()
         done: Future[Done] = Future()
         job = partial(_work_once, done, iter([True]), function, items, self._cancel)
         try:
-            queued = self._pool.submit(job)
+            queued = self.executor().submit(job)
             queued.add_done_callback(lambda left: done.cancel() if left.cancelled() else None)
         except RuntimeError:  # no thread can start, but the pool may have one already
             job()
@@ -58,10 +51,9 @@ class _ThreadWorkers(Workers):
 
     def stop(self) -> None:
         """As Workers.stop."""
-        if self._pool is not None:
-            self._cancel.set()
-            self._pool.shutdown(cancel_futures=True)
-            self._pool = None
+        self._cancel.set()
+        super().stop()
+        self._cancel = Cancel()
 
 
 def _work_once(

@@ -19,7 +19,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.recordings.cleaning import LEAST_JUMP, LEAST_TURN, SMOOTHING, gap_limits, lost
+from energymargin.recordings.cleaning import (
+    LEAST_JUMP,
+    LEAST_TURN,
+    SMOOTHING,
+    gap_limits,
+    interpolated,
+    lost,
+    usual_step,
+)
 from energymargin.recordings.reading import (
     LONGEST_GAP,
     FrameTable,
@@ -62,11 +70,11 @@ class _Sighting(NamedTuple):
     """A pose in space."""
 
     nanoseconds: int
-    parent: str
     frame: str
     """The child frame of a transform."""
     pose: tuple[float, ...]
     """x, y, z [m] and the quaternion x, y, z, w."""
+    parent: str
     number: int
     """Number of the message on its topic, from 1 on."""
 
@@ -168,26 +176,22 @@ def _sightings(
     """Those of both bodies, each pose once, in the order of their times and in the same frame."""
     topics = bag_topics(source.path)
     for topic, _ in wanted.values():
-        _require_poses(source, topic, topics)
-    by_topic = _read(source, {topic for topic, _ in wanted.values()})
-    found, parents = {}, set()
-    for body, (topic, frame) in wanted.items():
-        found[body] = _of_frame(source, topic, frame, by_topic[topic])
-        parents |= {one.parent for one in found[body]}
+        kind = topics.get(topic)
+        if kind not in POSES:
+            known = ", ".join(f"{name} ({kind})" for name, kind in topics.items()) or "none"
+            what = f"topic {topic!r} is of {kind}" if kind else f"there is no topic {topic!r}"
+            raise source.error(
+                f"{what}, expected one of {', '.join(POSES)}; its topics are {known}"
+            )
+    seen = _read(source, {topic for topic, _ in wanted.values()})
+    found = {body: _of_frame(source, *named, seen[named[0]]) for body, named in wanted.items()}
+    parents = sorted({one.parent for own in found.values() for one in own})
     if len(parents) > 1:
         raise source.error(
-            f"its poses are in the frames {', '.join(map(repr, sorted(parents)))}, expected those "
-            "of both bodies in the same"
+            f"its poses are in the frames {', '.join(map(repr, parents))}, expected those of both "
+            "bodies in the same"
         )
     return found
-
-
-def _require_poses(source: SourceFile, topic: str, topics: dict[str, str]) -> None:
-    kind = topics.get(topic)
-    if kind not in POSES:
-        known = ", ".join(f"{name} ({kind})" for name, kind in topics.items()) or "none"
-        what = f"there is no topic {topic!r}" if kind is None else f"topic {topic!r} is of {kind}"
-        raise source.error(f"{what}, expected one of {', '.join(POSES)}; its topics are {known}")
 
 
 def _read(source: SourceFile, topics: set[str]) -> dict[str, list[_Sighting]]:
@@ -204,16 +208,9 @@ def _read(source: SourceFile, topics: set[str]) -> dict[str, list[_Sighting]]:
                 pose = (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w)
                 stamp = one.header.stamp.sec * NANOSECONDS + one.header.stamp.nanosec
                 frame = one.child_frame_id if connection.msgtype in (TRANSFORM, SEVERAL) else ""
-                found[connection.topic].setdefault(
-                    (stamp or logged, frame, pose),
-                    _Sighting(
-                        stamp or logged,
-                        one.header.frame_id,
-                        frame,
-                        pose,
-                        numbers[connection.topic],
-                    ),
-                )
+                key, number = (stamp or logged, frame, pose), numbers[connection.topic]
+                sighting = _Sighting(*key, one.header.frame_id, number)
+                found[connection.topic].setdefault(key, sighting)
     return {topic: list(sightings.values()) for topic, sightings in found.items()}
 
 
@@ -234,32 +231,19 @@ def _of_frame(
 def _table(source: SourceFile, seen: dict[str, list[_Sighting]], rules: Rules) -> FrameTable:
     """A row for each message of the body that is seen more rarely."""
     begin = min(own[0].nanoseconds for own in seen.values())
-    stamps, lines = {}, {}
+    stamps, lines, poses = {}, {}, {}
     for body, own in seen.items():
         stamps[body] = np.array([(one.nanoseconds - begin) / NANOSECONDS for one in own])
         lines[body] = np.array([one.number for one in own], dtype=np.int64)
         require_rising(source, f"the time of the {body}", stamps[body], lines[body])
-    rarer = _usual_step(stamps["effector"]) > CLEARLY * _usual_step(stamps["object"])
-    slower = "effector" if rarer else "object"
-    poses = {}
     for body, own in seen.items():
         poses[body] = _planar(source, body, own)
         poses[body][lost(poses[body], rules.least_jump)] = np.nan
-        if body != slower:
-            poses[body] = _between(stamps[slower], stamps[body], poses[body], rules.longest_gap)
-    return FrameTable(
-        source,
-        lines[slower],
-        np.arange(len(seen[slower])),
-        stamps[slower],
-        poses,
-        velocities={},
-    )
-
-
-def _usual_step(times: NDArray[np.float64]) -> float:
-    """The median [s]; inf of one time alone."""
-    return float(np.median(np.diff(times))) if len(times) > 1 else math.inf
+    rarer = usual_step(stamps["effector"]) > CLEARLY * usual_step(stamps["object"])
+    slower, other = ("effector", "object") if rarer else ("object", "effector")
+    times = stamps[slower]
+    poses[other] = _between(times, stamps[other], poses[other], rules.longest_gap)
+    return FrameTable(source, lines[slower], np.arange(len(times)), times, poses, velocities={})
 
 
 def _planar(source: SourceFile, body: str, sightings: list[_Sighting]) -> NDArray[np.float64]:
@@ -277,12 +261,12 @@ def _planar(source: SourceFile, body: str, sightings: list[_Sighting]) -> NDArra
     ahead = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + z * w)], axis=1)
     unit = np.abs(np.linalg.norm(turns, axis=1) - 1) <= UNIT
     in_plane = "expected poses in a plane, turned about the vertical alone"
-    most_tilt = f"{math.degrees(MOST_TILT):.0f} deg"
     for wrong, text in (
         (~unit, "has an orientation that is no unit quaternion"),
         (
             np.abs(tilt - tilt[0]) > MOST_TILT,
-            f"tilts by more than {most_tilt}, {in_plane}; is w first in its quaternions?",
+            f"tilts by more than {math.degrees(MOST_TILT):.0f} deg, {in_plane}; is w first in its "
+            "quaternions?",
         ),
         (
             np.abs(height - height[0]) > MOST_RISE,
@@ -312,9 +296,7 @@ def _between(
     seen = np.isfinite(poses).all(axis=1)
     known, columns = times[seen], poses[seen].copy()
     columns[:, 2] = np.unwrap(columns[:, 2])
-    found = np.stack(
-        [np.interp(at, known, column, left=np.nan, right=np.nan) for column in columns.T], axis=1
-    )
+    found = interpolated(at, known, columns, outside=np.nan)
     last = len(known) - 1
     after = np.minimum(np.searchsorted(known, at), last)
     before = np.maximum(np.searchsorted(known, at, side="right") - 1, 0)

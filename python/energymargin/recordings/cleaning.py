@@ -58,10 +58,26 @@ NOISE_OF_THIRD = math.sqrt(1 + 9 + 9 + 1)  # the third difference of noise has s
 LEAST_FRAMES = 7  # a spline needs 5, the search for outliers 7
 
 
+def usual_step(times: NDArray[np.float64]) -> float:
+    """The median step of times; inf of one time alone."""
+    return float(np.median(np.diff(times))) if len(times) > 1 else math.inf
+
+
+def interpolated(
+    at: NDArray[np.float64],
+    times: NDArray[np.float64],
+    values: NDArray[np.float64],
+    outside: float | None = None,
+) -> NDArray[np.float64]:
+    """Columns of values, shape (N, M), on lines at K times; `outside` of N, None: the ends."""
+    columns = [np.interp(at, times, own, left=outside, right=outside) for own in values.T]
+    return np.stack(columns, axis=1)
+
+
 def gap_limits(longest_gap: float, times: NDArray[np.float64]) -> tuple[float, float]:
     """The longest time without a pose that is filled, of a slow camera a bit more than its step;
     and by how much rounded and jittering times may be beyond it [s]."""
-    step = float(np.median(np.diff(times))) if len(times) > 1 else math.inf
+    step = usual_step(times)
     return max(longest_gap, USUAL * step), JITTER * step
 
 
@@ -139,7 +155,7 @@ def smoothed(
     The time scale [s] is halved until no smooth pose is farther from the measured one than five
     standard deviations of the noise, which the third differences of the poses tell.
     """
-    start, step = times[0], float(np.median(np.diff(times)))
+    start, step = times[0], usual_step(times)
     moments = (times - start) / step  # in steps, so that the spline's equations are of the size 1
     splines = [_spline(moments, column, time_scale / step) for column in poses.T]
     wanted = (at - start) / step

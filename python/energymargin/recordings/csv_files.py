@@ -53,17 +53,12 @@ def _kind(name: str) -> str:
     return "angle" if "yaw" in name else "length"
 
 
-def _headers() -> dict[str, tuple[str, str]]:
-    """By a name in a header, as "object_vx_mm_s": the field, and its unit or ""."""
-    found = {name: (name, "") for name in FIELDS}
-    for name in FIELDS:
-        a_second = "_s" if name.endswith(VELOCITY) else ""
-        for unit in UNITS.get(_kind(name), ()):
-            found[f"{name}_{unit}{a_second}"] = (name, unit)
-    return found
-
-
-HEADERS = _headers()
+HEADERS: dict[str, tuple[str, float | None]] = {name: (name, None) for name in FIELDS} | {
+    f"{name}_{unit}{'_s' * name.endswith(VELOCITY)}": (name, size)
+    for name in FIELDS
+    for unit, size in UNITS.get(_kind(name), {}).items()
+}
+"""By a name in a header, as "object_vx_mm_s": the field, and the size of its unit if it has one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,26 +137,20 @@ class Columns:
         `first` has the cells of the first line. Raises ValueError on a header that lacks a field,
         has it twice or, without `columns`, has others.
         """
-        if self.columns:
-            return {
-                name: (self._number(name, given, first), self._factor(name))
-                for name, given in self.columns.items()
-            }
-        return self._documented(first)
-
-    def _documented(self, header: Sequence[str]) -> dict[str, tuple[int, float]]:
         found: dict[str, tuple[int, float]] = {}
-        for number, cell in enumerate(header):
+        for name, given in self.columns.items():
+            found[name] = (self._number(name, given, first), self._size(name))
+        for number, cell in enumerate(() if self.columns else first):
             if cell not in HEADERS:
                 raise ValueError(
                     f"the header has {cell!r}, expected {', '.join(FIELDS)}, each perhaps with its "
                     "unit, as object_yaw_deg; or say which column is what: columns="
                 )
-            name, unit = HEADERS[cell]
+            name, size = HEADERS[cell]
             if name in found:
                 raise ValueError(f"the header has {name!r} more than once")
-            found[name] = (number, self._factor(name, unit))
-        _require_whole("the header", found, needed=FIELDS)
+            found[name] = (number, size or self._size(name))
+        _require_whole("the header", found, needed=FIELDS[bool(self.columns) :])
         return found
 
     def _number(self, field: str, given: str | int, first: Sequence[str]) -> int:
@@ -178,10 +167,10 @@ class Columns:
             raise ValueError(f"expected one column {given!r}, the header is {', '.join(first)}")
         return first.index(given)
 
-    def _factor(self, name: str, unit: str = "") -> float:
+    def _size(self, name: str) -> float:
+        """Size of the unit of a field whose header has none."""
         kind = _kind(name)
-        sizes = UNITS.get(kind, {"": 1.0})
-        return sizes[unit or self.units.get(kind, next(iter(sizes)))]
+        return UNITS[kind][self.units[kind]] if kind in self.units else 1.0
 
 
 def read_csv(
@@ -270,20 +259,15 @@ def read_cells(source: SourceFile, delimiter: str = ",") -> pd.DataFrame:
         )
     except ValueError as error:  # pandas' own are such
         raise source.error(f"{error}; expected a CSV file in UTF-8") from error
-    # As one array: pandas takes a file of many columns column by column.
-    text = np.array(
-        [[cell.strip() if isinstance(cell, str) else None for cell in row] for row in cells.values],
-        object,
-    ).reshape(cells.shape)
-    there = text != None  # noqa: E711
-    rows = np.flatnonzero((there & (text != "")).any(axis=1))
-    if rows.size == 0:
+    # Row by row, as pandas takes many columns one by one. A cell that is missing is no text.
+    rows = [[cell.strip() for cell in row if isinstance(cell, str)] for row in cells.to_numpy()]
+    lines = {line: row for line, row in enumerate(rows, start=1) if any(row)}
+    if not lines:
         raise source.error("is empty; expected a CSV file")
-    widths = there[rows].sum(axis=1)
-    if widths.min() < cells.shape[1]:
-        k = int(np.argmax(widths < cells.shape[1]))
-        raise source.error(f"has {widths[k]} cells, expected {cells.shape[1]}", int(rows[k]) + 1)
-    return pd.DataFrame(text[rows], index=rows + 1)
+    for line, row in lines.items():
+        if len(row) < cells.shape[1]:
+            raise source.error(f"has {len(row)} cells, expected {cells.shape[1]}", line)
+    return pd.DataFrame.from_dict(lines, orient="index", dtype=object)
 
 
 def _table(source: SourceFile, columns: Columns) -> FrameTable:
@@ -304,11 +288,10 @@ def _table(source: SourceFile, columns: Columns) -> FrameTable:
     }
 
     def of_body(axes: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-        named = {body: [f"{body}_{axis}" for axis in axes] for body in BODIES}
         return {
-            body: np.stack([values[name] for name in names], axis=1)
-            for body, names in named.items()
-            if names[0] in values
+            body: np.stack([values[f"{body}_{axis}"] for axis in axes], axis=1)
+            for body in BODIES
+            if f"{body}_{axes[0]}" in values
         }
 
     frames = values.get("frame", np.arange(len(rows)))

@@ -19,9 +19,11 @@ from energymargin.recordings.cleaning import (
     causally_smoothed,
     diagonal,
     gap_limits,
+    interpolated,
     jumps,
     lost,
     smoothed,
+    usual_step,
 )
 from energymargin.recordings.recording import Motion, Recording, Repairs
 from energymargin.reprs import short_repr
@@ -173,7 +175,7 @@ def _require_clock(table: FrameTable, smoothing: float) -> None:
     """Raises ValueError unless frames and times rise, in steps of a camera, and for long enough."""
     require_rising(table.source, "frame", table.frames.astype(float), table.lines)
     require_rising(table.source, "time", table.times, table.lines)
-    step, length = float(np.median(np.diff(table.times))), float(np.ptp(table.times))
+    step, length = usual_step(table.times), float(np.ptp(table.times))
     if not STEPS[0] <= step <= STEPS[1]:
         raise table.source.error(
             f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s. "
@@ -296,20 +298,14 @@ def _motion(table: FrameTable, track: _Track, at: NDArray[np.float64], rules: Ru
     smooth, errors = smoother(times, poses, at, rules.smoothing)
     if track.velocities is None and rules.smooth_poses:
         return smooth
-    measured = _interpolated(at, times, poses)
+    measured = interpolated(at, times, poses)
     known = diagonal(np.broadcast_to(errors, measured.shape))
     as_seen = replace(smooth, poses=measured, pose_covariances=known)
     if track.velocities is None:
         return as_seen
-    velocities = _interpolated(at, times, track.velocities[track.good])
+    velocities = interpolated(at, times, track.velocities[track.good])
     _require_agreement(table.source, track.body, velocities, smooth.velocities)
     return replace(as_seen, velocities=velocities, velocity_covariances=None)
-
-
-def _interpolated(
-    at: NDArray[np.float64], times: NDArray[np.float64], values: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    return np.stack([np.interp(at, times, column) for column in values.T], axis=1)
 
 
 def _require_agreement(

@@ -56,32 +56,36 @@ class Run:
         self.store = store
         self.number = number
         self._database = store.database
-        self.dataset, self.future_number, asks, settings = self._database.execute(
-            "SELECT dataset, future, asks, settings FROM runs JOIN futures ON future = futures.id "
+        (self.dataset, self.future_number, asks, settings, *of_dataset) = self._database.execute(
+            "SELECT dataset, future, asks, settings, task, states, digest, parameters FROM runs "
+            "JOIN futures ON future = futures.id JOIN datasets ON dataset = datasets.id "
             "WHERE runs.id = ?",
             (number,),
         ).fetchone()
+        self.task, self.states, self.digest, parameters = of_dataset
+        self.parameters: dict[str, Any] | None = parameters and json.loads(parameters)
         self.future = None if asks == NO_FUTURE else Future.from_json(asks)
         """What is asked of each state's future; None: the scores are about the state as it is."""
         self.settings: dict[str, Any] = json.loads(settings)
         self.sampling = Sampling.taken_from(self.settings)
         """What is not known of each state's model, and how many particles it has; None: each score
         is of the model as it is. The scores of a belief are means."""
-        self.task, self.states, self.digest, parameters = self._database.execute(
-            "SELECT task, states, digest, parameters FROM datasets WHERE id = ?", (self.dataset,)
-        ).fetchone()
-        self.parameters: dict[str, Any] | None = parameters and json.loads(parameters)
+
+    @cached_property
+    def _questions(self) -> list[tuple[str, int, str, str]]:
+        """Metric, number, settings (JSON) and algorithm of each, in the order of METRICS."""
+        rows = self._database.execute(
+            "SELECT metric, id, settings, algorithm FROM asked JOIN questions ON question = id "
+            "WHERE run = ?",
+            (self.number,),
+        )
+        order = {metric: place for place, metric in enumerate(METRICS)}
+        return sorted(rows, key=lambda row: (order.get(row[0], len(order)), row[0]))
 
     @cached_property
     def asked(self) -> dict[str, int]:
         """The number of each metric's question, in the order of METRICS."""
-        rows = self._database.execute(
-            "SELECT metric, questions.id FROM asked JOIN questions ON question = questions.id "
-            "WHERE run = ?",
-            (self.number,),
-        ).fetchall()
-        order = {metric: place for place, metric in enumerate(METRICS)}
-        return dict(sorted(rows, key=lambda row: (order.get(row[0], len(order)), row[0])))
+        return {metric: number for metric, number, _, _ in self._questions}
 
     @property
     def metrics(self) -> tuple[str, ...]:
@@ -96,21 +100,12 @@ class Run:
     @cached_property
     def algorithm(self) -> str:
         """The version of energymargin since which the scores have these bits."""
-        return max((algorithm for _, algorithm in self._algorithms), key=_numbers)
+        return max((algorithm for *_, algorithm in self._questions), key=_numbers)
 
     @cached_property
     def up_to_date(self) -> bool:
         """Whether this energymargin gives the same scores."""
-        return all(algorithm_of(json.loads(own)) == other for own, other in self._algorithms)
-
-    @property
-    def _algorithms(self) -> list[tuple[str, str]]:
-        """The settings (JSON) and the algorithm of each question."""
-        return self._database.execute(
-            "SELECT DISTINCT settings, algorithm FROM asked JOIN questions ON question = id "
-            "WHERE run = ?",
-            (self.number,),
-        ).fetchall()
+        return all(algorithm_of(json.loads(own)) == other for _, _, own, other in self._questions)
 
     @cached_property
     def several(self) -> bool:
@@ -135,17 +130,15 @@ class Run:
 
     def counts(self) -> tuple[int, int]:
         """How many states have all their scores, and how many there are."""
-        (missing,) = self._database.execute(
-            f"SELECT count(*) FROM {self._states} AND {self._lacks}", (self.dataset,)
-        ).fetchone()
+        (missing,) = self._database.execute(f"SELECT count(*) FROM {self._lacking}").fetchone()
         return self.states - int(missing), self.states
 
     def missing(self, first: int = 0, last: int | None = None) -> list[int]:
         """The numbers of the states from `first` on, before `last`, that lack a score; rising."""
         rows = self._database.execute(
-            f"SELECT states.number FROM {self._states} AND states.number >= ? "
-            f"AND states.number < ? AND {self._lacks} ORDER BY states.number",
-            (self.dataset, first, self.states if last is None else last),
+            f"SELECT states.number FROM {self._lacking} AND states.number >= ? "
+            "AND states.number < ? ORDER BY states.number",
+            (first, self.states if last is None else last),
         )
         return [number for (number,) in rows]
 
@@ -241,9 +234,8 @@ class Run:
             "SELECT trajectory, frame, captured, success, captured_any, success_any, "
             f"total(seconds){scores} FROM {self._posed} "
             "LEFT JOIN scores ON scores.problem = posed.problem AND stream = posed.number "
-            f"AND question IN ({self._listed}) WHERE states.dataset = ? "
-            "GROUP BY states.number ORDER BY states.number",
-            (self.dataset,),
+            f"AND question IN ({self._listed}) WHERE states.dataset = {self.dataset} "
+            "GROUP BY states.number ORDER BY states.number"
         )
         for row in rows:
             yield ScoredState._make((*row[:7], row[7:]))
@@ -328,20 +320,16 @@ class Run:
 
     def labelled_scores(self) -> LabelledScores:
         """All labels and scores, for an evaluation; a score that is not there yet is NaN."""
-        trajectory = np.empty(self.states, dtype=np.int64)
-        labels = np.full((self.states, 4), np.nan)
-        scores = np.full((self.states, len(self.metrics)), np.nan)
-        for number, state in enumerate(self.rows()):
-            trajectory[number] = state.trajectory
-            labels[number] = state[2:6]  # None becomes NaN
-            scores[number] = state.scores
-        captured, success, captured_any, success_any = labels.T
+        rows = ((row.trajectory, *row[2:6], *row.scores) for row in self.rows())
+        kind = np.dtype((float, 5 + len(self.metrics)))
+        columns = np.fromiter(rows, kind, self.states).T.copy()  # None becomes NaN
+        trajectory, captured, success, captured_any, success_any, *scores = columns
         return LabelledScores(
             task=self.task,
-            trajectory=trajectory,
+            trajectory=trajectory.astype(np.int64),
             captured=captured.astype(bool),
             success=success.astype(bool),
-            scores={metric: scores[:, i].copy() for i, metric in enumerate(self.metrics)},
+            scores=dict(zip(self.metrics, scores, strict=True)),
             captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
             success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
             asks=self._asks(),
@@ -365,17 +353,13 @@ class Run:
         )
 
     @property
-    def _states(self) -> str:
-        """`_posed`, of the run's dataset alone."""
-        return f"{self._posed} WHERE states.dataset = ?"
-
-    @property
-    def _lacks(self) -> str:
-        """In SQL: whether a row of `_states` lacks a score of the run."""
+    def _lacking(self) -> str:
+        """In SQL: the states that lack a score of the run, of which those without a problem have
+        none."""
         return (
-            "(posed.problem IS NULL OR (SELECT count(*) FROM scores "
+            f"{self._posed} WHERE states.dataset = {self.dataset} AND (SELECT count(*) FROM scores "
             "WHERE scores.problem = posed.problem "
-            f"AND stream = posed.number AND question IN ({self._listed})) < {len(self.asked)})"
+            f"AND stream = posed.number AND question IN ({self._listed})) < {len(self.asked)}"
         )
 
     @cached_property
