@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import FrameType
 from typing import Any
 
@@ -13,16 +13,13 @@ from typing import Any
 _remembered = threading.Event()  # set once a Ctrl-C was raised
 
 
-@contextmanager
-def on_interrupt(act: Callable[[], object]) -> Iterator[None]:
+def on_interrupt(act: Callable[[], object]) -> AbstractContextManager[None]:
     """Ctrl-C calls `act` instead of raising. Only where it would raise KeyboardInterrupt: a
     program's own handler stays in place."""
-    raises = (signal.default_int_handler, _raise_and_remember)
-    if _in_main_thread() and signal.getsignal(signal.SIGINT) in raises:
-        with _handled_by(lambda _signal, _frame: act()):
-            yield
-    else:
-        yield
+    raises = signal.getsignal(signal.SIGINT) in (signal.default_int_handler, _raise_and_remember)
+    if _in_main_thread() and raises:
+        return _handled_by(lambda _signal, _frame: act())
+    return nullcontext()
 
 
 @contextmanager

@@ -18,16 +18,9 @@ from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work, score_chunk
 from energymargin.limits import Limit
-from energymargin.metrics import check_metrics
 from energymargin.parallel import run
 from energymargin.reprs import short_repr
-from energymargin.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-    require_objects,
-)
+from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
 from energymargin.summary import html_or_text
 
 if TYPE_CHECKING:
@@ -98,10 +91,8 @@ def score(
     limit = Limit(timeout, cancel)
     if isinstance(problems, (Problem, Mapping)) or not hasattr(problems, "__getitem__"):
         raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
-    metrics = chosen_metrics(problems, metrics)
-    check_metrics(metrics)
     settings = chosen_settings(settings, **loose)
-    require_objects(problems, metrics, settings)
+    metrics = chosen_metrics(problems, metrics, settings)
     executor = chosen_executor(executor, threads)
     done: list[Row] = []
     errors: dict[int, str] = {}

@@ -24,7 +24,16 @@ from energymargin._core import (
 )
 from energymargin.checks import not_negative_number, one_of, share, whole_number, yes_or_no
 from energymargin.disturbances import Disturbance, Uniform
-from energymargin.metrics import ANY, CLOCKLESS, KINDS, METRICS, TIMED, metric_kind, settings_of
+from energymargin.metrics import (
+    ANY,
+    CLOCKLESS,
+    KINDS,
+    METRICS,
+    TIMED,
+    check_metrics,
+    metric_kind,
+    settings_of,
+)
 from energymargin.settings import setting
 
 if TYPE_CHECKING:
@@ -272,8 +281,16 @@ def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
     return tuple(metric for metric in METRICS if metric in there)
 
 
-def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -> Sequence[str]:
-    """`metrics`, or for None all that the problems have; ValueError on one that they lack."""
+def chosen_metrics(
+    problems: Sequence[Problem],
+    metrics: Sequence[str] | None,
+    settings: SearchSettings | None = None,
+) -> Sequence[str]:
+    """`metrics`, or for None all that the problems have.
+
+    Raises ValueError on an unknown one, or none, and on one that the problems lack, or do not have
+    with these settings.
+    """
     strange = [problem for problem in problems if not isinstance(problem, Problem)]
     if strange:
         raise ValueError(f"problems has {strange[0]!r}, expected Problems alone")
@@ -295,10 +312,14 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
         raise ValueError(
             f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
         )
-    return there if metrics is None else metrics
+    chosen = there if metrics is None else metrics
+    check_metrics(chosen)
+    if settings is not None:
+        _require_objects(problems, chosen, settings)
+    return chosen
 
 
-def require_objects(
+def _require_objects(
     problems: Iterable[Problem], metrics: Sequence[str], settings: SearchSettings
 ) -> None:
     """Raises ValueError if a disturbance is to meet more objects than a problem has."""

@@ -22,16 +22,10 @@ from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work
 from energymargin.limits import Limit
-from energymargin.metrics import TIMED, check_metrics
+from energymargin.metrics import TIMED
 from energymargin.reprs import short_repr
 from energymargin.scoring import ScoreError, run_all
-from energymargin.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-    require_objects,
-)
+from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -275,9 +269,7 @@ def score_beliefs(
     if strange:
         raise ValueError(f"beliefs has {strange[0]!r}, expected em.Beliefs alone")
     problems = [belief.problem for belief in beliefs]
-    metrics = chosen_metrics(problems, metrics)
-    check_metrics(metrics)
-    require_objects(problems, metrics, settings)
+    metrics = chosen_metrics(problems, metrics, settings)
     executor = chosen_executor(executor, threads)
     sharing = Sharing(particles, settings)
     sharing.require(metrics)

@@ -19,24 +19,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.recordings.cleaning import (
-    LEAST_JUMP,
-    LEAST_TURN,
-    SMOOTHING,
-    gap_limits,
-    interpolated,
-    lost,
-    usual_step,
-)
-from energymargin.recordings.reading import (
-    LONGEST_GAP,
-    FrameTable,
-    Rules,
-    SourceFile,
-    frame_origin,
-    recording_of,
-    require_rising,
-)
+from energymargin.recordings import cleaning, reading
+from energymargin.recordings.reading import FrameTable, Rules, SourceFile
 from energymargin.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -85,10 +69,10 @@ def read_bag(
     object: str,
     effector: str,
     repair: bool = True,
-    longest_gap: float = LONGEST_GAP,
-    least_jump: float = LEAST_JUMP,
-    least_turn: float = LEAST_TURN,
-    smoothing: float = SMOOTHING,
+    longest_gap: float = reading.LONGEST_GAP,
+    least_jump: float = cleaning.LEAST_JUMP,
+    least_turn: float = cleaning.LEAST_TURN,
+    smoothing: float = cleaning.SMOOTHING,
     smooth_poses: bool = True,
     causal: bool = False,
     origin: Sequence[float] = (0.0, 0.0, 0.0),
@@ -119,12 +103,12 @@ def read_bag(
     all that `read_csv` refuses.
     """
     rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
-    place = frame_origin(origin)
+    place = reading.frame_origin(origin)
     source = SourceFile(Path(path), "message", HINT)
     wanted = {"object": _topic("object", object), "effector": _topic("effector", effector)}
     if wanted["object"] == wanted["effector"]:
         raise ValueError(f"object and effector are both {object!r}, expected two bodies")
-    return recording_of(_table(source, _sightings(source, wanted), rules), rules, place)
+    return reading.recording_of(_table(source, _sightings(source, wanted), rules), rules, place)
 
 
 def is_bag(path: Path) -> bool:
@@ -235,11 +219,12 @@ def _table(source: SourceFile, seen: dict[str, list[_Sighting]], rules: Rules) -
     for body, own in seen.items():
         stamps[body] = np.array([(one.nanoseconds - begin) / NANOSECONDS for one in own])
         lines[body] = np.array([one.number for one in own], dtype=np.int64)
-        require_rising(source, f"the time of the {body}", stamps[body], lines[body])
+        reading.require_rising(source, f"the time of the {body}", stamps[body], lines[body])
     for body, own in seen.items():
         poses[body] = _planar(source, body, own)
-        poses[body][lost(poses[body], rules.least_jump)] = np.nan
-    rarer = usual_step(stamps["effector"]) > CLEARLY * usual_step(stamps["object"])
+        poses[body][cleaning.lost(poses[body], rules.least_jump)] = np.nan
+    steps = {body: cleaning.usual_step(own) for body, own in stamps.items()}
+    rarer = steps["effector"] > CLEARLY * steps["object"]
     slower, other = ("effector", "object") if rarer else ("object", "effector")
     times = stamps[slower]
     poses[other] = _between(times, stamps[other], poses[other], rules.longest_gap)
@@ -296,9 +281,9 @@ def _between(
     seen = np.isfinite(poses).all(axis=1)
     known, columns = times[seen], poses[seen].copy()
     columns[:, 2] = np.unwrap(columns[:, 2])
-    found = interpolated(at, known, columns, outside=np.nan)
+    found = cleaning.interpolated(at, known, columns, outside=np.nan)
     last = len(known) - 1
     after = np.minimum(np.searchsorted(known, at), last)
     before = np.maximum(np.searchsorted(known, at, side="right") - 1, 0)
-    found[known[after] - known[before] > sum(gap_limits(longest_gap, known))] = np.nan
+    found[known[after] - known[before] > sum(cleaning.gap_limits(longest_gap, known))] = np.nan
     return found

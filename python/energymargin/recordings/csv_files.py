@@ -14,18 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import one_of
-from energymargin.recordings.cleaning import LEAST_JUMP, LEAST_TURN, SMOOTHING
-from energymargin.recordings.reading import (
-    BODIES,
-    LONGEST_GAP,
-    POSE,
-    VELOCITY,
-    FrameTable,
-    Rules,
-    SourceFile,
-    frame_origin,
-    recording_of,
-)
+from energymargin.recordings import cleaning, reading
+from energymargin.recordings.reading import BODIES, POSE, VELOCITY, FrameTable, Rules, SourceFile
 from energymargin.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -101,7 +91,7 @@ class Columns:
             raise ValueError(f"header is {self.header!r}, expected true or false")
         if self.columns:
             _require_whole("columns", self.columns, needed=FIELDS[1:])
-        frame_origin(self.origin)
+        reading.frame_origin(self.origin)
 
     @classmethod
     def of(cls, given: Columns | Mapping[str, Any] | str | os.PathLike[str] | None) -> Columns:
@@ -178,10 +168,10 @@ def read_csv(
     columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     *,
     repair: bool = True,
-    longest_gap: float = LONGEST_GAP,
-    least_jump: float = LEAST_JUMP,
-    least_turn: float = LEAST_TURN,
-    smoothing: float = SMOOTHING,
+    longest_gap: float = reading.LONGEST_GAP,
+    least_jump: float = cleaning.LEAST_JUMP,
+    least_turn: float = cleaning.LEAST_TURN,
+    smoothing: float = cleaning.SMOOTHING,
     smooth_poses: bool = True,
     causal: bool = False,
     origin: Sequence[float] | None = None,
@@ -213,8 +203,8 @@ def read_csv(
     """
     rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
     layout = Columns.of(columns)
-    place = frame_origin(layout.origin if origin is None else origin)
-    return recording_of(_table(SourceFile(Path(path)), layout), rules, place)
+    place = reading.frame_origin(layout.origin if origin is None else origin)
+    return reading.recording_of(_table(SourceFile(Path(path)), layout), rules, place)
 
 
 def _require_keys(what: str, given: Any, known: Collection[str]) -> None:

@@ -14,17 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import positive_number, yes_or_no
-from energymargin.recordings.cleaning import (
-    LEAST_FRAMES,
-    causally_smoothed,
-    diagonal,
-    gap_limits,
-    interpolated,
-    jumps,
-    lost,
-    smoothed,
-    usual_step,
-)
+from energymargin.recordings import cleaning
 from energymargin.recordings.recording import Motion, Recording, Repairs
 from energymargin.reprs import short_repr
 
@@ -145,7 +135,8 @@ def recording_of(table: FrameTable, rules: Rules, origin: tuple[float, float, fl
     _require_few(table, repairs, len(frames), repair=rules.repair)
     if rules.causal:
         known = [t.good for t in tracks if t.velocities is None]
-        since = max((table.times[good][LEAST_FRAMES - 1] for good in known), default=-math.inf)
+        sevenths = (table.times[good][cleaning.LEAST_FRAMES - 1] for good in known)
+        since = max(sevenths, default=-math.inf)
         frames, times = frames[times >= since], times[times >= since]
         repairs = _repairs(table, tracks, frames)
     object_, effector = (_moved(_motion(table, t, times, rules), origin) for t in tracks)
@@ -167,15 +158,15 @@ def require_rising(
 
 
 def _require_enough(table: FrameTable, count: int, what: str) -> None:
-    if count < LEAST_FRAMES:
-        raise table.source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
+    if count < cleaning.LEAST_FRAMES:
+        raise table.source.error(f"has {count} {what}, expected at least {cleaning.LEAST_FRAMES}")
 
 
 def _require_clock(table: FrameTable, smoothing: float) -> None:
     """Raises ValueError unless frames and times rise, in steps of a camera, and for long enough."""
     require_rising(table.source, "frame", table.frames.astype(float), table.lines)
     require_rising(table.source, "time", table.times, table.lines)
-    step, length = usual_step(table.times), float(np.ptp(table.times))
+    step, length = cleaning.usual_step(table.times), float(np.ptp(table.times))
     if not STEPS[0] <= step <= STEPS[1]:
         raise table.source.error(
             f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s. "
@@ -194,10 +185,11 @@ def _track(table: FrameTable, body: str, rules: Rules) -> _Track:
     seen = np.asarray(np.isfinite(poses).all(axis=1))
     if velocities is not None:
         seen &= np.isfinite(velocities).all(axis=1)
-    seen &= ~lost(poses, rules.least_jump)
+    seen &= ~cleaning.lost(poses, rules.least_jump)
     _require_enough(table, int(seen.sum()), f"rows in which the {body} was seen")
     jumped = np.zeros_like(seen)
-    jumped[seen] = jumps(table.times[seen], poses[seen], (rules.least_jump, rules.least_turn))
+    least = (rules.least_jump, rules.least_turn)
+    jumped[seen] = cleaning.jumps(table.times[seen], poses[seen], least)
     good = seen & ~jumped
     _require_enough(table, int(good.sum()), f"rows without a jump of the {body}")
     poses[good, 2] = np.unwrap(poses[good, 2])
@@ -227,7 +219,7 @@ def _require_short_gaps(table: FrameTable, track: _Track, longest_gap: float) ->
     """Raises ValueError with the line after a longer time without a good pose of this body."""
     rows = np.flatnonzero(track.good)
     gaps = np.diff(table.times[rows])
-    longest, jitter = gap_limits(longest_gap, table.times)
+    longest, jitter = cleaning.gap_limits(longest_gap, table.times)
     if (gaps > longest + jitter).any():
         k = int(np.argmax(gaps > longest + jitter))
         before, after = rows[k], rows[k + 1]
@@ -294,16 +286,17 @@ def _require_few(table: FrameTable, repairs: Repairs, frames: int, *, repair: bo
 def _motion(table: FrameTable, track: _Track, at: NDArray[np.float64], rules: Rules) -> Motion:
     """A body's at all frames. Raises ValueError if velocities of the file contradict its poses."""
     times, poses = table.times[track.good], track.poses[track.good]
-    smoother = causally_smoothed if rules.causal and track.velocities is None else smoothed
+    causal = rules.causal and track.velocities is None
+    smoother = cleaning.causally_smoothed if causal else cleaning.smoothed
     smooth, errors = smoother(times, poses, at, rules.smoothing)
     if track.velocities is None and rules.smooth_poses:
         return smooth
-    measured = interpolated(at, times, poses)
-    known = diagonal(np.broadcast_to(errors, measured.shape))
+    measured = cleaning.interpolated(at, times, poses)
+    known = cleaning.diagonal(np.broadcast_to(errors, measured.shape))
     as_seen = replace(smooth, poses=measured, pose_covariances=known)
     if track.velocities is None:
         return as_seen
-    velocities = interpolated(at, times, track.velocities[track.good])
+    velocities = cleaning.interpolated(at, times, track.velocities[track.good])
     _require_agreement(table.source, track.body, velocities, smooth.velocities)
     return replace(as_seen, velocities=velocities, velocity_covariances=None)
 

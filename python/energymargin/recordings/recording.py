@@ -54,10 +54,7 @@ class Repairs:
     @property
     def frames(self) -> tuple[int, ...]:
         """All frames with an interpolated pose."""
-        numbers = {*self.missing}
-        for by_body in (self.unseen, self.outliers):
-            numbers.update(number for body in by_body.values() for number in body)
-        return tuple(sorted(numbers))
+        return tuple(sorted({*self.missing}.union(*self.unseen.values(), *self.outliers.values())))
 
     def __str__(self) -> str:
         """The counts, as text."""

@@ -128,10 +128,9 @@ class Database(Closing):
     def _open(self, create: bool) -> None:
         self.database.execute("PRAGMA foreign_keys = ON")
         self.database.execute(f"PRAGMA cache_size = -{CACHE}")
-        if create and self._is_empty():
+        if create and not self._value("SELECT count(*) FROM sqlite_master"):
             with self._committed():
-                if self._is_empty():  # still, now that nobody else can make it
-                    schema.create(self.database)
+                schema.create(self.database)
         self._check_format()
         self.database.execute("PRAGMA journal_mode = WAL")
         self.database.execute("PRAGMA synchronous = NORMAL")
@@ -164,36 +163,30 @@ class Database(Closing):
             return OSError(errno.EIO, text, path)
         return ValueError(f"{path} is not a file of scores, or damaged: {text}")
 
-    def _is_empty(self) -> bool:
-        (tables,) = self.database.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        return bool(tables == 0)
+    def _value(self, question: str) -> Any:
+        """What a question with one answer gives."""
+        return self.database.execute(question).fetchone()[0]
 
     def _version(self) -> int:
-        return int(self.database.execute("PRAGMA user_version").fetchone()[0])
+        return int(self._value("PRAGMA user_version"))
 
     def _check_format(self) -> None:
-        (application,) = self.database.execute("PRAGMA application_id").fetchone()
-        if application != schema.APPLICATION_ID:
+        if self._value("PRAGMA application_id") != schema.APPLICATION_ID:
             raise ValueError(
                 f"{self.path} is not a file of scores: it is empty, or an SQLite file of something "
                 "else"
             )
         version = self._version()
-        if version > schema.VERSION:
-            raise ValueError(
-                f"{self.path} has version {version} of the scores' format, "
-                f"and this energymargin reads up to {schema.VERSION}: update it"
-            )
-        if version < schema.OLDEST:
+        if not schema.OLDEST <= version <= schema.VERSION:
+            older = "open it once with 0.13, which brings it up to date, or score the dataset again"
             raise ValueError(
                 f"{self.path} has version {version} of the scores' format, and this energymargin "
-                f"reads versions {schema.OLDEST} to {schema.VERSION}: open it once with 0.13, "
-                "which brings it up to date, or score the dataset again"
+                f"reads versions {schema.OLDEST} to {schema.VERSION}: "
+                f"{'update it' if version > schema.VERSION else older}"
             )
-        if self._is_smaller_than(CHECKED):
-            (state,) = self.database.execute("PRAGMA quick_check(1)").fetchone()
-            if state != "ok":
-                raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
+        small = self._is_smaller_than(CHECKED)
+        if small and (state := self._value("PRAGMA quick_check(1)")) != "ok":
+            raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
         if self._is_smaller_than(SUMMED) and not self._has_its_checksum():
             raise ValueError(
                 f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere; "
@@ -214,8 +207,7 @@ class Database(Closing):
 
 def _identity(path: Path) -> tuple[int, int] | None:
     """Device and inode of a file, equal for all its names; None if there is no file."""
-    try:
+    with suppress(OSError):
         status = path.stat()
-    except OSError:
-        return None
-    return status.st_dev, status.st_ino
+        return status.st_dev, status.st_ino
+    return None

@@ -22,16 +22,10 @@ from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work
 from energymargin.limits import Limit
-from energymargin.metrics import CLOCKLESS, TIMED, check_metrics
+from energymargin.metrics import CLOCKLESS, TIMED
 from energymargin.plausibility import warn
 from energymargin.scoring import ScoreError, run_all
-from energymargin.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-    require_objects,
-)
+from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
@@ -197,9 +191,7 @@ def dataset_metrics(
     if not problems:
         raise StateError(errors[min(errors)])
     _require_clock(metrics or (), problems.values())
-    chosen = chosen_metrics(list(problems.values()), metrics)
-    check_metrics(chosen)
-    require_objects(problems.values(), chosen, settings)
+    chosen = chosen_metrics(list(problems.values()), metrics, settings)
     if sampling is not None:
         Sharing(sampling.particles, settings).require(chosen)
         for problem in problems.values():
