@@ -101,18 +101,13 @@ class Columns:
         """
         if given is None or isinstance(given, Columns):
             return given or cls()
-        if isinstance(given, Mapping):
-            _require_keys("the layout", given, [known.name for known in fields(cls)])
-            return cls(**given)
-        if not (isinstance(given, (str, os.PathLike)) and os.fspath(given)):
-            raise ValueError(f"columns is {given!r}, expected a mapping or a JSON file of one")
-        path = Path(given)
+        file = Path(given) if isinstance(given, (str, os.PathLike)) else None
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            content: Any = json.loads(file.read_text(encoding="utf-8")) if file else given
             _require_keys("the layout", content, [known.name for known in fields(cls)])
             return cls(**content)
         except (ValueError, RecursionError) as error:
-            raise ValueError(f"{path}: {error}") from error
+            raise ValueError(f"{file}: {error}" if file else f"{error}") from error
 
     @property
     def has_header(self) -> bool:

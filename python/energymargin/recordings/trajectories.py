@@ -82,11 +82,7 @@ def dataset(
     trajectories = []
     for number, recording in enumerate(recordings):
         in_scene = placed(
-            recording,
-            scene,
-            object=object,
-            effector=effector,
-            most_overlap=most_overlap,
+            recording, scene, object=object, effector=effector, most_overlap=most_overlap
         )
         if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
             notice(f"{recording.name}: {_overlaps(in_scene)}")

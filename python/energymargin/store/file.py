@@ -95,19 +95,18 @@ class ScoreStore(Database):
         row = found.fetchone()
         if row is not None:
             return int(row[0])
-        cursor = self.database.execute(
-            "INSERT INTO datasets (digest, task, parameters, states) VALUES (?, ?, ?, ?)",
-            (digest, dataset.task, json.dumps(dataset.parameters), dataset.size),
+        parameters, states = json.dumps(dataset.parameters), dataset.size
+        number = self.number_of(
+            "datasets", digest=digest, task=dataset.task, parameters=parameters, states=states
         )
-        assert cursor.lastrowid is not None  # it was just inserted
         for first in range(0, dataset.size, LABELS):
             last = min(first + LABELS, dataset.size)
             labels = dataset.labels(first, last)
             self.database.executemany(
                 "INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                ((cursor.lastrowid, n, *own) for n, own in enumerate(labels, start=first)),
+                ((number, n, *own) for n, own in enumerate(labels, start=first)),
             )
-        return cursor.lastrowid
+        return number
 
 
 def _json(settings: Mapping[str, Any]) -> str:

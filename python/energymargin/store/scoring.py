@@ -94,11 +94,7 @@ def score_dataset(
         store = opened.enter_context(ScoreStore(path, create=True))
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
         return score_run(
-            *(dataset, run),
-            executor=executor,
-            progress=progress,
-            notice=notice,
-            **limit.rest(),
+            *(dataset, run), executor=executor, progress=progress, notice=notice, **limit.rest()
         )
 
 
