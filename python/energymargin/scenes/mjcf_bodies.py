@@ -64,18 +64,15 @@ class Builder:
                 self._add_static(body)
             elif self._selection.carrier[body] == body:
                 self._add_moving(body)
-        order = list(drives)
-        joints = [
-            ({**keywords, **drives[joint]}, order.index(joint))
-            if joint is not None
-            else (keywords, len(order))
-            for joint, keywords in self._joints
-        ]
-        joints.sort(key=lambda each: each[1])
+        order = [*drives, None]
+        joints = sorted(self._joints, key=lambda each: order.index(each[0]))
         disabled, frictions = self._pairs(self_collision)
         return Additions(
             sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0)),
-            [keywords for keywords, _ in joints],
+            [
+                {**keywords, **({} if joint is None else drives[joint])}
+                for joint, keywords in joints
+            ],
             disabled,
             frictions,
             list(self._planes.values()),

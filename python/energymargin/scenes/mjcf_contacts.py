@@ -53,7 +53,7 @@ class Contacts:
     def _colliding(self) -> list[int]:
         model = self._model
         paired = {int(g) for g in [*model.pair_geom1, *model.pair_geom2]}
-        masks = np.asarray(model.geom_contype) | np.asarray(model.geom_conaffinity)
+        masks = model.geom_contype | model.geom_conaffinity
         return [g for g in range(model.ngeom) if masks[g] or g in paired]
 
     def _count(self, features: Features) -> None:
@@ -61,8 +61,8 @@ class Contacts:
         kinds = [self._kind(geom) for geom in self.geoms]
         for kind in ("hfield", "sdf"):
             features.add(f"geom/{kind}", kinds.count(kind))
-        features.add("geom.margin", int(np.sum(np.asarray(model.geom_margin)[own] > 0)))
-        condim, friction = np.asarray(model.geom_condim)[own], np.asarray(model.geom_friction)[own]
+        features.add("geom.margin", int(np.sum(model.geom_margin[own] > 0)))
+        condim, friction = model.geom_condim[own], model.geom_friction[own]
         turning = ((condim > SLIDING) & (friction[:, 1] > 0)) | (
             (condim > SLIDING + 1) & (friction[:, 2] > 0)
         )
@@ -87,46 +87,38 @@ class Contacts:
         table = np.full((own.size, own.size), np.nan)
         if not own.size or disabled(model, "CONTACT"):
             return table
-        types, affinities = np.asarray(model.geom_contype), np.asarray(model.geom_conaffinity)
-        meet = (types[own][:, None] & affinities[own]) != 0
+        meet = (model.geom_contype[own][:, None] & model.geom_conaffinity[own]) != 0
         meet = (meet | meet.T) & self._bodies_meet(own)
         table[meet] = self._mixed(own)[meet]
         for pair in self._pairs():
             a, b = (self._index[int(g[pair])] for g in (model.pair_geom1, model.pair_geom2))
             rough = model.pair_friction[pair][0] if model.pair_dim[pair] > FRICTIONLESS else 0.0
             table[a, b] = table[b, a] = rough
-        rigid = [[self._rigid(a, b) for b in self.geoms] for a in self.geoms]
-        table[np.asarray(rigid)] = np.nan
+        bodies = [int(model.geom_bodyid[geom]) for geom in self.geoms]
+        table[np.array([[self._selection.rigid(a, b) for b in bodies] for a in bodies])] = np.nan
         return table
-
-    def _rigid(self, geom_a: int, geom_b: int) -> bool:
-        bodies = self._model.geom_bodyid
-        return self._selection.rigid(int(bodies[geom_a]), int(bodies[geom_b]))
 
     def _bodies_meet(self, own: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Neither welded together, nor parent and child, nor excluded."""
         model = self._model
-        bodies = np.asarray(model.geom_bodyid)[own]
-        welds = np.asarray(model.body_weldid)
-        weld = welds[bodies]
-        above = welds[np.asarray(model.body_parentid)[weld]]
+        bodies = model.geom_bodyid[own]
+        weld = model.body_weldid[bodies]
+        above = model.body_weldid[model.body_parentid[weld]]
         world = 0 if self._selection.root is None else -1  # a subtree hangs on what may move
         meet: NDArray[np.bool_] = weld[:, None] != weld
         if not disabled(model, "FILTERPARENT"):
             parent = (weld[:, None] == above) & (weld[:, None] != world)
             meet &= ~(parent | parent.T)
-        signatures = np.asarray(model.exclude_signature, np.int64)
-        excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in signatures}
-        for a, b in excluded:
-            pair = (bodies[:, None] == a) & (bodies == b)
+        for signature in map(int, model.exclude_signature):
+            pair = (bodies[:, None] == signature >> 16) & (bodies == signature & 0xFFFF)
             meet &= ~(pair | pair.T)
         return meet
 
     def _mixed(self, own: NDArray[np.int64]) -> NDArray[np.float64]:
         """The larger coefficient of two geoms, or that of the higher priority."""
-        priority = np.asarray(self._model.geom_priority)[own]
-        dimensions = np.asarray(self._model.geom_condim)[own]
-        friction = np.asarray(self._model.geom_friction)[own, 0]
+        priority = self._model.geom_priority[own]
+        dimensions = self._model.geom_condim[own]
+        friction = self._model.geom_friction[own, 0]
         first, equal = priority[:, None] > priority, priority[:, None] == priority
         chosen = []
         for values in (friction, dimensions):
@@ -134,18 +126,16 @@ class Contacts:
             chosen.append(np.where(equal, np.maximum(one, other), np.where(first, one, other)))
         return np.where(chosen[1] > FRICTIONLESS, chosen[0], 0.0)
 
-    def _own_friction(self, geom: int) -> float:
-        slides = self._model.geom_condim[geom] > FRICTIONLESS
-        return float(self._model.geom_friction[geom][0]) if slides else 0.0
-
     def _groups(self, carriers: dict[int, int]) -> Iterator[Group]:
         """By body the largest group first; each plane is a group of its own."""
-        alike: dict[tuple[Any, ...], list[int]] = {}
+        model, alike = self._model, dict[tuple[Any, ...], list[int]]()
         for i, geom in enumerate(self.geoms):
-            body = carriers[int(self._model.geom_bodyid[geom])]
+            body = carriers[int(model.geom_bodyid[geom])]
             alone = geom if self.is_plane(geom) else -1
+            slides = model.geom_condim[geom] > FRICTIONLESS
+            friction = float(model.geom_friction[geom][0]) if slides else 0.0
             row = self._coefficients[i].tobytes()
-            alike.setdefault((body, alone, self._own_friction(geom), row), []).append(geom)
+            alike.setdefault((body, alone, friction, row), []).append(geom)
         order = sorted(alike.items(), key=lambda item: (item[0][0], -len(item[1]), item[1][0]))
         for (body, _, friction, _), geoms in order:
             yield Group(body, tuple(geoms), friction)

@@ -38,15 +38,6 @@ class Linear:
 
 
 @dataclass(frozen=True)
-class Coupling:
-    """position = multiplier * (that of `source`) + offset; without a source it is constant."""
-
-    source: int | None
-    multiplier: float
-    offset: float
-
-
-@dataclass(frozen=True)
 class _Equation:
     """A sum that is 0, the joint that it is written for, and what the model calls it."""
 
@@ -55,8 +46,10 @@ class _Equation:
     feature: str
 
 
-def couplings(selection: Selection, features: Features) -> dict[int, Coupling]:
-    """By joint that follows another one, how; counts what is not linear or not of two joints.
+def couplings(selection: Selection, features: Features) -> dict[int, Linear]:
+    """By joint that follows, its position: a multiple of that of one other joint, or constant.
+
+    Counts what is not linear or not of two joints.
 
     Joints with an actuator lead where they can. Raises ValueError on equations that contradict.
     """
@@ -66,17 +59,12 @@ def couplings(selection: Selection, features: Features) -> dict[int, Coupling]:
         solved = _solved(selection.model, equations, driven)
         bad = [joint for joint, (of, _) in solved.items() if len(of.terms) > 1]
         if not bad:
-            return {joint: _coupling(of) for joint, (of, _) in solved.items()}
+            return {joint: of for joint, (of, _) in solved.items()}
         dropped = [solved[joint][1] for joint in bad]
         for equation in dropped:
             joints = [name_of(selection.model, "joint", joint) for joint in equation.sum.terms]
             features.add(equation.feature, loose=joints)
         equations = [equation for equation in equations if equation not in dropped]
-
-
-def _coupling(of: Linear) -> Coupling:
-    source, multiplier = next(iter(of.terms.items()), (None, 0.0))
-    return Coupling(source, multiplier, of.constant)
 
 
 def _solved(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Mimic
-from energymargin.scenes.mjcf_couplings import Coupling, Linear, linear_tendon
+from energymargin.scenes.mjcf_couplings import Linear, linear_tendon
 from energymargin.scenes.mjcf_model import (
     Features,
     Selection,
@@ -74,7 +74,7 @@ class Drive:
 
 def drives(
     selection: Selection,
-    coupled: dict[int, Coupling],
+    coupled: Mapping[int, Linear],
     commanded: Collection[str],
     features: Features,
 ) -> dict[int, Drive]:
@@ -82,26 +82,31 @@ def drives(
 
     `commanded`: joints whose drives the caller gives, by name. Counts what is not simulated.
     """
-    maker = _Drives(selection, coupled, features)
-    maker.add_limits()
-    maker.add_springs()
-    maker.add_tendons()
-    maker.add_actuators()
+    maker, model = _Drives(selection, coupled, features), selection.model
+    for joint in selection.all_joints():
+        maker.add_joint(joint)
+    for tendon in range(model.ntendon):
+        maker.add_tendon(tendon)
+    if not disabled(model, "ACTUATION"):
+        for actuator in range(model.nu):
+            maker.add_actuator(actuator)
+        for joint in selection.all_joints():
+            maker.add_ceiling(joint)
     maker.count(commanded)
     return maker.drives
 
 
 class _Drives:
     def __init__(
-        self, selection: Selection, coupled: dict[int, Coupling], features: Features
+        self, selection: Selection, coupled: Mapping[int, Linear], features: Features
     ) -> None:
         self._model, self._start, self._features = selection.model, selection.start, features
         self._own = selection.all_joints()
         self._free = selection.free - ({selection.root} if selection.root is not None else set())
-        self._linear = {
-            joint: Linear({} if c.source is None else {c.source: c.multiplier}, c.offset)
-            for joint, c in coupled.items()
-        }
+        self._coupled = coupled
+        self._stops, self._damps, self._springs = (
+            not disabled(self._model, what) for what in ("LIMIT", "DAMPER", "SPRING")
+        )
         self.drives = {joint: Drive() for joint in self._own if joint not in coupled}
 
     def _on_joint(self, length: Linear) -> tuple[Drive, float]:
@@ -109,20 +114,17 @@ class _Drives:
         ((joint, factor),) = length.terms.items()
         return self.drives[joint], factor
 
-    def _names(self, length: Linear) -> list[str]:
-        """Names of the joints here that a length depends on."""
-        return [name_of(self._model, "joint", j) for j in length.terms if j in self._own]
-
     def _of(self, joint: int) -> Linear:
-        return Linear({joint: 1.0}).with_couplings(self._linear)
+        return Linear({joint: 1.0}).with_couplings(self._coupled)
 
-    def _stop(self, length: Linear, lower: float, upper: float) -> None:
-        if length.terms:
+    def _stop(self, length: Linear, limited: Any, ends: Any) -> None:
+        """Limits; those of a joint that follows stop the one that leads."""
+        if self._stops and limited and length.terms:
             drive, factor = self._on_joint(length)
-            drive.stop(*sorted((end - length.constant) / factor for end in (lower, upper)))
+            drive.stop(*sorted((float(end) - length.constant) / factor for end in ends))
 
     def _push(
-        self, length: Linear, force: float, stiffness: float, damping: float, *, passive: bool
+        self, length: Linear, force: float, stiffness: float, damping: float, armature: float = 0.0
     ) -> None:
         """Adds force - stiffness * length - damping * rate, along the length."""
         if length.terms:
@@ -130,80 +132,65 @@ class _Drives:
             drive.force += factor * (force - stiffness * length.constant)
             drive.stiffness += factor**2 * stiffness
             drive.damping += factor**2 * damping
-            drive.passive_force |= passive and bool(stiffness)
+            drive.armature += factor**2 * armature
 
-    def add_limits(self) -> None:
-        """Those of joints; a joint that follows stops the one that leads."""
-        if disabled(self._model, "LIMIT"):
-            return
-        for joint in self._own:
-            if self._model.jnt_limited[joint]:
-                self._stop(self._of(joint), *map(float, self._model.jnt_range[joint]))
+    def _spring(
+        self, length: Linear, rest: float, stiffness: float, damping: float, armature: float
+    ) -> None:
+        """Adds what acts beside actuators."""
+        self._push(length, stiffness * rest, stiffness, damping, armature)
+        if length.terms and stiffness:
+            self._on_joint(length)[0].passive_force = True
 
-    def add_springs(self) -> None:
-        """Stiffness, damping and armature of joints."""
-        model = self._model
-        damps, springs = (not disabled(model, of) for of in ("DAMPER", "SPRING"))
-        for joint in self._own:
-            at, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
-            damping = damps * float(model.dof_damping[dof])
-            stiffness = springs * float(model.jnt_stiffness[joint])
-            rest = float(model.qpos_spring[at])
-            self._push(self._of(joint), stiffness * rest, stiffness, damping, passive=True)
-            self._add_armature(self._of(joint), float(model.dof_armature[dof]))
+    def add_joint(self, joint: int) -> None:
+        """Limits, stiffness, damping and armature of a joint."""
+        model, add, length = self._model, self._features.add, self._of(joint)
+        self._stop(length, model.jnt_limited[joint], model.jnt_range[joint])
+        dof = model.jnt_dofadr[joint]
+        rest = float(model.qpos_spring[model.jnt_qposadr[joint]])
+        stiffness = self._springs * float(model.jnt_stiffness[joint])
+        damping = self._damps * float(model.dof_damping[dof])
+        self._spring(length, rest, stiffness, damping, float(model.dof_armature[dof]))
+        add("joint.frictionloss", model.dof_frictionloss[dof] > 0)
+        add("joint.damping", _number(model, "dof_dampingpoly", dof) != 0)
+        nonlinear = ("jnt_springyield", "jnt_stiffnesspoly")
+        add("joint.stiffness", any(_number(model, name, joint) for name in nonlinear))
 
-    def _add_armature(self, length: Linear, armature: float) -> None:
-        for joint, factor in length.terms.items():
-            self.drives[joint].armature += factor**2 * armature
+    def _tendon(self, tendon: int) -> tuple[Linear | None, list[str]]:
+        """Length of a tendon, by joints that lead, and the joints here that it depends on, by name.
 
-    def add_tendons(self) -> None:
-        """Limits, springs and dampers of fixed tendons that depend on one joint."""
-        for tendon in range(self._model.ntendon):
-            self._add_tendon(tendon)
-
-    def _add_tendon(self, tendon: int) -> None:
-        model = self._model
-        length = linear_tendon(model, tendon)
-        acts = self._tendon_acts(tendon)
+        The length is None of a spatial tendon, and of one that depends on joints elsewhere.
+        """
+        length = linear_tendon(self._model, tendon)
         if length is None:
-            self._features.add("tendon", acts and self._near(tendon))
-            return
-        names = self._names(length)
-        if not set(length.terms) & set(self._own):
-            return
-        if not set(length.terms) <= set(self._own):
-            self._features.add("tendon", acts, names)
-            return
-        length = length.with_couplings(self._linear)
-        losses = bool(model.tendon_frictionloss[tendon])
-        self._features.add("tendon.frictionloss", losses and bool(length.terms))
-        if len(length.terms) > 1:
-            acts = self._pulls(tendon) or not self._within(tendon, length)
-            self._features.add("tendon", acts, names)
-        elif length.terms:
-            self._add_simple_tendon(tendon, length)
+            return None, []
+        names = [name_of(self._model, "joint", j) for j in length.terms if j in self._own]
+        here = len(names) == len(length.terms)
+        return (length.with_couplings(self._coupled) if here else None), names
 
-    def _add_simple_tendon(self, tendon: int, length: Linear) -> None:
-        model = self._model
-        if model.tendon_limited[tendon] and not disabled(self._model, "LIMIT"):
-            self._stop(length, *map(float, model.tendon_range[tendon]))
-        low, high = map(float, model.tendon_lengthspring[tendon])
-        stiffness = float(model.tendon_stiffness[tendon])
-        damping = float(model.tendon_damping[tendon])
-        self._features.add("tendon", bool(stiffness) and low != high)
-        self._push(length, stiffness * low, stiffness, damping, passive=True)
-        self._add_armature(length, _number(model, "tendon_armature", tendon))
-
-    def _pulls(self, tendon: int) -> bool:
-        """Whether a tendon resists motion within its limits."""
-        names = ("stiffness", "damping", "armature")
-        return any(_number(self._model, f"tendon_{name}", tendon) for name in names)
-
-    def _tendon_acts(self, tendon: int) -> bool:
-        model = self._model
-        return bool(
-            model.tendon_limited[tendon] or model.tendon_frictionloss[tendon] or self._pulls(tendon)
+    def add_tendon(self, tendon: int) -> None:
+        """Limits, springs and dampers of a fixed tendon that depends on one joint."""
+        model, add = self._model, self._features.add
+        length, names = self._tendon(tendon)
+        limited, losses = model.tendon_limited[tendon], bool(model.tendon_frictionloss[tendon])
+        stiffness, damping = (
+            float(model.tendon_stiffness[tendon]),
+            float(model.tendon_damping[tendon]),
         )
+        armature = _number(model, "tendon_armature", tendon)
+        pulls = bool(stiffness or damping or armature)
+        if length is None:
+            acts = limited or losses or pulls
+            add("tendon", acts and bool(names or self._near(tendon)), names)
+        elif length.terms:
+            add("tendon.frictionloss", losses)
+            if len(length.terms) > 1:
+                add("tendon", pulls or not self._within(tendon, length), names)
+                return
+            self._stop(length, limited, model.tendon_range[tendon])
+            low, high = map(float, model.tendon_lengthspring[tendon])
+            add("tendon", bool(stiffness) and low != high)
+            self._spring(length, low, stiffness, damping, armature)
 
     def _near(self, tendon: int) -> bool:
         """Whether a spatial tendon passes a body with joints of the selection, or below one."""
@@ -220,69 +207,56 @@ class _Drives:
 
     def _within(self, tendon: int, length: Linear) -> bool:
         """Whether the joints' limits keep a tendon within its own."""
-        if not self._model.tendon_limited[tendon] or disabled(self._model, "LIMIT"):
+        if not self._model.tendon_limited[tendon] or not self._stops:
             return True
-        ends = np.array(
-            [
-                sorted((f * self.drives[j].lower, f * self.drives[j].upper))
-                for j, f in length.terms.items()
-            ]
-        )
-        least, most = ends.sum(axis=0) + length.constant
+        ends = [
+            sorted((factor * self.drives[joint].lower, factor * self.drives[joint].upper))
+            for joint, factor in length.terms.items()
+        ]
+        least, most = np.sum(ends, axis=0) + length.constant
         low, high = self._model.tendon_range[tendon]
         return bool(low <= least and most <= high)
 
-    def add_actuators(self) -> None:
-        """Position and velocity control, at the control of the start."""
-        if disabled(self._model, "ACTUATION"):
-            return
-        for actuator in range(self._model.nu):
-            self._add_actuator(actuator)
-        for joint in self._own:
-            self._add_ceiling(joint)
-
-    def _add_ceiling(self, joint: int) -> None:
+    def add_ceiling(self, joint: int) -> None:
         """The limit of all actuators of a joint together."""
-        model, drive = self._model, self.drives.get(joint)
-        if not model.jnt_actfrclimited[joint]:
-            return
-        low, high = map(float, model.jnt_actfrcrange[joint])
-        if drive is None or low != -high:
-            self._features.add("actuator.forcerange")
-        if drive is not None:
-            drive.ceiling = max(-low, high)
+        limited, ends = self._model.jnt_actfrclimited[joint], self._model.jnt_actfrcrange[joint]
+        if joint in self.drives:
+            self.drives[joint].ceiling = self._most(limited, ends)
+        else:
+            self._features.add("actuator.forcerange", bool(limited))
 
-    def _add_actuator(self, actuator: int) -> None:
-        model = self._model
+    def _most(self, limited: Any, ends: Any) -> float:
+        """The limit of a force, from its range; counts one that is not the same both ways."""
+        if not limited:
+            return math.inf
+        low, high = map(float, ends)
+        self._features.add("actuator.forcerange", low != -high)
+        return max(-low, high)
+
+    def add_actuator(self, actuator: int) -> None:
+        """Position or velocity control, at the control of the start."""
+        model, add = self._model, self._features.add
         length = self._transmission(actuator)
         if length is None or not length.terms:
             return
-        if word("mjtDyn", model.actuator_dyntype[actuator]) != "none":
-            self._features.add("actuator/activation")
+        add("actuator/activation", word("mjtDyn", model.actuator_dyntype[actuator]) != "none")
         extras = ("damping", "armature", "delay")
-        self._features.add(
-            "actuator.damping", any(_number(model, f"actuator_{e}", actuator) for e in extras)
-        )
+        add("actuator.damping", any(_number(model, f"actuator_{e}", actuator) for e in extras))
         law = self._law(actuator)
         if law is None or law[1] < 0 or law[2] < 0:
-            self._features.add("actuator/gain", loose=self._names(length))
+            names = [name_of(model, "joint", joint) for joint in length.terms]
+            add("actuator/gain", loose=names)
             return
         drive, factor = self._on_joint(length)
         if law[1] == 0 and law[2] == 0:
             drive.motors += 1
             return
-        self._push(length, *law, passive=False)
+        self._push(length, *law)
         gain = float(model.actuator_gainprm[actuator][0])
         if word("mjtGain", model.actuator_gaintype[actuator]) == "fixed" and gain:
             drive.controls[actuator] = factor * gain
-        drive.most.append(abs(factor) * self._force_limit(actuator))
-
-    def _force_limit(self, actuator: int) -> float:
-        if not self._model.actuator_forcelimited[actuator]:
-            return math.inf
-        low, high = map(float, self._model.actuator_forcerange[actuator])
-        self._features.add("actuator.forcerange", low != -high)
-        return max(-low, high)
+        ends = model.actuator_forcerange[actuator]
+        drive.most.append(abs(factor) * self._most(model.actuator_forcelimited[actuator], ends))
 
     def _law(self, actuator: int) -> tuple[float, float, float] | None:
         """Force, stiffness and damping along the transmission, at the control of the start."""
@@ -301,67 +275,45 @@ class _Drives:
 
     def _transmission(self, actuator: int) -> Linear | None:
         """The length that an actuator acts along, of joints that lead; None if it has none here."""
-        model = self._model
+        model, add = self._model, self._features.add
         end = int(model.actuator_trnid[actuator][0])
         kind = word("mjtTrn", model.actuator_trntype[actuator])
-        gear = float(model.actuator_gear[actuator][0])
         length: Linear | None = None
-        if kind in ("joint", "jointinparent"):
-            if end in self._own:
-                length = self._of(end)
-            else:
-                self._features.add("actuator/site", int(model.jnt_bodyid[end]) in self._free)
-        elif kind == "tendon":
-            length = self._tendon_transmission(end)
+        if kind == "tendon":
+            length, names = self._tendon(end)
+            if length is None or len(length.terms) > 1:
+                add("actuator/tendon", bool(names) or linear_tendon(model, end) is None, names)
+                return None
+        elif kind not in ("joint", "jointinparent"):
+            add("actuator/site")
+        elif end in self._own:
+            length = self._of(end)
         else:
-            self._features.add("actuator/site")
+            add("actuator/site", int(model.jnt_bodyid[end]) in self._free)
+        gear = float(model.actuator_gear[actuator][0])
         return None if length is None else Linear({}).plus(length, gear)
 
-    def _tendon_transmission(self, tendon: int) -> Linear | None:
-        length = linear_tendon(self._model, tendon)
-        if length is not None and not set(length.terms) & set(self._own):
-            return None
-        names = [] if length is None else self._names(length)
-        whole = length is not None and set(length.terms) <= set(self._own)
-        length = length.with_couplings(self._linear) if length is not None and whole else None
-        if length is None or len(length.terms) > 1:
-            self._features.add("actuator/tendon", loose=names)
-            return None
-        return length
-
     def count(self, commanded: Collection[str]) -> None:
-        """What of the joints is not simulated."""
+        """What of free bodies, and of the drives, is not simulated."""
         model, add = self._model, self._features.add
-        for joint in self._own:
-            dof = model.jnt_dofadr[joint]
-            add("joint.frictionloss", model.dof_frictionloss[dof] > 0)
-            add("joint.damping", _number(model, "dof_dampingpoly", dof) != 0)
-            yields = _number(model, "jnt_springyield", joint)
-            add("joint.stiffness", _number(model, "jnt_stiffnesspoly", joint) != 0 or yields != 0)
         for body in self._free:
-            self._count_free(body)
+            joint, dof = model.body_jntadr[body], model.body_dofadr[body]
+            if model.body_jntnum[body]:
+                for what in ("armature", "frictionloss", "damping"):
+                    values = getattr(model, f"dof_{what}")[dof : dof + model.body_dofnum[body]]
+                    add(f"joint.{what}", bool(np.any(values > 0)))
+                add("joint.stiffness", bool(model.jnt_stiffness[joint] > 0))
         for joint, drive in self.drives.items():
-            if name_of(model, "joint", joint) in commanded:
-                continue
-            add("actuator/motor", drive.motors, [name_of(model, "joint", joint)])
-            limited = any(math.isfinite(most) for most in drive.most)
-            add("actuator.forcerange", limited and (len(drive.most) > 1 or drive.passive_force))
-
-    def _count_free(self, body: int) -> None:
-        model, add = self._model, self._features.add
-        joint, dof = model.body_jntadr[body], model.body_dofadr[body]
-        if model.body_jntnum[body] == 0:
-            return
-        of = slice(dof, dof + model.body_dofnum[body])
-        add("joint.armature", bool(np.any(model.dof_armature[of] > 0)))
-        add("joint.frictionloss", bool(np.any(model.dof_frictionloss[of] > 0)))
-        add("joint.damping", bool(np.any(model.dof_damping[of] > 0)))
-        add("joint.stiffness", bool(model.jnt_stiffness[joint] > 0))
+            name = name_of(model, "joint", joint)
+            if name not in commanded:
+                add("actuator/motor", drive.motors, [name])
+                limited = any(math.isfinite(most) for most in drive.most)
+                add("actuator.forcerange", limited and (len(drive.most) > 1 or drive.passive_force))
 
 
 def joint_drives(
     selection: Selection,
-    coupled: Mapping[int, Coupling],
+    coupled: Mapping[int, Linear],
     driven: Mapping[int, Drive],
     control: Mapping[str, Mapping[str, Any]],
     prefix: str,
@@ -370,42 +322,29 @@ def joint_drives(
 
     `control` replaces the model's, by joint. Joints that lead come first.
     """
-    keywords = {}
+    model, start, keywords = selection.model, selection.start, {}
     for joint, drive in driven.items():
-        own = control.get(name_of(selection.model, "joint", joint), {})
-        of_model = _checked(selection, joint, drive, own)
-        keywords[joint] = _start(selection, joint, {**of_model, **own})
+        name = name_of(model, "joint", joint)
+        own = control.get(name, {})
+        if "limits" not in own and not drive.lower < drive.upper:
+            raise ValueError(
+                f"joint {name!r} and those that follow it have limits from {drive.lower} to "
+                f"{drive.upper}; joints={{{name!r}: {{'limits': (lower, upper)}}}} says which hold"
+            )
+        given = {**drive.keywords(), **own}
+        lower, upper = given["limits"]
+        position = float(start.positions[model.jnt_qposadr[joint]])
+        velocity = float(start.velocities[model.jnt_dofadr[joint]])
+        begins = {"start": min(max(position, lower), upper)}
+        if velocity and not given.get("held"):
+            begins["start_velocity"] = velocity
+        keywords[joint] = {**begins, **given}
     for joint, of in coupled.items():
-        if of.source is None:
-            keywords[joint] = {"held": True, "start": of.offset}
-        else:
-            source = prefix + name_of(selection.model, "joint", of.source)
-            keywords[joint] = {"mimic": Mimic(source, of.multiplier, of.offset)}
+        keywords[joint] = {"held": True, "start": of.constant}
+        for source, multiplier in of.terms.items():
+            leader = prefix + name_of(model, "joint", source)
+            keywords[joint] = {"mimic": Mimic(leader, multiplier, of.constant)}
     return keywords
-
-
-def _checked(
-    selection: Selection, joint: int, drive: Drive, own: Mapping[str, Any]
-) -> dict[str, Any]:
-    if "limits" not in own and not drive.lower < drive.upper:
-        name = name_of(selection.model, "joint", joint)
-        raise ValueError(
-            f"joint {name!r} and those that follow it have limits from {drive.lower} to "
-            f"{drive.upper}; joints={{{name!r}: {{'limits': (lower, upper)}}}} says which hold"
-        )
-    return drive.keywords()
-
-
-def _start(selection: Selection, joint: int, keywords: dict[str, Any]) -> dict[str, Any]:
-    """With the start of the model where no other is given."""
-    model, start = selection.model, selection.start
-    lower, upper = keywords["limits"]
-    position = float(start.positions[model.jnt_qposadr[joint]])
-    velocity = float(start.velocities[model.jnt_dofadr[joint]])
-    of_model = {"start": min(max(position, lower), upper)}
-    if velocity and not keywords.get("held"):
-        of_model["start_velocity"] = velocity
-    return {**of_model, **keywords}
 
 
 def _number(model: Any, name: str, index: int) -> float:
