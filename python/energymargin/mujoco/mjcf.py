@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from energymargin._core import Body, Scene, Spring
 from energymargin.checks import positive_number
-from energymargin.mujoco.mjcf_bodies import Bodies, numbers, rigid
+from energymargin.mujoco.mjcf_bodies import Bodies, add, rigid
 from energymargin.scenes.additions import base_of
 from energymargin.scenes.mjcf_model import engine
 
@@ -67,13 +67,26 @@ class _Document:
         self.scene = scene
         self.step = step
         self.root = xml.Element("mujoco")
-        xml.SubElement(self.root, "compiler", angle="radian")
-        xml.SubElement(self.root, "option", self._options())
+        add(self.root, "compiler", angle="radian")
+        # Euler's method would take the damping of actuators explicitly: light fingers would shake.
+        damped = scene.joints or any(spring.damping for spring in scene.springs)
+        add(
+            self.root,
+            "option",
+            timestep=step,
+            gravity=scene.gravity,
+            tolerance=TOLERANCE,
+            solver="Newton",
+            cone="elliptic",
+            integrator="implicitfast" if damped else "Euler",
+        )
         self.bodies = Bodies(scene, state, self.root, step)
-        self._add_springs()
+        tendons = add(self.root, "tendon")
+        for number, spring in enumerate(scene.springs):
+            self._add_spring(tendons, f"spring{number}", spring)
         self._add_contacts()
-        frame = {key: numbers(values) for key, values in self.bodies.start.items() if values}
-        xml.SubElement(xml.SubElement(self.root, "keyframe"), "key", {"name": START, **frame})
+        frame = {key: values for key, values in self.bodies.start.items() if values}
+        add(add(self.root, "keyframe"), "key", name=START, **frame)
         for section in list(self.root):
             if not len(section) and not section.attrib:
                 self.root.remove(section)
@@ -83,44 +96,25 @@ class _Document:
         xml.indent(self.root)
         return xml.tostring(self.root, encoding="unicode")
 
-    def _options(self) -> dict[str, str]:
-        # Euler's method would take the damping of actuators explicitly: light fingers would shake.
-        damped = self.scene.joints or any(spring.damping for spring in self.scene.springs)
-        return {
-            "timestep": repr(self.step),
-            "gravity": numbers(self.scene.gravity),
-            "tolerance": repr(TOLERANCE),
-            "solver": "Newton",
-            "cone": "elliptic",
-            "integrator": "implicitfast" if damped else "Euler",
-        }
-
-    def _add_springs(self) -> None:
-        tendons = xml.SubElement(self.root, "tendon")
-        for number, spring in enumerate(self.scene.springs):
-            self._add_spring(tendons, f"spring{number}", spring)
-
     def _add_spring(self, tendons: xml.Element, name: str, spring: Spring) -> None:
         law = {"stiffness": spring.stiffness, "damping": spring.damping}
-        law["springlength"] = spring.rest_length
-        numbered = {key: repr(value) for key, value in law.items()}
-        tendon = xml.SubElement(tendons, "spatial", {"name": name, **numbered})
+        tendon = add(tendons, "spatial", name=name, **law, springlength=spring.rest_length)
         for end, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b)):
             site = f"{name}/{end}"
-            xml.SubElement(self.bodies.elements[end], "site", name=site, pos=numbers(point))
-            xml.SubElement(tendon, "site", site=site)
+            add(self.bodies.elements[end], "site", name=site, pos=point)
+            add(tendon, "site", site=site)
 
     def _add_contacts(self) -> None:
-        contacts = xml.SubElement(self.root, "contact")
+        contacts = add(self.root, "contact")
         for a, b in self._colliding():
             friction = repr(self.scene.contact_friction(a.name, b.name))
             law = {
                 "condim": "3",
                 "friction": f"{friction} {friction} {OTHER_FRICTION}",
-                "solref": numbers((CONTACT_STEPS * self.step, 1.0)),
+                "solref": (CONTACT_STEPS * self.step, 1.0),
             }
             for one, other in product(self.bodies.geoms[a.name], self.bodies.geoms[b.name]):
-                xml.SubElement(contacts, "pair", {"geom1": one, "geom2": other, **law})
+                add(contacts, "pair", geom1=one, geom2=other, **law)
 
     def _colliding(self) -> Iterator[tuple[Body, Body]]:
         apart = {frozenset(pair) for pair in self.scene.disabled_collisions}

@@ -6,7 +6,7 @@ joints are welds, mimics are equalities.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 from xml.etree import ElementTree as xml
 
@@ -50,10 +50,9 @@ class Bodies:
         """The state, as MuJoCo has it."""
         self._scene, self._now, self._step = scene, scene.unpack(state), step
         self._by_name = {body.name: body for body in scene.bodies}
-        self._assets = xml.SubElement(root, "asset")
-        self._world = xml.SubElement(root, "worldbody")
-        self._equalities = xml.SubElement(root, "equality")
-        self._actuators = xml.SubElement(root, "actuator")
+        self._assets, self._world, self._equalities, self._actuators = (
+            add(root, section) for section in ("asset", "worldbody", "equality", "actuator")
+        )
         links = {joint.child for joint in scene.joints}
         for body in scene.bodies:
             if body.name not in links:
@@ -75,7 +74,7 @@ class Bodies:
         if body.fixed:
             pass
         elif len(linear) == len(angular) == 3:
-            xml.SubElement(element, "freejoint", name=body.name)
+            add(element, "freejoint", name=body.name)
             spin = Rotation.from_quat(orientation).inv().apply(now["angular_velocity"])
             self._begin([*position, *_scalar_first(orientation)], [*now["velocity"], *spin])
         else:
@@ -90,17 +89,15 @@ class Bodies:
         speed = now["velocity"] + np.cross(spin, turn.apply(center))
         own = turn.inv().apply(np.eye(3))  # the world's axes, in the body's frame
         for axis in linear:
-            name = f"{body.name}/slide{axis}"
-            xml.SubElement(element, "joint", name=name, type="slide", axis=numbers(own[axis]))
+            add(element, "joint", name=f"{body.name}/slide{axis}", type="slide", axis=own[axis])
             self._begin([0.0], [speed[axis]])
         if len(angular) == 3:
-            ball = {"name": f"{body.name}/ball", "type": "ball", "pos": numbers(center)}
-            xml.SubElement(element, "joint", ball)
+            add(element, "joint", name=f"{body.name}/ball", type="ball", pos=center)
             self._begin([1.0, 0.0, 0.0, 0.0], turn.inv().apply(spin))
             return
         for axis in angular:
-            hinge = {"name": f"{body.name}/hinge{axis}", "type": "hinge", "pos": numbers(center)}
-            xml.SubElement(element, "joint", {**hinge, "axis": numbers(own[axis])})
+            name = f"{body.name}/hinge{axis}"
+            add(element, "joint", name=name, type="hinge", pos=center, axis=own[axis])
             self._begin([0.0], [spin[axis]])
 
     def _add_links(self, parent: xml.Element, body: Body) -> None:
@@ -123,66 +120,66 @@ class Bodies:
         origin = shift - turn.apply(np.array(joint.child_origin))
         element = self._place(parent, body, origin, turn.as_quat())
         if not rigid(joint):
-            axis = numbers(of_child.apply(np.array(joint.axis)))
-            of = {"name": joint.name, "type": HINGES[joint.type], "axis": axis}
-            at = {"pos": numbers(joint.child_origin)}
-            rotor = {"armature": repr(joint.armature)} if joint.armature and not joint.mimic else {}
-            xml.SubElement(element, "joint", {**of, **at, **_limits(joint), **rotor})
+            rotor = {"armature": joint.armature} if joint.armature and not joint.mimic else {}
+            add(
+                element,
+                "joint",
+                name=joint.name,
+                type=HINGES[joint.type],
+                axis=of_child.apply(np.array(joint.axis)),
+                pos=joint.child_origin,
+                **_limits(joint),
+                **rotor,
+            )
             self._begin([position], [velocity])
             self._drive(joint)
         self._add_links(element, body)
 
     def _drive(self, joint: Joint) -> None:
         if joint.mimic:
-            line = numbers((joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0))
+            line = (joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0)
             joints = {"joint1": joint.name, "joint2": joint.mimic.joint, "polycoef": line}
-            solref = numbers((EQUALITY_STEPS * self._step, 1.0))
-            xml.SubElement(self._equalities, "joint", {**joints, "solref": solref})
+            add(self._equalities, "joint", **joints, solref=(EQUALITY_STEPS * self._step, 1.0))
             return
         stiffness, damping = joint.stiffness, joint.damping
         if not (stiffness or damping):
             return
         bias = (damping * joint.target_velocity, -stiffness, -damping)
-        law = {"gainprm": repr(stiffness), "biastype": "affine", "biasprm": numbers(bias)}
+        law = {"gainprm": stiffness, "biastype": "affine", "biasprm": bias}
         most = joint.torque_limit
-        limit = {"forcerange": numbers((-most, most))} if np.isfinite(most) else {}
-        names = {"name": joint.name, "joint": joint.name}
-        xml.SubElement(self._actuators, "general", {**names, **law, **limit})
+        limit = {"forcerange": (-most, most)} if np.isfinite(most) else {}
+        add(self._actuators, "general", name=joint.name, joint=joint.name, **law, **limit)
         self.start["ctrl"].append(joint.target)
 
     def _add_forces(self) -> None:
         """At centres of mass, along the world's axes."""
         forced = [body for body in self._scene.bodies if np.any(body.force) and not body.fixed]
         if forced:
-            xml.SubElement(self._world, "site", name="world")
+            add(self._world, "site", name="world")
         for body in forced:
-            site = {"name": f"{body.name}/center", "pos": numbers(inertia_of(body).center)}
-            xml.SubElement(self.elements[body.name], "site", site)
+            site = f"{body.name}/center"
+            add(self.elements[body.name], "site", name=site, pos=inertia_of(body).center)
+            at = {"site": site, "refsite": "world", "gear": [*body.force, 0.0, 0.0, 0.0]}
             law = {"gainprm": "0", "biastype": "affine", "biasprm": "1 0 0"}
-            at = {"site": site["name"], "refsite": "world", "gear": numbers([*body.force, 0, 0, 0])}
-            xml.SubElement(self._actuators, "general", {"name": f"{body.name}/force", **at, **law})
+            add(self._actuators, "general", name=f"{body.name}/force", **at, **law)
             self.start["ctrl"].append(0.0)
 
     def _place(
         self, parent: xml.Element, body: Body, position: Any, orientation: Any
     ) -> xml.Element:
-        element = xml.SubElement(
-            parent, "body", {"name": body.name, **_pose(position, orientation)}
-        )
+        element = add(parent, "body", name=body.name, **_pose(position, orientation))
         self.elements[body.name], self.geoms[body.name] = element, []
         if not body.fixed:
             of = inertia_of(body)
-            mass = {"mass": repr(body.mass), "diaginertia": numbers(of.moments)}
-            xml.SubElement(element, "inertial", {**mass, **_pose(of.center, of.axes)})
+            mass = {"mass": body.mass, "diaginertia": of.moments}
+            add(element, "inertial", **mass, **_pose(of.center, of.axes))
         thinner = self._thinner(body, Rotation.from_quat(orientation))
         for solid, at in _parts(body.shape):
             name = f"{body.name}/{len(self.geoms[body.name])}"
             self.geoms[body.name].append(name)
             # Only the pairs that are named collide, and the body's own mass counts.
             off = {"contype": "0", "conaffinity": "0", "mass": "0"}
-            xml.SubElement(
-                element, "geom", {"name": name, **self._solid(solid, name, thinner), **at, **off}
-            )
+            add(element, "geom", name=name, **self._solid(solid, name, thinner), **at, **off)
         return element
 
     def _thinner(self, body: Body, turn: Rotation) -> Vector:
@@ -201,20 +198,20 @@ class Bodies:
             shares[across.argmax()] -= THINNER * len(self.geoms)
         return shares
 
-    def _solid(self, solid: Any, name: str, thinner: Vector) -> dict[str, str]:
+    def _solid(self, solid: Any, name: str, thinner: Vector) -> dict[str, Any]:
         if isinstance(solid, Plane):
             normal = np.array(solid.normal)
-            at = {"pos": numbers(solid.offset * normal), "zaxis": numbers(normal)}
+            at = {"pos": solid.offset * normal, "zaxis": normal}
             return {"type": "plane", "size": "0 0 1", **at}
         if isinstance(solid, ConvexHull):
-            xml.SubElement(self._assets, "mesh", name=name, vertex=numbers(solid.points.ravel()))
+            add(self._assets, "mesh", name=name, vertex=solid.points)
             return {"type": "mesh", "mesh": name}
         if isinstance(solid, Box):
-            return {"type": "box", "size": numbers(thinner * np.array(solid.size) / 2)}
+            return {"type": "box", "size": thinner * np.array(solid.size) / 2}
         if isinstance(solid, Sphere):
-            return {"type": "sphere", "size": repr(solid.radius)}
+            return {"type": "sphere", "size": solid.radius}
         kind = "cylinder" if isinstance(solid, Cylinder) else "capsule"
-        return {"type": kind, "size": numbers((solid.radius, solid.length / 2))}
+        return {"type": kind, "size": (solid.radius, solid.length / 2)}
 
     def _begin(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
         self.start["qpos"].extend(positions)
@@ -243,21 +240,25 @@ def inertia_of(body: Body) -> Inertial | MassProperties:
     return body.inertial or mass_properties(body.shape, body.mass)
 
 
-def numbers(values: Iterable[float]) -> str:
-    """In XML, to the last bit."""
-    return " ".join(repr(float(value)) for value in values)
+def add(parent: xml.Element, tag: str, **attributes: Any) -> xml.Element:
+    """A new element below another; numbers and vectors are written to the last bit."""
+    element = xml.SubElement(parent, tag)
+    for name, value in attributes.items():
+        text = value if isinstance(value, str) else " ".join(map(repr, np.ravel(value).tolist()))
+        element.set(name, text)
+    return element
 
 
-def _limits(joint: Joint) -> dict[str, str]:
+def _limits(joint: Joint) -> dict[str, Any]:
     low, high = joint.limits
     if joint.mimic or not (np.isfinite(low) or np.isfinite(high)):
         return {}
     if low == high:
         raise ValueError(f"limits of '{joint.name}' are {joint.limits}, expected two for MJCF")
-    return {"range": numbers((max(low, -UNLIMITED), min(high, UNLIMITED)))}
+    return {"range": (max(low, -UNLIMITED), min(high, UNLIMITED))}
 
 
-def _parts(shape: Any) -> Iterator[tuple[Any, dict[str, str]]]:
+def _parts(shape: Any) -> Iterator[tuple[Any, dict[str, Any]]]:
     """Solids, each with its pose in the body's frame."""
     if isinstance(shape, Compound):
         for part in shape.parts:
@@ -266,8 +267,8 @@ def _parts(shape: Any) -> Iterator[tuple[Any, dict[str, str]]]:
         yield shape, {}
 
 
-def _pose(position: Any, orientation: Any) -> dict[str, str]:
-    return {"pos": numbers(position), "quat": numbers(_scalar_first(orientation))}
+def _pose(position: Any, orientation: Any) -> dict[str, Any]:
+    return {"pos": position, "quat": _scalar_first(orientation)}
 
 
 def _axes(factor: Any) -> tuple[int, ...]:

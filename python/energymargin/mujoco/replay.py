@@ -87,12 +87,15 @@ def replay(
     player = Player(problem, region, model, data, cancel)
     _require_same(problem, player.start)
     _require_targets(problem, model, data)
-    played = player.play(edges)
-    distance, angle = _apart(problem.scene, played.end, ours)
-    scale, effort = (1.0, played.last.effort) if played.escaped else (None, None)
-    if escape is not None and scale is None:
-        scale, effort = _least_scale(player, edges, largest)
-    return Replay(played.escaped, *played.last, distance, angle, scale, effort)
+    first = played = player.play(edges)
+    scale, stronger = 1.0, 0 if escape is None else round((largest - 1.0) / SCALE_STEP)
+    for number in range(1, stronger + 1):
+        if not played.escaped:
+            scale = 1.0 + number * SCALE_STEP
+            played = player.play(Edge(scale * wrenches, held) for wrenches, held in edges)
+    least = (scale, played.last.effort) if played.escaped else (None, None)
+    distance, angle = _apart(problem.scene, first.end, ours)
+    return Replay(first.escaped, *first.last, distance, angle, *least)
 
 
 def _region(problem: Problem, captured: str) -> Region:
@@ -123,17 +126,6 @@ def _undisturbed(problem: Problem) -> tuple[list[Edge], Vector]:
     steps = round(horizon / scene.step)
     here = World(scene, problem.plan).simulate(problem.state, steps, record=[steps])
     return [Edge(none, horizon)], here.states[-1]
-
-
-def _least_scale(
-    player: Player, edges: list[Edge], largest: float
-) -> tuple[float | None, float | None]:
-    for number in range(1, round((largest - 1.0) / SCALE_STEP) + 1):
-        scale = 1.0 + number * SCALE_STEP
-        played = player.play(Edge(scale * wrenches, held) for wrenches, held in edges)
-        if played.escaped:
-            return scale, played.last.effort
-    return None, None
 
 
 def _require_same(problem: Problem, state: Vector) -> None:
@@ -288,9 +280,8 @@ class Player:
 
     def _outside(self, simulation: Simulation) -> bool:
         """Whether this is a look, and outside."""
-        if not self._is_look(simulation):
-            return False
-        return not self._captured.contains(self._scene, simulation.state())
+        look = self._is_look(simulation)
+        return look and not self._captured.contains(self._scene, simulation.state())
 
     def _is_look(self, simulation: Simulation) -> bool:
         steps, looks, horizon = simulation.steps, self._looks, self._problem.horizon

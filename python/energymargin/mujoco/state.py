@@ -139,7 +139,7 @@ def servos(names: Names, model: Any) -> dict[str, Servo]:
     selection = Selection(model, None, "fixed", start_of(model, None, None), features)
     found = drives(selection, couplings(selection, features), (), features)
     result = {}
-    for joint, number in names.moving():
+    for joint, number in names.moving:
         drive = found.get(number, Drive())
         alike = (drive.stiffness > 0) == (joint.stiffness > 0)
         if len(drive.controls) == 1 and alike and not joint.held:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -41,10 +40,8 @@ class States:
         """
         self._mujoco, self._scene, self._model = engine(), scene, model
         self.names = names = Names(scene, model, prefix)
-        self._free = [(body, at, scene.slice(body.name)) for body, at in names.free()]
-        self._joints = list(names.joints())
-        self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving()]
-        self._welds = list(names.welds())
+        self._free = [(body, at, scene.slice(body.name)) for body, at in names.free]
+        self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving]
         self._rest = self._others(others)
         self._twist = np.zeros(6)
 
@@ -59,7 +56,7 @@ class States:
         for joint, number, at in self._own:
             speed = 0.0 if joint.held else data.qvel[model.jnt_dofadr[number]]
             state[at] = data.qpos[model.jnt_qposadr[number]], speed
-        for joint, parent, child in self._welds:
+        for joint, parent, child in self.names.welds:
             state[self._scene.joint_slice(joint.name)] = _held_at(data, joint, parent, child), 0.0
         return state
 
@@ -69,7 +66,7 @@ class States:
         Raises ValueError on a pose that the model's joints do not reach, as of a held joint.
         """
         now, model = self._scene.unpack(state), self._model
-        for joint, number in self._joints:
+        for joint, number in self.names.joints:
             at = now["joints"][joint.name]
             data.qpos[model.jnt_qposadr[number]] = at["position"]
             data.qvel[model.jnt_dofadr[number]] = at["velocity"]
@@ -78,7 +75,7 @@ class States:
         self.refresh(data)
         for body, number, _ in self._free:
             self._require(data, body.name, number, now[body.name], CANNOT)
-        for joint, _, child in self._welds:
+        for joint, _, child in self.names.welds:
             self._require(data, joint.child, child, now[joint.child], CANNOT)
 
     def refresh(self, data: Any) -> None:
@@ -95,29 +92,28 @@ class States:
 
     def body_id(self, name: str) -> int:
         """The number of a body in the model; ValueError if there is none."""
-        number = self.names.body(name)
-        if number is None:
+        if name not in self.names.bodies:
             raise ValueError(f"model has no body '{name}', expected all that move in the scene")
-        return number
+        return self.names.bodies[name]
 
     def require_fixed(self, data: Any) -> None:
         """ValueError unless the model has the scene's fixed bodies where the scene has them, and
         links on fixed joints where their parents have them."""
-        for body, number in self.names.fixed():
+        for body, number in self.names.fixed:
             there = {"position": body.position, "orientation": body.orientation}
             self._require(data, body.name, number, there, FIXED)
-        for joint, parent, child in self.names.rigid():
+        for joint, parent, child in self.names.rigid:
             there = _welded_at(data, joint, parent)
             self._require(data, joint.child, child, there, FIXED)
 
     def _others(self, given: ArrayLike | None) -> Vector:
         """The numbers of what the model does not have."""
-        missing = self.names.missing()
         if given is None:
-            if missing:
+            if self.names.missing:
+                missing = ", ".join(map(repr, self.names.missing))
                 raise ValueError(
-                    f"the model does not have {', '.join(map(repr, missing))}; others=state says "
-                    "where they are, as scene.pack(...) does"
+                    f"the model does not have {missing}; others=state says where they are, as "
+                    "scene.pack(...) does"
                 )
             return np.zeros(self._scene.dimension)
         others = np.array(given, float)
@@ -137,13 +133,13 @@ class States:
         elif [model.jnt_type[j] for j in joints] == [self._mujoco.mjtJoint.mjJNT_FREE]:
             self._put(data, first, place, [*now["velocity"], *turn.inv().apply(spin)])
         elif not all([*body.linear_factor, *body.angular_factor]):
-            self._write_chain(data, body, number, now)
+            self._write_chain(data, body, number, now, joints)
 
-    def _write_chain(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
+    def _write_chain(
+        self, data: Any, body: Body, number: int, now: dict[str, Any], joints: range
+    ) -> None:
         """Puts a body with locked axes to its pose and velocity."""
         model, kinds = self._model, self._mujoco.mjtJoint
-        first = int(model.body_jntadr[number])
-        joints = range(first, first + int(model.body_jntnum[number]))
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         for joint in joints:
             at = model.jnt_qposadr[joint]
@@ -154,7 +150,7 @@ class States:
         base, arm = _matrix(data, number), turn.apply(center)
         way = now["position"] + arm - data.xpos[number] - base.apply(center)
         speed = now["velocity"] + np.cross(spin, arm)
-        axes = data.xaxis[first : first + len(joints)].copy()
+        axes = data.xaxis[joints.start : joints.stop].copy()
         for joint, axis in zip(joints, axes, strict=True):
             if model.jnt_type[joint] == kinds.mjJNT_SLIDE:
                 self._put(data, joint, [way @ axis], [speed @ axis])
@@ -213,69 +209,44 @@ def _matrix(data: Any, body: int) -> Rotation:
 
 
 class Names:
-    """The bodies and joints of a scene in a model."""
+    """The bodies and joints of a scene in a model, with their numbers there."""
 
     def __init__(self, scene: Scene, model: Any, prefix: str = "") -> None:
         """`prefix`: of the scene's names, which the model's lack."""
-        self._scene = scene
-        self._links = {joint.child for joint in scene.joints}
-        self._bodies, self._joints = (
+        bodies, joints = (
             {prefix + name_of(model, kind, number): number for number in range(count)}
             for kind, count in (("body", model.nbody), ("joint", model.njnt))
         )
-
-    def body(self, name: str) -> int | None:
-        """Number of any body; None if the model does not have it."""
-        return self._bodies.get(name)
-
-    def _at_ends(self, *, fixed: bool) -> Iterator[tuple[Body, int]]:
-        """Bodies that no joint carries and that the model has."""
-        for body in self._scene.bodies:
-            if body.fixed == fixed and body.name in self._bodies.keys() - self._links:
-                yield body, self._bodies[body.name]
-
-    def fixed(self) -> Iterator[tuple[Body, int]]:
-        """Fixed bodies that the model has; the world is where it is."""
-        return ((body, number) for body, number in self._at_ends(fixed=True) if number)
-
-    def free(self) -> Iterator[tuple[Body, int]]:
-        """Free bodies that the model has."""
-        return self._at_ends(fixed=False)
-
-    def joints(self) -> Iterator[tuple[Joint, int]]:
-        """Joints that the model has, also those that follow others."""
-        for joint in self._scene.joints:
-            if joint.type != "fixed" and joint.name in self._joints:
-                yield joint, self._joints[joint.name]
-
-    def moving(self) -> Iterator[tuple[Joint, int]]:
+        links = {joint.child for joint in scene.joints}
+        ends = [body for body in scene.bodies if body.name not in links]
+        there = [(body, bodies[body.name]) for body in ends if body.name in bodies]
+        between = [
+            (joint, bodies[joint.parent], bodies[joint.child])
+            for joint in scene.joints
+            if {joint.parent, joint.child} <= bodies.keys()
+        ]
+        moving = [joint for joint in scene.joints if joint.type != "fixed"]
+        self.bodies = bodies
+        """All that the model has, by name."""
+        self.fixed = [(body, number) for body, number in there if body.fixed and number]
+        """Fixed bodies that no joint carries; the world is where it is."""
+        self.free = [(body, number) for body, number in there if not body.fixed]
+        """Free bodies that no joint carries."""
+        self.joints = [(joint, joints[joint.name]) for joint in moving if joint.name in joints]
+        """Joints that move, also those that follow others."""
+        self.moving = [(joint, number) for joint, number in self.joints if joint.mimic is None]
         """Those of them with numbers in a state."""
-        return ((joint, number) for joint, number in self.joints() if joint.mimic is None)
-
-    def welds(self) -> Iterator[tuple[Joint, int, int]]:
-        """Held joints that the model does not have though it has both bodies: it welds them. Each
-        with the numbers of its parent and its child."""
-        for joint, parent, child in self._between():
-            own = joint.type != "fixed" and joint.mimic is None and joint.held
-            if own and joint.name not in self._joints:
-                yield joint, parent, child
-
-    def rigid(self) -> Iterator[tuple[Joint, int, int]]:
+        self.rigid = [found for found in between if found[0].type == "fixed"]
         """Fixed joints of whose parent and child the model has both, with their numbers."""
-        return (ends for ends in self._between() if ends[0].type == "fixed")
-
-    def _between(self) -> Iterator[tuple[Joint, int, int]]:
-        """Joints of whose parent and child the model has both, with their numbers."""
-        for joint in self._scene.joints:
-            parent, child = self.body(joint.parent), self.body(joint.child)
-            if parent is not None and child is not None:
-                yield joint, parent, child
-
-    def missing(self) -> list[str]:
+        self.welds = [
+            (joint, parent, child)
+            for joint, parent, child in between
+            if joint.type != "fixed" and joint.held and not joint.mimic and joint.name not in joints
+        ]
+        """Held joints that the model does not have though it has both bodies: it welds them."""
+        known = {body.name for body, _ in self.free} | {joint.name for joint, _ in self.moving}
+        known |= {joint.name for joint, _, _ in self.welds}
+        in_states = [body.name for body in ends if not body.fixed]
+        in_states += [joint.name for joint in moving if joint.mimic is None]
+        self.missing = [name for name in in_states if name not in known]
         """Free bodies and joints of the scene's states that the model does not have."""
-        there = {body.name for body, _ in self.free()}
-        there |= {joint.name for joint, _ in self.moving()}
-        there |= {joint.name for joint, _, _ in self.welds()}
-        bodies = [b.name for b in self._scene.bodies if not b.fixed and b.name not in self._links]
-        joints = [j.name for j in self._scene.joints if j.type != "fixed" and j.mimic is None]
-        return [name for name in bodies + joints if name not in there]
