@@ -30,9 +30,10 @@ from energymargin._core import (
 )
 from energymargin.actions.trials import Disturbance
 from energymargin.futures import MOMENTS
+from energymargin.metrics import TIMED
 from energymargin.plots.scenes import lost_objects
 from energymargin.plots.trees import most_cost
-from energymargin.searches import SearchSettings, metric_search
+from energymargin.searches import SearchSettings, metric_search, metrics_of, value_of
 
 MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
 # The scores of eq. 4 to 6, and the set of a problem that each counts nodes in.
@@ -60,7 +61,7 @@ class Scored:
     probability: CaptureProbability | None = None
     """None of a problem without a horizon, or if it was stopped before there was any rollout."""
     disturbance: Disturbance | None = None
-    """Disturbance of the probability."""
+    """Disturbance of the probability; of no meaning without one."""
 
     @property
     def complete(self) -> bool:
@@ -102,12 +103,7 @@ class Scored:
             }
         if found is None:
             return {}
-        values = {"probability": found.captured}
-        if found.success is not None:
-            values["probability/success"] = found.success
-        if found.any is not None:
-            values["probability/any"] = found.any.captured
-        return values
+        return {name: value_of(name, found) for name in metrics_of([self.problem]) if name in TIMED}
 
     @cached_property
     def inside(self) -> dict[str, NDArray[np.bool_]]:
@@ -166,10 +162,13 @@ def score_state(
             problem, metric, settings, number, cancel=cancel, warn=False, **keywords
         )
 
-    timed = problem.horizon is not None
     disturbance = disturbance or settings.disturbance
-    capture = probability = None
-    if timed:
+    capture = force = probability = None
+    if problem.horizon is None:
+        capture = search("capture", 0.0, settings.nodes)
+        if any(body.role == "effector" for body in problem.scene.bodies):
+            force = metric_search(problem, "force", settings)
+    else:
         sides = {
             "success": problem.succeeded is not None,
             "by_object": problem.captured_any is not None,
@@ -178,18 +177,8 @@ def score_state(
             probability = search(
                 "probability", 0.0, settings.rollouts, disturbance=disturbance, **sides
             )
-    else:
-        capture = search("capture", 0.0, settings.nodes)
     escape = search("effort/est", 0.5, settings.nodes)
-    has_force = not timed and any(body.role == "effector" for body in problem.scene.bodies)
-    return Scored(
-        problem,
-        escape,
-        capture=capture,
-        force=metric_search(problem, "force", settings) if has_force else None,
-        probability=probability,
-        disturbance=disturbance if timed else None,
-    )
+    return Scored(problem, escape, capture, force, probability, disturbance)
 
 
 class Replay(NamedTuple):
@@ -215,7 +204,8 @@ def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
     stride = max(1, round(1.0 / (MOMENTS * problem.scene.step)))
     times, states, costs = [0.0], [tree.states[path[0]]], [float(tree.costs[path[0]])]
     for before, node in pairwise(path):
-        start, wrench = problem.edge_start(tree.states[before]), _wrench(tree.controls[node])
+        start, wrench = problem.edge_start(tree.states[before]), tree.controls[node]
+        wrench = wrench if len(wrench) == 6 else wrench.reshape(-1, 6)  # of several objects
         begin, base = times[-1], float(tree.costs[before])
         steps = round(float(tree.durations[node]) / problem.scene.step)
         for step in [*range(stride, steps, stride), steps]:
@@ -226,11 +216,6 @@ def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
             states.append(moment.state)
             costs.append(base + moment.effort)
     return Replay(np.array(times), np.array(states), np.array(costs))
-
-
-def _wrench(control: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Wrenches of k objects, shape (k, 6), or that of one, shape (6,)."""
-    return control if len(control) == 6 else control.reshape(-1, 6)
 
 
 def tree_cache(most: int = MOST_CACHED) -> LRUCache[Place, Scored]:

@@ -10,8 +10,7 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex
 
-from energymargin._core import CaptureProbability, Problem
-from energymargin.actions.trials import Disturbance
+from energymargin._core import Problem
 from energymargin.disturbances import Uniform
 from energymargin.futures import Undisturbed, future_rows, uniform_in_words
 from energymargin.metrics import with_unit
@@ -30,6 +29,7 @@ from energymargin.viewer.trees import FUTURE_COLOR
 
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
+TIMED = {"probability": "captured", "probability/success": "success", "probability/any": "any"}
 NAMES = {
     "probability": "stays captured",
     "probability/success": "is successful then",
@@ -45,7 +45,11 @@ NAMES = {
 
 def plain(text: str) -> str:
     """A line of text."""
-    return f'<div style="{STYLE}">{escape(text)}</div>'
+    return _box(escape(text))
+
+
+def _box(*parts: str) -> str:
+    return f'<div style="{STYLE}">{"".join(parts)}</div>'
 
 
 def frame_text(frames: Frames, frame: int) -> str:
@@ -58,7 +62,7 @@ def frame_text(frames: Frames, frame: int) -> str:
         words.append(f"the trajectory {'succeeds' if frames.success else 'fails'}")
     if frames.captured_any is not None and frames.captured_any[frame]:
         words.append("at least one object captured")
-    return f'<div style="{STYLE}">{" &middot; ".join(words)}</div>'
+    return _box(" &middot; ".join(words))
 
 
 def score_table(
@@ -69,28 +73,36 @@ def score_table(
 ) -> str:
     """The scores of the tree that is shown, of its first `nodes` nodes at this lambda, beside those
     of a file of scores: columns with their titles."""
-    live = {} if scored is None else _live(scored, nodes, rate)
-    there = {name for _, values in [("", live), *stored] for name in values}
-    rows = [name for name in NAMES if name in there]
-    if not rows:
+    live: dict[str, float] = {}
+    found = None if scored is None else scored.probability
+    if scored is not None:
+        live = scored.values(nodes, rate)
+        if scored.escape.nodes > 0 or scored.way_out is not None:  # it may have been stopped before
+            live[EFFORT] = scored.escape.effort
+        if scored.force is not None:
+            live["force"] = scored.force.force
+    there = live.keys() | {name for _, values in stored for name in values}
+    if not there & NAMES.keys():
         return plain("Not scored yet.")
     timed = "probability" in there if scored is None else scored.capture is None
     columns = [("scored now" if timed else "this tree", live), *stored]
-    intervals = {} if scored is None else _intervals(scored)
-    table = Summary(
-        "",
-        [
-            (
-                NAMES[name] + intervals.get(name, ""),
-                *(_value(name, of.get(name)) for _, of in columns),
-            )
-            for name in rows
-        ],
-        head=("", *(title for title, _ in columns)),
-        notes=[] if scored is None else [_notes(scored, nodes)],
-    )
-    warnings = "" if scored is None else _warnings(scored)
-    return f'<div style="{STYLE}">{table.to_html()}{warnings}</div>'
+    rows = []
+    for name, title in NAMES.items():
+        if name in there:
+            interval = ""
+            if found is not None and name in live and name in TIMED:
+                low, high = found.interval(which=TIMED[name])
+                interval = f" ({low:.2f} to {high:.2f})"
+            values = [of.get(name, math.nan) for _, of in columns]
+            texts = [DASH if math.isnan(value) else with_unit(name, value) for value in values]
+            rows.append((title + interval, *texts))
+    head = ("", *(title for title, _ in columns))
+    if scored is None:
+        return _box(Summary("", rows, head).to_html())
+    searches = [one for one in (scored.capture, found, scored.escape) if one is not None]
+    warnings = dict.fromkeys(text for search in searches for text in search.warnings)
+    lines = [f'<div style="color:{LOST_COLOR}">{escape(text)}</div>' for text in warnings]
+    return _box(Summary("", rows, head, [_notes(scored, nodes)]).to_html(), *lines)
 
 
 def escape_text(scored: Scored | None, moment: int = 0) -> str:
@@ -117,18 +129,12 @@ def future_text(
     """The question's horizon and plan, and what becomes of the objects undisturbed; `why` it
     cannot be simulated."""
     table = Summary("", future_rows(problem)).to_html()
-    return f'<div style="{STYLE}">{table}{_undisturbed(future, moment, why)}</div>'
-
-
-def _undisturbed(future: Undisturbed | None, moment: int, why: str) -> str:
     if future is None:
-        return f"<div>It cannot be simulated: {escape(why)}</div>" if why else ""
-    now = float(future.times[moment])
-    words = f"<b>{now:.2f} s ahead</b>"
-    if future.exit is None:
-        return f"<div>{words} &middot; undisturbed it stays captured</div>"
-    leaves = f'<b style="color:{LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
-    return f"<div>{words} &middot; {leaves}</div>"
+        return _box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
+    words = "undisturbed it stays captured"
+    if future.exit is not None:
+        words = f'<b style="color:{LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
+    return _box(table, f"<div><b>{future.times[moment]:.2f} s ahead</b> &middot; {words}</div>")
 
 
 def drawn_text(dots: int, edges: int) -> str:
@@ -170,78 +176,32 @@ def legend(problem: Problem, scored: Scored | None, future: Undisturbed | None =
         for mark, color, text in marks
     )
     scale = "" if scored is None else _scale(scored)
-    return f'<div style="{STYLE}">{scale}{words}</div>'
+    return _box(scale, words)
 
 
 def _counted(number: int, thing: str) -> str:
     return f"{number:,} {thing}{'s' * (number != 1)}"
 
 
-def _live(scored: Scored, nodes: int, rate: float) -> dict[str, float]:
-    values = scored.values(nodes, rate)
-    if scored.escape.nodes > 0 or scored.way_out is not None:  # it may have been stopped before
-        values[EFFORT] = scored.escape.effort
-    if scored.force is not None:
-        values["force"] = scored.force.force
-    return values
-
-
-def _intervals(scored: Scored) -> dict[str, str]:
-    """95 % intervals of the probabilities, in words."""
-    found = scored.probability
-    if found is None:
-        return {}
-    asked = {"probability": "captured"}
-    if found.success is not None:
-        asked["probability/success"] = "success"
-    if found.any is not None:
-        asked["probability/any"] = "any"
-    ends = {name: found.interval(which=which) for name, which in asked.items()}
-    return {name: f" ({low:.2f} to {high:.2f})" for name, (low, high) in ends.items()}
-
-
-def _value(name: str, value: float | None) -> str:
-    if value is None or math.isnan(value):
-        return DASH
-    return with_unit(name, value)
-
-
 def _notes(scored: Scored, nodes: int) -> str:
-    notes = [] if scored.complete else ["stopped early"]
-    if scored.probability is not None and scored.disturbance is not None:
-        notes = [_rollouts(scored.probability, scored.disturbance), *notes]
+    """How many nodes or rollouts are behind the scores, and under which disturbance."""
+    notes, found = [], scored.probability
     if scored.capture is not None:
-        several = "success" in scored.inside
-        counted = "capture and success count" if several else "it counts"
+        counted = "capture and success count" if "success" in scored.inside else "it counts"
         of = _counted(scored.nodes, "node")
-        notes = [f"{counted} {min(nodes, scored.nodes):,} of {of}", *notes]
+        notes.append(f"{counted} {min(nodes, scored.nodes):,} of {of}")
         if scored.force is None:
             notes.append("no effector, so no force score")
-    return "; ".join(notes)
-
-
-def _warnings(scored: Scored) -> str:
-    """What speaks against the scores."""
-    searches = (scored.capture, scored.probability, scored.escape)
-    texts = [text for search in searches if search is not None for text in search.warnings]
-    unique = dict.fromkeys(texts)
-    return "".join(f'<div style="color:{LOST_COLOR}">{escape(text)}</div>' for text in unique)
-
-
-def _rollouts(found: CaptureProbability, disturbance: Disturbance) -> str:
-    """The rollouts behind the probabilities, and their disturbance, in words."""
-    diverged = f", {found.diverged} diverged" if found.diverged else ""
-    return (
-        f"{_counted(found.rollouts, 'rollout')}{diverged} under {_in_words(disturbance)}; "
-        f"95 % intervals; captured for {found.mean_time:.3g} s on average"
-    )
-
-
-def _in_words(disturbance: Disturbance) -> str:
-    """A disturbance in words: a model by its numbers, a function by its name."""
-    if isinstance(disturbance, Uniform):
-        return uniform_in_words(disturbance)
-    return str(getattr(disturbance, "__name__", repr(disturbance)))
+    elif found is not None:
+        model = scored.disturbance
+        words = str(getattr(model, "__name__", repr(model)))
+        if isinstance(model, Uniform):
+            words = uniform_in_words(model)
+        diverged = f", {found.diverged} diverged" if found.diverged else ""
+        notes.append(f"{_counted(found.rollouts, 'rollout')}{diverged} under {words}")
+        notes.append("95 % intervals")
+        notes.append(f"captured for {found.mean_time:.3g} s on average")
+    return "; ".join([*notes, *([] if scored.complete else ["stopped early"])])
 
 
 def _scale(scored: Scored) -> str:
