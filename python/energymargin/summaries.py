@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import (
-    Body,
     CaptureProbability,
     CaptureScore,
     EscapeEffort,
@@ -52,48 +51,40 @@ Row = tuple[str, object]
 
 def capture_score(score: CaptureScore) -> Summary:
     """Likelihoods with their standard errors, if there are several trees."""
-    if not (score.nodes or score.complete):
-        return Summary("Capture score", notes=[NOTHING_SEARCHED])
-    names = ("capture", "success", "capture_any", "success_any")
-    rows: list[Row] = [
-        (_of_any(name), _likelihood(getattr(score, name), getattr(score, f"{name}_stderr")))
-        for name in names
-        if getattr(score, name) is not None
-    ]
-    rows.append(("no score is finer than", f"{score.resolution:.2g}"))
-    rows.append(("trees", f"{len(score.capture_by_tree)} of {score.nodes} nodes"))
-    return Summary("Capture score", rows, notes=_notes(score))
-
-
-def _of_any(which: str) -> str:
-    name = which.removesuffix("_any")
-    return name if name == which else f"{name}, at least one object"
-
-
-def _likelihood(value: float, stderr: float | None) -> str:
-    return f"{value:.3f}" if stderr is None else f"{value:.3f} ± {stderr:.3f} (standard error)"
+    rows: dict[str, object] = {}
+    for name in ("capture", "success", "capture_any", "success_any"):
+        value, stderr = getattr(score, name), getattr(score, f"{name}_stderr")
+        if value is not None:
+            error = "" if stderr is None else f" ± {stderr:.3f} (standard error)"
+            rows[name.replace("_any", ", at least one object")] = f"{value:.3f}{error}"
+    rows["no score is finer than"] = f"{score.resolution:.2g}"
+    rows["trees"] = f"{len(score.capture_by_tree)} of {score.nodes} nodes"
+    return _search("Capture score", rows, score, score.nodes)
 
 
 def escape_effort(result: EscapeEffort) -> Summary:
     """The effort, and when it was found."""
-    if not (result.nodes or result.complete):
-        return Summary("Effort of escape", notes=[NOTHING_SEARCHED])
-    rows: list[Row] = [("effort", _energy(result.effort))]
+    rows: dict[str, object] = {"effort": _energy(result.effort)}
     if math.isfinite(result.effort):
-        rows.append(("path", f"{max(len(result.path) - 1, 0)} edges"))
-        rows.append(("found at node", result.history[-1][0] if result.history else 0))
-    return Summary("Effort of escape", [*rows, ("nodes", result.nodes)], notes=_notes(result))
+        rows["path"] = f"{max(len(result.path) - 1, 0)} edges"
+        rows["found at node"] = result.history[-1][0] if result.history else 0
+    return _search("Effort of escape", {**rows, "nodes": result.nodes}, result, result.nodes)
 
 
 def escape_energy(result: EscapeEnergy) -> Summary:
     """The barrier, and how it was found."""
-    if not (result.samples or result.complete):
-        return Summary("Escape energy", notes=[NOTHING_SEARCHED])
-    rows: list[Row] = [("energy", _energy(result.energy))]
+    rows: dict[str, object] = {"energy": _energy(result.energy)}
     if math.isfinite(result.energy):
-        rows.append(("path", f"{len(result.path)} states, the barrier at row {result.barrier}"))
-    notes = [] if result.complete else [UNFINISHED]
-    return Summary("Escape energy", [*rows, ("poses drawn", result.samples)], notes=notes)
+        rows["path"] = f"{len(result.path)} states, the barrier at row {result.barrier}"
+    rows["poses drawn"] = result.samples
+    return _search("Escape energy", rows, result, result.samples)
+
+
+def _search(title: str, rows: Mapping[str, object], result: Any, size: int) -> Summary:
+    """A search of that size, which may have been stopped before it found anything."""
+    if not (size or result.complete):
+        return Summary(title, notes=[NOTHING_SEARCHED])
+    return Summary(title, list(rows.items()), notes=_notes(result))
 
 
 def force_score(score: ForceScore) -> Summary:
@@ -127,53 +118,43 @@ def _energy(energy: float) -> str:
     return f"{energy:.4g} J" if math.isfinite(energy) else NONE_FOUND
 
 
-def _notes(result: CaptureScore | EscapeEffort | CaptureProbability) -> list[str]:
+def _notes(result: Any) -> list[str]:
     """Warnings as sentences, and whether it was stopped."""
-    sentences = [f"{warning[0].upper()}{warning[1:]}." for warning in result.warnings]
+    sentences = [_sentence(warning) for warning in getattr(result, "warnings", ())]
     return sentences if result.complete else [*sentences, UNFINISHED]
 
 
 def capture_probability(found: CaptureProbability) -> Summary:
     """The probability with its interval, what happens undisturbed, and the curve beside."""
-    rows: list[Row] = [
-        (
-            f"captured for {float(found.times[-1]):.3g} s",
-            _with_interval(found, found.captured, "captured"),
-        ),
-        ("mean time captured", f"{found.mean_time:.3g} s"),
-        ("undisturbed", _undisturbed(found)),
-    ]
-    if found.success is not None:
-        rows.append(("success at the end", _with_interval(found, found.success, "success")))
-    if found.any is not None:
-        value = _with_interval(found, found.any.captured, "any")
-        rows.append(("captured, at least one object", value))
-    for number, each in enumerate(found.by_object):
-        rows.append((f"captured, object {number}", f"{each.captured:.3f}"))
-    rows.append(("rollouts", _rollouts(found)))
-    curve = Picture("plot_probability", found, "its curve", {"legend": False})
-    return Summary("Probability", rows, notes=_notes(found), picture=curve)
 
+    def with_interval(value: float, which: str) -> str:
+        low, high = found.interval(which=which)
+        return f"{value:.3f} ({low:.3f} to {high:.3f} with 95 % confidence)"
 
-def _with_interval(found: CaptureProbability, value: float, which: str) -> str:
-    low, high = found.interval(which=which)
-    return f"{value:.3f} ({low:.3f} to {high:.3f} with 95 % confidence)"
-
-
-def _undisturbed(found: CaptureProbability) -> str:
-    stays = "stays captured" if found.undisturbed else f"leaves at {found.undisturbed_time:.3g} s"
-    if found.undisturbed_success is None:
-        return stays
-    return f"{stays}, {'succeeds' if found.undisturbed_success else 'does not succeed'}"
-
-
-def _rollouts(found: CaptureProbability) -> str:
-    words = [str(found.rollouts)]
+    undisturbed = f"leaves at {found.undisturbed_time:.3g} s"
+    if found.undisturbed:
+        undisturbed = "stays captured"
+    if found.undisturbed_success is not None:
+        undisturbed += ", succeeds" if found.undisturbed_success else ", does not succeed"
+    rollouts = str(found.rollouts)
     if abs(found.effective - found.rollouts) > EQUAL * found.rollouts:
-        words.append(f"worth {found.effective:.3g} of equal weight")
+        rollouts += f", worth {found.effective:.3g} of equal weight"
     if found.diverged:
-        words.append(f"and {found.diverged} that diverged and do not count")
-    return ", ".join(words)
+        rollouts += f", and {found.diverged} that diverged and do not count"
+    rows = {
+        f"captured for {found.times[-1]:.3g} s": with_interval(found.captured, "captured"),
+        "mean time captured": f"{found.mean_time:.3g} s",
+        "undisturbed": undisturbed,
+    }
+    if found.success is not None:
+        rows["success at the end"] = with_interval(found.success, "success")
+    if found.any is not None:
+        rows["captured, at least one object"] = with_interval(found.any.captured, "any")
+    for number, each in enumerate(found.by_object):
+        rows[f"captured, object {number}"] = f"{each.captured:.3f}"
+    rows["rollouts"] = rollouts
+    curve = Picture("plot_probability", found, "its curve", {"legend": False})
+    return Summary("Probability", list(rows.items()), notes=_notes(found), picture=curve)
 
 
 # Questions
@@ -211,16 +192,12 @@ def plan(of_robot: Plan) -> Summary:
 def scene(made: Scene) -> Summary:
     """Its bodies, a row each."""
     head = ("body", "role", "shape", "mass [kg]", "friction")
-    bodies = [
-        (
-            body.name,
-            body.role if body.role != "none" else "",
-            type(body.shape).__name__,
-            _mass(body),
-            f"{body.friction:.3g}",
-        )
-        for body in made.bodies
-    ]
+    bodies = []
+    for body in made.bodies:
+        mass = "kinematic" if body.kinematic else f"{body.mass:.4g}"
+        role, shape = body.role.replace("none", ""), type(body.shape).__name__
+        mass = "fixed" if body.fixed else mass
+        bodies.append((body.name, role, shape, mass, f"{body.friction:.3g}"))
     note = f"{len(made.joints)} joints, {len(made.springs)} springs, gravity "
     note += f"{_vector(made.gravity, 'm/s²')}, {made.dimension} numbers in a state"
     if made.friction_rule != "product":
@@ -230,27 +207,17 @@ def scene(made: Scene) -> Summary:
     return Summary("Scene", bodies, head, [note])
 
 
-def _mass(body: Body) -> str:
-    """Or why it does not count."""
-    if body.fixed:
-        return "fixed"
-    return "kinematic" if body.kinematic else f"{body.mass:.4g}"
-
-
 def _vector(values: Iterable[float], unit: str) -> str:
     return f"({', '.join(f'{value:.4g}' for value in values)}) {unit}"
 
 
 def _bodies_in_words(scene: Scene) -> str:
-    names: dict[str, list[str]] = {"object": [], "effector": [], "others": []}
-    for body in scene.bodies:
-        names["others" if body.role == "none" else body.role].append(body.name)
-    return "; ".join(f"{role}: {_first_names(own)}" for role, own in names.items() if own)
-
-
-def _first_names(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return ", ".join(names[:MOST_NAMES]) + more
+    parts = []
+    for role, title in {"object": "object", "effector": "effector", "none": "others"}.items():
+        names = [body.name for body in scene.bodies if body.role == role]
+        more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+        parts += [f"{title}: {', '.join(names[:MOST_NAMES])}{more}"] if names else []
+    return "; ".join(parts)
 
 
 # Scores of many
@@ -299,9 +266,7 @@ def evaluation(result: Evaluation) -> Summary:
     """AUC and AP of each score with their intervals, by horizon and beside the paper's; two tables
     if there are several objects: of all, and of at least one."""
     head = ("score", *result.columns)
-    rows = {
-        score: [_stacked(cell) for cell in cells.values()] for score, cells in result.states.items()
-    }
+    rows = {score: list(map(_stacked, cells.values())) for score, cells in result.states.items()}
     for score, cell in result.trajectories.items():
         rows[score] = [_stacked(cell), *[""] * (len(result.frames) - 1)]
     lines = [(score, *cells, *result.paper_column(score)) for score, cells in rows.items()]
@@ -320,54 +285,39 @@ def _stacked(cell: Cell | None) -> str:
 
 def score_store(store: ScoreStore) -> Summary:
     """Its runs, a row each."""
-    rows = [
-        (one.number, one.task, _scored(one), ", ".join(one.metrics), _asked(one), _settings(one))
-        for one in store.runs()
-    ]
     head = ("run", "task", "states scored", "scores", "asked about", "settings")
+    rows = [(one.number, one.task, *_run_rows(one).values()) for one in store.runs()]
     notes = [] if rows else ["There are no runs."]
     return Summary(f"Scores in {store.path.name}", rows, head, notes)
 
 
+def _run_rows(one: Run) -> dict[str, str]:
+    scored, states = one.counts()
+    return {
+        "states scored": f"{scored} of {states}",
+        "scores": ", ".join(one.metrics),
+        "asked about": "the state as it is" if one.future is None else str(one.future),
+        "settings": ", ".join(f"{name} = {_short(value)}" for name, value in one.settings.items()),
+    }
+
+
 def run(one: Run) -> Summary:
     """How many states have scores, and with which settings."""
-    rows: list[Row] = [
-        ("task", one.task),
-        ("parameters", "unknown" if one.parameters is None else _parameters(one.parameters)),
-        ("states scored", _scored(one)),
-        ("scores", ", ".join(one.metrics)),
-        ("asked about", _asked(one)),
-        ("settings", _settings(one)),
-        ("algorithm", one.algorithm),
-        ("time of a state", _times(one)),
-    ]
-    if any(metric in TIMED for metric in one.metrics):
-        rows.append(("probabilities", disturbance_in_words(one.settings)))
-    if one.sampling is not None:
-        rows.append(
-            ("not known for sure", f"{one.sampling}; each score is the mean of its particles")
-        )
-    return Summary(f"Run {one.number} of {one.store.path.name}", rows)
-
-
-def _scored(one: Run) -> str:
-    scored, states = one.counts()
-    return f"{scored} of {states}"
-
-
-def _asked(one: Run) -> str:
-    return "the state as it is" if one.future is None else str(one.future)
-
-
-def _times(one: Run) -> str:
-    """Mean of all scores, and the share of each; what a search above gives too takes no time."""
     times = one.times()
+    # What a search above gives too takes no time.
     shares = (f"{metric} {t / sum(times.values()):.0%}" for metric, t in times.items() if t)
-    return ": ".join(filter(None, (f"{one.seconds():.3g} s", ", ".join(shares))))
-
-
-def _settings(one: Run) -> str:
-    return ", ".join(f"{name} = {_short(value)}" for name, value in one.settings.items())
+    rows = {
+        "task": one.task,
+        "parameters": "unknown" if one.parameters is None else _parameters(one.parameters),
+        **_run_rows(one),
+        "algorithm": one.algorithm,
+        "time of a state": ": ".join(filter(None, (f"{one.seconds():.3g} s", ", ".join(shares)))),
+    }
+    if any(metric in TIMED for metric in one.metrics):
+        rows["probabilities"] = disturbance_in_words(one.settings)
+    if one.sampling is not None:
+        rows["not known for sure"] = f"{one.sampling}; each score is the mean of its particles"
+    return Summary(f"Run {one.number} of {one.store.path.name}", list(rows.items()))
 
 
 # Trajectories
@@ -375,20 +325,19 @@ def _settings(one: Run) -> str:
 
 def trajectory(recorded: Trajectory) -> Summary:
     """Its frames and labels, and what was drawn for it."""
-    captured = recorded.captured
+    captured, yes = recorded.captured, {True: "yes", False: "no"}
     lost = "" if captured.all() else f", first lost at {recorded.times[captured.argmin()]:.3g} s"
-    rows: list[Row] = [
-        ("frames", f"{len(recorded)}, {recorded.times[0]:.3g} to {recorded.times[-1]:.3g} s"),
-        ("captured", f"{int(captured.sum())} frames{lost}"),
-        ("success", _yes(recorded.success)),
-    ]
+    rows: dict[str, object] = {
+        "frames": f"{len(recorded)}, {recorded.times[0]:.3g} to {recorded.times[-1]:.3g} s",
+        "captured": f"{int(captured.sum())} frames{lost}",
+        "success": yes[bool(recorded.success)],
+    }
     if recorded.captured_any is not None:
-        some = f"{int(recorded.captured_any.sum())} frames"
-        rows.append(("captured, at least one object", some))
+        rows["captured, at least one object"] = f"{int(recorded.captured_any.sum())} frames"
     if recorded.success_any is not None:
-        rows.append(("success, at least one object", _yes(recorded.success_any)))
-    rows += [("seed", recorded.seed), ("drawn for it", _parameters(recorded.params))]
-    return Summary("Trajectory", rows)
+        rows["success, at least one object"] = yes[bool(recorded.success_any)]
+    rows |= {"seed": recorded.seed, "drawn for it": _parameters(recorded.params)}
+    return Summary("Trajectory", list(rows.items()))
 
 
 def dataset(recorded: Dataset) -> Summary:
@@ -401,10 +350,6 @@ def dataset(recorded: Dataset) -> Summary:
         ("seed", recorded.seed),
     ]
     return Summary(f"Dataset of {recorded.task}", rows)
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
 
 
 def _parameters(values: Mapping[str, Any]) -> str:
