@@ -1,11 +1,13 @@
 """What the viewer computes before a browser draws it."""
 
+import asyncio
 import dataclasses
 import io
 import json
 import struct
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -539,3 +541,41 @@ def test_a_closed_viewer_lets_go_of_its_dataset(tmp_path):
 
     with h5py.File(path, "a"):
         pass
+
+
+def test_a_replay_is_stopped_by_its_button_by_a_hand_and_by_other_moments(problem):
+    """However long a moment is; without a browser, whose moves have the number of a client."""
+    with view(problem, nodes=10) as viewer:
+        player, shown = viewer.page._panel.escape, []
+        player.connect(shown.append)
+        long = 1e6 * np.arange(4.0)
+        hand = SimpleNamespace(client_id=0)
+        for stop, at in (
+            (player.press, 0),
+            (lambda: asyncio.run_coroutine_threadsafe(player._take(hand), player._loop), 0),
+            (lambda: player.set_up(long), 0),
+        ):
+            player.set_up(long)
+            player.press()
+            until(lambda: shown, "it begins")
+            assert player.playing and player.button.label == "Stop"
+            stop()
+            player.join()
+            assert not player.playing and player.button.label == "Replay the escape"
+            assert player.slider.value == at
+            shown.clear()
+        player.set_up(np.arange(4) / 100)
+        player.press()
+        player.join()
+        assert shown == [0, 1, 2, 3] and player.slider.value == 3
+        player.press()
+        player.join()
+        assert shown[4:] == [0, 1, 2, 3]
+
+
+def until(true, what):
+    """Waits for it."""
+    end = time.monotonic() + 30
+    while not true():
+        assert time.monotonic() < end, what
+        time.sleep(0.01)

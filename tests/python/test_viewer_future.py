@@ -214,6 +214,7 @@ def test_a_replay_of_the_future_ends_at_the_horizon():
         page = viewer.page
         page.wait()
         page._play(page._panel.future)
+        page._panel.future.join()
         assert page._panel.future.slider.value == len(page._future.times) - 1
         assert page._panel.future.button.label == "Replay the future"
 

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel
 
 WAIT = 0.08  # s
+REST = 0.01  # s, between two looks at whether a replay is over
 STOP = "Stop"
 
 
-class SearchThread:
-    """One search at a time, on a thread that does not keep Python from ending."""
+class WorkThread:
+    """One piece of work at a time, on a thread that does not keep Python from ending."""
 
     def __init__(self) -> None:
         """Idle."""
@@ -34,7 +35,7 @@ class SearchThread:
 
     @property
     def running(self) -> bool:
-        """Whether it searches."""
+        """Whether it works."""
         return not self._done.is_set()
 
     def start(self, work: Callable[[Cancel], None]) -> None:
@@ -57,14 +58,18 @@ class SearchThread:
         """Waits until it is done."""
         self._done.wait()
 
+    def cancel(self) -> None:
+        """Tells the work to end, without waiting for it."""
+        self._cancel.set()
+
     def stop(self) -> None:
-        """Ends the search, and waits for that: within one rollout."""
+        """Ends the work, and waits for that: a search ends within one rollout."""
         with self._lock:
             self._cancel.set()
             self.join()
 
     def close(self) -> None:
-        """Ends the search, and starts no other."""
+        """Ends the work, and starts no other."""
         self._closed = True
         self.stop()
 
@@ -117,19 +122,15 @@ class Player:
         self._label, self._loop, self._shown_with = label, server.get_event_loop(), lock
         self._times = np.zeros(0)
         self._show: Callable[[int], None] = lambda _: None
-        self._lock = threading.Lock()
-        self._over = threading.Event()  # of the replay that is the last one
-        self._over.set()
-        self._closed = False
-        self._at_rest = threading.Event()
-        self._at_rest.set()
+        self._lock = threading.Lock()  # of moves by a replay that may be over
+        self._replay = WorkThread()
         self.slider.on_update(self._take)
         self.slider.on_update(self._moved)
 
     @property
     def playing(self) -> bool:
         """Whether a replay runs."""
-        return not self._at_rest.is_set()
+        return self._replay.running
 
     def connect(self, show: Callable[[int], None]) -> None:
         """Calls show(moment) with the lock whenever the slider has moved."""
@@ -146,40 +147,28 @@ class Player:
 
     def press(self) -> None:
         """Replays the moments from the present one on, or again from the end; stops a replay that
-        runs. Returns once it is over."""
-        with self._lock:
-            self._over.set()
-            if self.playing or self._closed or len(self._times) == 0:
-                return
-            times, over = self._times, threading.Event()
-            self._over = over
-            self._at_rest.clear()
-        try:
-            self.button.label = STOP
-            self._play(times, over)
-        finally:
-            over.set()
-            self.button.label = self._label
-            self._at_rest.set()
+        runs."""
+        if self.playing:
+            self.stop()
+        elif len(self._times):
+            self._replay.start(self._play)
 
     def join(self) -> None:
         """Waits until none runs."""
-        self._at_rest.wait()
+        self._replay.join()
 
     def stop(self) -> None:
         """Ends the replay, if there is one, where it is: the slider moves no more."""
         with self._lock:
-            self._over.set()
+            self._replay.cancel()
 
     def close(self) -> None:
         """Ends the replay, waits for that, and starts no other: the loop is about to end."""
-        self._closed = True
-        self.stop()
-        self.join()
+        self._replay.close()
 
     async def _take(self, event: Any) -> None:
         """A move by hand stops the replay, which would take it away again."""
-        if event.client_id is None or self._over.is_set():
+        if event.client_id is None or not self.playing:
             return
         self.stop()
         taken = value_of(self.slider)
@@ -198,22 +187,27 @@ class Player:
             if len(self._times):
                 self._show(min(int(value_of(self.slider)), len(self._times) - 1))
 
-    def _play(self, times: NDArray[np.float64], over: threading.Event) -> None:
-        last = len(times) - 1
-        waits = [*np.diff(times), 0.0]
-        for moment in range(int(value_of(self.slider)) % max(last, 1), last + 1):
-            moved = asyncio.run_coroutine_threadsafe(self._move(moment, over), self._loop)
-            if not moved.result():
-                return
-            self.draw()
-            over.wait(waits[moment])
+    def _play(self, cancel: Cancel) -> None:
+        times, last = self._times, len(self._times) - 1
+        self.button.label = STOP
+        try:
+            for moment in range(int(value_of(self.slider)) % max(last, 1), last + 1):
+                move = self._move(moment, cancel)
+                asyncio.run_coroutine_threadsafe(move, self._loop).result()
+                self.draw()
+                end = time.monotonic() + times[min(moment + 1, last)] - times[moment]
+                while not cancel.is_set and time.monotonic() < end:
+                    time.sleep(min(REST, max(0.0, end - time.monotonic())))
+                if cancel.is_set:
+                    return
+        finally:
+            self.button.label = self._label
 
-    async def _move(self, moment: int, over: threading.Event) -> bool:
-        """Moves the slider unless the replay is over; whether it did."""
+    async def _move(self, moment: int, cancel: Cancel) -> None:
+        """Moves the slider unless the replay is over."""
         with self._lock:
-            if not over.is_set():
+            if not cancel.is_set:
                 set_value(self.slider, moment)
-            return not over.is_set()
 
 
 def value_of(slider: Any) -> float:

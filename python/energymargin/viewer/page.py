@@ -17,7 +17,7 @@ from energymargin.searches import SearchSettings
 from energymargin.viewer.background import (
     Debounced,
     Player,
-    SearchThread,
+    WorkThread,
     set_value,
     value_of,
 )
@@ -59,7 +59,7 @@ class Page:
         self._server, self._source, self._stored = server, source, stored
         self._settings = settings
         self._lock = threading.RLock()
-        self._searching, self._cache = SearchThread(), tree_cache()
+        self._searching, self._cache = WorkThread(), tree_cache()
         self._sets_later, self._nodes_later = Debounced(), Debounced()
         self._future_later = Debounced()
         self._closing = Cancel()
