@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.path import Path
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull as Hull, QhullError
 from scipy.spatial.transform import Rotation
@@ -17,6 +18,7 @@ from energymargin._core import Plane, Scene
 from energymargin.scenes.corners import shape_parts
 
 AXES = ("x", "y", "z")
+ACROSS = (("y", "z"), ("x", "z"), ("x", "y"))  # the planes across x, y and z
 STILL = 1e-6  # m; objects that spread less do not move
 PREFERENCE = (1.5, 1.0, 1.2)  # of x, y and z, where it is a close call
 COVERED = 0.1  # of the objects' area; a plane in which the robot covers so much more is not taken
@@ -87,16 +89,16 @@ def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
     moving = [body for body in scene.bodies if not (body.fixed or isinstance(body.shape, Plane))]
     locked = np.array([np.asarray(body.linear_factor) == 0.0 for body in moving]).all(axis=0)
     if locked.sum() == 1:
-        return _without(int(locked.argmax()))
+        return ACROSS[int(locked.argmax())]
     starts = [scene.slice(body.name).start for body in moving if body.role == "object"]
     spread = np.max([states[:, start : start + 3].std(axis=0) for start in starts], axis=0)
     if spread.max() < STILL:
         names = {body.name for body in moving if body.role != "none"}
         corners = _corners(scene, states[0], AXES, names)
         spread = np.ptp(np.concatenate(list(corners.values())), axis=0)
-    covered = np.array([_covered(scene, states[0], _without(axis)) for axis in range(3)])
+    covered = np.array([_covered(scene, states[0], plane) for plane in ACROSS])
     least = np.where(covered <= covered.min() + COVERED, spread * PREFERENCE, np.inf)
-    return _without(int(least.argmin()))
+    return ACROSS[int(least.argmin())]
 
 
 def _covered(scene: Scene, state: NDArray[np.float64], plane: Plan) -> float:
@@ -106,26 +108,14 @@ def _covered(scene: Scene, state: NDArray[np.float64], plane: Plan) -> float:
     for body in scene.bodies:
         if body.role != "none" and not isinstance(body.shape, Plane):
             outlines[body.role] += outlines_of(body.shape, poses[body.name], plane)
-    points = np.concatenate([_within(outline) for outline in outlines["object"]])
-    hidden = [_contains(outline, points) for outline in outlines["effector"]]
-    return float(np.any(hidden, axis=0).mean()) if hidden and len(points) else 0.0
-
-
-def _within(outline: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points of a grid that lie in a convex outline, shape (P, 2)."""
-    low, high = outline.min(axis=0), outline.max(axis=0)
     shares = (np.arange(GRID) + 0.5) / GRID
-    points = np.stack(np.meshgrid(shares, shares), axis=-1).reshape(-1, 2) * (high - low) + low
-    return np.asarray(points[_contains(outline, points)])
-
-
-def _contains(outline: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points, shape (P, 2), lie in a convex outline, counterclockwise; none in a line."""
-    if len(outline) < 3:
-        return np.zeros(len(points), dtype=bool)
-    sides = np.roll(outline, -1, axis=0) - outline
-    ways = points[:, None] - outline
-    return np.asarray(np.all(sides[:, 0] * ways[..., 1] >= sides[:, 1] * ways[..., 0], axis=1))
+    grid = np.stack(np.meshgrid(shares, shares), axis=-1).reshape(-1, 2)
+    points = np.empty((0, 2))
+    for outline in outlines["object"]:
+        filled = grid * np.ptp(outline, axis=0) + outline.min(axis=0)
+        points = np.concatenate([points, filled[Path(outline).contains_points(filled)]])
+    hidden = [Path(outline).contains_points(points) for outline in outlines["effector"]]
+    return float(np.any(hidden, axis=0).mean()) if hidden and len(points) else 0.0
 
 
 def view_of(
@@ -186,9 +176,3 @@ def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
         along = points - points.mean(axis=0)
         far = along @ along[np.linalg.norm(along, axis=1).argmax()]
         return points[[far.argmin(), far.argmax()]]
-
-
-def _without(axis: int) -> Plan:
-    """The plane of the two other axes."""
-    first, second = (name for number, name in enumerate(AXES) if number != axis)
-    return first, second

@@ -107,19 +107,14 @@ class Summary:
 
         parts: list[RenderableType] = [Text(self.lead, "dim"), Text()] if self.lead else []
         below = 1 if self.head else 0  # lines
-        table = Table(
-            box=None, padding=(0, 1, below, 0), pad_edge=False, show_header=bool(self.head)
-        )
+        table = Table(box=None, padding=(0, 1, below, 0), pad_edge=False, show_header=below > 0)
         table.add_column(*self.head[:1], overflow="fold")
         for column in self.head[1:] or [""]:
-            table.add_column(
-                column, justify="center" if self.head else "left", no_wrap=bool(self.head)
-            )
-        for row in self.rows:
-            label, *cells = map(str, row)
-            table.add_row(label, *map(_first_line_bold, cells))
+            table.add_column(column, justify="center" if self.head else "left", no_wrap=below > 0)
+        for label, *cells in self.rows:
+            table.add_row(str(label), *(_first_line_bold(str(cell)) for cell in cells))
         parts += [Text(self.title, "bold cyan"), Text(), table] if self.title else [table]
-        parts += [Text(note) for note in self.notes]
+        parts += map(Text, self.notes)
         parts += [] if self.further is None else [Text(), self.further]
         return Group(*parts)
 
@@ -153,12 +148,9 @@ def attach() -> None:
     for name in COMPILED:
         setattr(getattr(compiled, name), "_repr_html_", html_or_text)  # noqa: B010
     for kind in vars(compiled).values():
-        if isinstance(kind, type) and "__repr__" not in vars(kind) and _has_properties(kind):
+        members = vars(kind) if isinstance(kind, type) else {}
+        if "__repr__" not in members and any(isinstance(m, property) for m in members.values()):
             setattr(kind, "__repr__", _text)  # noqa: B010
-
-
-def _has_properties(kind: type) -> bool:
-    return any(isinstance(member, property) for member in vars(kind).values())
 
 
 def _text(self: Any) -> str:

@@ -17,25 +17,23 @@ from energymargin.evaluation import LabelledScores
 from energymargin.outlines import Limits, Plan, view_of
 from energymargin.plots.scenes import lost_objects
 from energymargin.plots.states import plot_state, score_title, state_legend
+from energymargin.plots.styles import LEGEND_SIZE
 from energymargin.plots.trajectories import figure_scores, trajectory_scores
 from energymargin.plots.trees import draw_color_bar, most_cost
 from energymargin.tasks.base import Task, plane_of
 from energymargin.trajectories import Trajectory
 
 LINE = 0.15  # inch, of a title
+PANEL = 2.9  # inch, width of one
 
 
 def one_of_each(dataset: Dataset) -> dict[str, int]:
     """A failed and a successful trajectory of a dataset, with an end as clear as can be."""
-    chosen = {}
+    chosen, every = {}, list(enumerate(dataset.trajectories))
     for name, success in (("failed", False), ("successful", True)):
-        of_kind = [
-            t for t, trajectory in enumerate(dataset.trajectories) if trajectory.success == success
-        ]
+        of_kind = {t: one.captured[-1] == success for t, one in every if one.success == success}
         if of_kind:
-            chosen[name] = max(
-                of_kind, key=lambda t: (dataset.trajectories[t].captured[-1] == success, -t)
-            )
+            chosen[name] = max(of_kind, key=lambda t: of_kind[t])  # the first of the clear ones
     return chosen
 
 
@@ -89,43 +87,22 @@ def figure_qualitative(
     """
     if not trajectories:
         raise ValueError("trajectories is empty, expected some by name: {'failed': ...}")
-    numbers = dict.fromkeys(trajectories, 0) if first_states is None else first_states
-    rows = {
-        name: [
-            _panel(task, trajectory, k, nodes, stream(seed, numbers[name] + k))
-            for k in _frames(trajectory, frames)
-        ]
-        for name, trajectory in trajectories.items()
-    }
-    scene = next(iter(rows.values()))[0].problem.scene
     plane = plane_of(task)
+    panels: list[list[_Panel]] = []
+    for name, trajectory in trajectories.items():
+        first, count = (first_states or {}).get(name, 0), len(trajectory)
+        shown = sorted({0, count // 3, 2 * count // 3})
+        if frames is not None:
+            shown = [whole_number("frame", k, 0, count - 1) for k in frames]
+        panels.append([])
+        for k in shown:
+            asked = trajectory.states[k], trajectory.params, trajectory.contacts[k]
+            problem = task.problem(*asked)
+            settings: dict[str, Any] = {"nodes": nodes, "seed": stream(seed, first + k)}
+            score = capture_score(problem, warn=False, **settings)
+            panels[-1].append(_Panel(float(trajectory.times[k]), problem, score))
     states = np.concatenate([trajectory.states for trajectory in trajectories.values()])
-    return _figure(rows, plane, view_of(scene, states, plane))
-
-
-def _figure(rows: Mapping[str, Sequence[_Panel]], plane: Plan, limits: Limits) -> Figure:
-    panels = [panel for row in rows.values() for panel in row]
-    most = max(most_cost(panel.problem, panel.score.tree) for panel in panels)
-    lines = max(score_title(panel.score).count("\n") + 2 for panel in panels)
-    columns = max(len(row) for row in rows.values())
-    figure, axes = _grid(len(rows), columns, limits, LINE * (lines + 1))
-    look: dict[str, Any] = {"plane": plane, "limits": limits, "most": most, "path": False}
-    for (name, row), row_axes in zip(rows.items(), axes, strict=True):
-        for panel, ax in zip(row, row_axes, strict=False):
-            plot_state(panel.problem, panel.score, ax=ax, color_bar=False, ghosts=3, **look)
-            ax.set_title(f"t = {panel.time:.2f} s\n{score_title(panel.score)}", fontsize=9)
-            ax.label_outer()
-        row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
-    _explain(figure, axes, most, panels)
-    return figure
-
-
-def _frames(trajectory: Trajectory, frames: Sequence[int] | None) -> list[int]:
-    """The chosen ones; of None the first, and those at one and two thirds, each once."""
-    count = len(trajectory)
-    if frames is None:
-        return sorted({0, count // 3, 2 * count // 3})
-    return [whole_number("frame", k, 0, count - 1) for k in frames]
+    return _figure(panels, list(trajectories), plane, view_of(problem.scene, states, plane))
 
 
 class _Panel(NamedTuple):
@@ -134,27 +111,30 @@ class _Panel(NamedTuple):
     score: CaptureScore
 
 
-def _panel(task: Task, trajectory: Trajectory, k: int, nodes: int, seed: int) -> _Panel:
-    problem = task.problem(trajectory.states[k], trajectory.params, trajectory.contacts[k])
-    score = capture_score(problem, nodes=nodes, seed=seed, warn=False)
-    return _Panel(float(trajectory.times[k]), problem, score)
-
-
-def _explain(figure: Figure, axes: Any, most: float, panels: Sequence[_Panel]) -> None:
-    """A colour bar and a legend for all panels."""
+def _figure(
+    rows: Sequence[Sequence[_Panel]], names: Sequence[str], plane: Plan, limits: Limits
+) -> Figure:
+    """Panels without gaps between them, and a colour bar and a legend for all."""
+    panels = [panel for row in rows for panel in row]
+    most = max(most_cost(panel.problem, panel.score.tree) for panel in panels)
     highest = max(float(panel.score.tree.costs.max()) for panel in panels)
+    lines = max(score_title(panel.score).count("\n") + 3 for panel in panels)
+    columns = max(len(row) for row in rows)
+    (x0, x1), (y0, y1) = limits
+    height = PANEL * (y1 - y0) / (x1 - x0) + LINE * lines
+    size = (PANEL * columns + 1.2, height * len(rows) + 0.7)
+    figure = Figure(figsize=size, dpi=200, layout="constrained")
+    axes = figure.subplots(len(rows), columns, sharex=True, sharey=True, squeeze=False)
+    look: dict[str, Any] = {"plane": plane, "limits": limits, "most": most, "path": False}
+    for name, row, row_axes in zip(names, rows, axes, strict=True):
+        for panel, ax in zip(row, row_axes, strict=False):
+            plot_state(panel.problem, panel.score, ax=ax, color_bar=False, ghosts=3, **look)
+            ax.set_title(f"t = {panel.time:.2f} s\n{score_title(panel.score)}", fontsize=9)
+            ax.label_outer()
+        row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
     draw_color_bar(figure, axes, Normalize(0.0, most), highest, shrink=0.7, pad=0.015)
     crosses = any(lost_objects(panel.problem, panel.score.tree.states).any() for panel in panels)
     handles = state_legend(panels[0].problem, tree=crosses)
-    figure.legend(
-        handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8
-    )
-
-
-def _grid(rows: int, columns: int, limits: Limits, title: float) -> tuple[Figure, Any]:
-    """A figure whose panels leave no gaps between them, and its axes; `title` [inch] is above."""
-    (x0, x1), (y0, y1) = limits
-    panel = 2.9  # width [inch]
-    size = (panel * columns + 1.2, (panel * (y1 - y0) / (x1 - x0) + title) * rows + 0.7)
-    figure = Figure(figsize=size, dpi=200, layout="constrained")
-    return figure, figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    looks: dict[str, Any] = {"ncols": len(handles), "frameon": False, "fontsize": LEGEND_SIZE}
+    figure.legend(handles=handles, loc="outside lower center", **looks)
+    return figure

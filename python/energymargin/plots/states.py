@@ -27,13 +27,13 @@ from energymargin.plots.styles import (
     nodes_in_words,
 )
 from energymargin.plots.trees import (
+    ESCAPE,
     Escape,
     Result,
     draw_color_bar,
     draw_escape,
     draw_tree,
     escape_in_words,
-    escape_line,
     escape_of,
     in_view,
     most_cost,
@@ -256,7 +256,7 @@ def state_legend(
         handles.append(cross)
     way = escape.path if isinstance(escape, EscapeEffort) else escape.states if escape else ()
     if len(way) > 1:
-        handles.append(escape_line("cheapest escape"))
+        handles.append(Line2D([], [], **ESCAPE, label="cheapest escape"))
     if notes[2]:
         handles.append(Line2D([], [], linestyle="", label=notes[2]))
     return handles
@@ -264,18 +264,13 @@ def state_legend(
 
 def score_title(score: CaptureScore) -> str:
     """The scores; with several objects those of all and of at least one, a line each."""
-    lines = {"all": (score.capture, score.success), "any": (score.capture_any, score.success_any)}
     several = score.capture_any is not None or score.success_any is not None
-    return "\n".join(
-        (f"{which}:   " if several else "")
-        + "   ".join(
-            f"{name} {value:.2f}"
-            for name, value in zip(("capture", "success"), values, strict=True)
-            if value is not None
-        )
-        for which, values in lines.items()
-        if values != (None, None)
-    )
+    lines = []
+    for which, end in {"all": "", "any": "_any"}.items():
+        values = {name: getattr(score, name + end) for name in ("capture", "success")}
+        words = [f"{name} {value:.2f}" for name, value in values.items() if value is not None]
+        lines += ["   ".join([f"{which}:"] * several + words)] if words else []
+    return "\n".join(lines)
 
 
 def state_title(result: Result | None, escaping: Result | None, escape: Escape | None) -> str:
@@ -295,14 +290,11 @@ def _bodies_by_role(scene: Scene) -> dict[str, str]:
     for body in scene.bodies:
         if not isinstance(body.shape, Plane):
             names.setdefault(body.role, []).append(body.name)
-    several = {"object": "objects", "effector": "effector"}
-    labels = {}
-    for role, of_role in names.items():
-        if role == "none":
-            more = ", ..." if len(of_role) > MOST_NAMES else ""
-            labels[role] = ", ".join(of_role[:MOST_NAMES]) + more
-        else:
-            labels[role] = several[role] if len(of_role) > 1 else role
+    labels = {role: role for role in names}
+    labels |= {"object": "objects"} if len(names.get("object", ())) > 1 else {}
+    if "none" in names:
+        more = ", ..." if len(names["none"]) > MOST_NAMES else ""
+        labels["none"] = ", ".join(names["none"][:MOST_NAMES]) + more
     return labels
 
 

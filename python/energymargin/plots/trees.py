@@ -21,6 +21,12 @@ from energymargin.plots.scenes import draw_lost, lost_objects, sets_of
 from energymargin.plots.styles import COSTS, LOST_COLOR, joules, nodes_in_words
 
 LEAST = 1e-9  # J, at the end of a colour bar
+ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the object is lost
+    **{"color": "black", "linewidth": 1.8, "zorder": 8, "gid": "escape"},
+    **{"marker": "s", "markersize": 6, "markevery": [-1], "markerfacecolor": LOST_COLOR},
+    **{"markeredgecolor": "white", "markeredgewidth": 0.8},
+    "path_effects": [patheffects.Stroke(linewidth=3.4, foreground="white"), patheffects.Normal()],
+}
 
 Result = CaptureScore | EscapeEffort
 
@@ -34,29 +40,12 @@ def draw_tree(
     ax.add_collection(
         LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
     )
-    ax.scatter(
-        points[..., 0].ravel(),
-        points[..., 1].ravel(),
-        c=np.repeat(tree.costs, points.shape[1]),
-        cmap=COSTS,
-        norm=costs,
-        s=9,
-        linewidths=0.2,
-        edgecolors="white",
-        zorder=6,
-        gid="nodes",
-    )
+    (x, y), costs_each = points.reshape(-1, 2).T, np.repeat(tree.costs, points.shape[1])
+    look: dict[str, Any] = {"cmap": COSTS, "norm": costs, "linewidths": 0.2, "edgecolors": "white"}
+    ax.scatter(x, y, c=costs_each, s=9, **look, zorder=6, gid="nodes")
     outside = points[lost_objects(problem, tree.states)]
-    ax.scatter(
-        outside[:, 0],
-        outside[:, 1],
-        marker="x",
-        s=9,
-        linewidths=0.5,
-        color=LOST_COLOR,
-        zorder=7,
-        gid="outside",
-    )
+    look = {"marker": "x", "linewidths": 0.5, "color": LOST_COLOR}
+    ax.scatter(outside[:, 0], outside[:, 1], s=9, **look, zorder=7, gid="outside")
     return outside
 
 
@@ -131,27 +120,5 @@ def draw_escape(ax: Axes, problem: Problem, escape: Escape, plane: Plan) -> None
     draw_lost(ax, scene, escape.states[-1], plane, {names[number] for number in gone})
     centers = object_centers(scene, plane)
     for number in gone:
-        line = escape_line("_nolegend_")
-        line.set_data(*escape.states[:, centers[number]].T)
-        ax.add_line(line)
-
-
-def escape_line(label: str) -> Line2D:
-    """A thick black line over all, with a square where the object is lost at its end; yet empty."""
-    around = [patheffects.Stroke(linewidth=3.4, foreground="white"), patheffects.Normal()]
-    return Line2D(
-        [],
-        [],
-        color="black",
-        linewidth=1.8,
-        marker="s",
-        markersize=6,
-        markevery=[-1],
-        markerfacecolor=LOST_COLOR,
-        markeredgecolor="white",
-        markeredgewidth=0.8,
-        path_effects=around,
-        label=label,
-        zorder=8,
-        gid="escape",
-    )
+        way = escape.states[:, centers[number]]
+        ax.add_line(Line2D(*way.T, **ESCAPE, label="_nolegend_"))

@@ -38,11 +38,12 @@ class Layer:
         self.scene, self.path = scene, f"/{name.replace(' ', '_')}"
         self._node = scene.add_frame(self.path, show_axes=False)
 
-    def clear(self) -> None:
-        """Takes away what is drawn."""
+    def clear(self) -> Layer:
+        """Itself, without what is drawn."""
         visible = self._node.visible
         self._node.remove()
         self._node = self.scene.add_frame(self.path, show_axes=False, visible=visible)
+        return self
 
     def show(self, visible: bool) -> None:
         """Whether it is to be seen."""

@@ -73,16 +73,9 @@ class Page:
         _light(server)
         self._stage = Stage(server)
         self._stage.set_up(self._problem, self._frames)
-        self._panel = Panel(
-            server,
-            self._lock,
-            title=source.title,
-            trajectories=source.trajectories,
-            trajectory=trajectory,
-            problem=self._problem,
-            settings=settings,
-            curves=None if stored is None else stored.curves,
-        )
+        curves = None if stored is None else stored.curves
+        self._panel = Panel(server, self._lock, source, self._problem, settings, curves=curves)
+        set_value(self._panel.trajectory, trajectory)
         self._players = (self._panel.escape, self._panel.future)
         self._panel.show_frames(self._frames, frame)
         self._show_frame()

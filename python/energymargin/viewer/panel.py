@@ -15,7 +15,7 @@ from energymargin._core import Problem
 from energymargin.searches import SearchSettings
 from energymargin.viewer.background import STOP, Player, set_value, value_of
 from energymargin.viewer.search import Scored
-from energymargin.viewer.sources import EFFORT, Frames
+from energymargin.viewer.sources import EFFORT, Frames, StateSource
 from energymargin.viewer.stage import SHOWN, UNDISTURBED
 from energymargin.viewer.texts import plain
 
@@ -45,13 +45,11 @@ class Panel:
         self,
         server: viser.ViserServer,
         lock: AbstractContextManager[Any],
-        *,
-        title: str,
-        trajectories: int,
-        trajectory: int,
+        source: StateSource,
         problem: Problem,
         settings: SearchSettings,
-        curves: Collection[str] | None = None,
+        *,
+        curves: Collection[str] | None,
     ) -> None:
         """Adds the controls, with the nodes and rollouts of the settings; those of a probability
         if the problem has a horizon. Replays show with the lock. `curves` names what scores of a
@@ -69,11 +67,10 @@ class Panel:
             brand_color=(0, 114, 178),
         )
         gui.main_panel.dock_right()
-        gui.set_panel_label(f"Energy margin: {title}")
+        gui.set_panel_label(f"Energy margin: {source.title}")
         with gui.add_folder("State"):
-            self.trajectory = gui.add_slider(
-                "trajectory", 0, max(trajectories - 1, 1), 1, trajectory, visible=trajectories > 1
-            )
+            last = source.trajectories - 1
+            self.trajectory = gui.add_slider("trajectory", 0, max(last, 1), 1, 0, visible=last > 0)
             self.frame = gui.add_slider("frame", 0, 1, 1, 0)
             self.what = gui.add_html("")
         with gui.add_folder("Undisturbed future", visible=timed):

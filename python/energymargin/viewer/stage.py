@@ -14,6 +14,7 @@ import numpy as np
 import trimesh
 import viser
 from fast_simplification import simplify
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
@@ -35,10 +36,10 @@ SAMPLES = 20  # frames of a trajectory that the view holds
 FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from the middle; if flat
 DISTANCE = 0.9  # of the camera, beside the view's size
 GROUND_CELLS = 20  # of the ground, along the view
-NICE = (1.0, 2.0, 5.0, 10.0)
 OPACITY = 0.3  # of sets
 
 # Room around what is seen, as a share of its longest side.
+LEVEL_NORMAL = 0.99  # upward part of the normal of a plane that counts as level
 AROUND_STATES = 0.08
 AROUND_ONE = 0.6  # of a single state: its motion is not known
 LEVEL = 0.02  # of the view's size: an object that rises by less stays on the ground
@@ -73,9 +74,9 @@ class Stage:
         with self._lock, self._server.atomic():
             for layer in self._layers.values():
                 layer.clear()
-        cell = _nice(view.size / GROUND_CELLS)
+        ticks = MaxNLocator(GROUND_CELLS, steps=[1, 2, 5, 10]).tick_values(0.0, view.size)
         layers = self._layers["objects"], self._layers["bodies"]
-        self._bodies = DrawnBodies(*layers, scene, view.center, cell)
+        self._bodies = DrawnBodies(*layers, scene, view.center, float(ticks[1] - ticks[0]))
         _look_at(self._server, view, FROM[self._flat])
         self.put(problem)
 
@@ -91,8 +92,7 @@ class Stage:
 
     def draw_way(self, scored: Scored | None) -> None:
         """The way out, with the objects at its end, if there is one."""
-        layer = self._layers["escape path"]
-        layer.clear()
+        layer = self._layers["escape path"].clear()
         if scored is not None and scored.way_out is not None:
             states = scored.way_out.states
             draw_path(layer, self._problem, states, PATH_COLOR)
@@ -100,9 +100,7 @@ class Stage:
 
     def draw_tree(self, scored: Scored | None, nodes: int) -> tuple[int, int]:
         """The first nodes of the tree; how many dots and edges are drawn of them."""
-        dots, edges = self._layers["nodes"], self._layers["edges"]
-        dots.clear()
-        edges.clear()
+        dots, edges = (self._layers[name].clear() for name in ("nodes", "edges"))
         if scored is None:
             return 0, 0
         what = self._problem, scored, nodes, self._view.size
@@ -110,8 +108,7 @@ class Stage:
 
     def draw_future(self, future: Undisturbed | None) -> None:
         """The undisturbed path of the objects, with a mark where it leaves the capture set."""
-        layer = self._layers[UNDISTURBED]
-        layer.clear()
+        layer = self._layers[UNDISTURBED].clear()
         if future is not None:
             draw_future(layer, self._problem, future, self._view.size)
 
@@ -133,8 +130,7 @@ class Stage:
             with self._lock:
                 if problem is not self._problem:  # moved on meanwhile
                     break
-                layer = self._layers[name]
-                layer.clear()
+                layer = self._layers[name].clear()
                 if surface is not None:
                     path = f"{layer.path}/surface"
                     add_surface(layer.scene, path, surface, SETS[name], OPACITY, flat=flat)
@@ -151,19 +147,11 @@ class Stage:
 def _look_at(server: viser.ViserServer, view: View, where: tuple[float, float, float]) -> None:
     """Where browsers look from: those that come, and those that are there."""
     position = view.center + np.array(where) / np.linalg.norm(where) * DISTANCE * view.size
-    cameras: list[Any] = [
-        server.initial_camera,
-        *(one.camera for one in server.get_clients().values()),
-    ]
+    clients = server.get_clients().values()
+    cameras: list[Any] = [server.initial_camera, *(client.camera for client in clients)]
     for camera in cameras:
         camera.position, camera.look_at = position, view.center
         camera.near, camera.far = view.size / 100, view.size * 100
-
-
-def _nice(length: float) -> float:
-    """The next of 1, 2, 5, 10, 20, ..."""
-    power = 10.0 ** np.floor(np.log10(length))
-    return float(next(power * step for step in NICE if power * step >= length * 0.999))
 
 
 class View(NamedTuple):
@@ -192,8 +180,9 @@ def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
     low, high = points.min(axis=0), points.max(axis=0)
     share = AROUND_STATES if len(states) > 1 else AROUND_ONE
     around = share * float((high - low).max())
-    floor = _ground(scene)
-    return View(low - around, high + around, float(low[2]) if floor is None else floor)
+    grounds = [shape for body in scene.bodies if isinstance(shape := body.shape, Plane)]
+    level = [plane.offset for plane in grounds if plane.normal[2] > LEVEL_NORMAL]
+    return View(low - around, high + around, max(level, default=float(low[2])))
 
 
 def is_flat(problem: Problem, states: NDArray[np.float64], view: View) -> bool:
@@ -203,16 +192,6 @@ def is_flat(problem: Problem, states: NDArray[np.float64], view: View) -> bool:
         return False
     heights = [states[:, place[2]] for place in object_centers(problem.scene)]
     return all(float(np.ptp(height)) < LEVEL * view.size for height in heights)
-
-
-def _ground(scene: Scene) -> float | None:
-    """The height of the highest level plane."""
-    level = [
-        body.shape.offset
-        for body in scene.bodies
-        if isinstance(body.shape, Plane) and body.shape.normal[2] > 0.99
-    ]
-    return max(level, default=None)
 
 
 def region_surface(
