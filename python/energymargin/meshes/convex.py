@@ -16,10 +16,11 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +28,20 @@ from scipy.spatial import ConvexHull, QhullError
 
 from energymargin.bars import bar
 from energymargin.limits import Limit
+from energymargin.meshes.solids import Points, Solid, joined, points_within
 from energymargin.replacing import replaced
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 log = logging.getLogger("energymargin")
 
 # A fifth of coacd's own effort in the search for cuts: parts as good, in a quarter of the time.
 SEARCH = {"mcts_iterations": 30, "mcts_max_depth": 2}
 POLL = 0.02  # s; Ctrl-C is answered within it
+CONVEX = 0.99  # share of its hull's volume from which on a mesh is convex
+FILLED = 0.1  # share of a cavity's points that may be filled
+LEAST_THRESHOLD = 0.01  # coacd's own
 # Parts with less than this share of the whole hull's volume are flat but for rounding.
 NOTHING = 1e-9
 
@@ -42,96 +50,131 @@ SAME = 2e-3
 OPTIONS = "Qt Q12"  # facets of triangles; wide ones, of rounded points, are no error
 
 
-def decomposed(
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int64],
-    *,
-    closed: bool,
-    threshold: float,
-    max_points: int,
-    seed: int,
-    path: Path,
-    limit: Limit,
-) -> list[NDArray[np.float64]]:
-    """Points of convex parts of a mesh, shapes (k, 3) with k up to `max_points`.
+@dataclass(frozen=True)
+class Decomposition:
+    """How the solids of a file become convex parts."""
 
-    A mesh that is not `closed` is made so first. `threshold`: the concavity that a part may have,
-    as a share of the mesh's size. `path` is for messages. Raises RuntimeError if coacd fails, and
-    TimeoutError or Cancelled if it reaches the limit.
-    """
-    settings = {
-        **SEARCH,
-        "threshold": threshold,
-        "seed": seed,
-        "preprocess_mode": "off" if closed else "on",
-    }
-    key = _key(
-        np.ascontiguousarray(vertices, float).tobytes(),
-        np.ascontiguousarray(faces, np.int64).tobytes(),
-        json.dumps([settings, max_points, version("coacd")]).encode(),
-    )
-    parts = _load(key)
-    if parts is None:
-        with bar(f"Decomposing {path.name}", "meshes") as update:
-            if update is not None:
-                update(0, 1)
-            else:
-                log.warning(
-                    "decomposing %s into convex parts, once: they are cached in %s. A greater "
-                    "threshold is faster, and decompose=False takes the hull at once",
-                    path,
-                    cache_folder(),
+    path: Path
+    threshold: float
+    max_points: int
+    seed: int
+    limit: Limit
+
+    def parts_of(self, body: Solid, size: float) -> list[Points]:
+        """Points (k, 3) of a solid's convex parts; the threshold is of the whole mesh's `size`.
+
+        Raises ValueError if they fill a cavity, whatever the threshold.
+        """
+        threshold = self.threshold * size / float(body.outer.extents.max())
+        if not body.cavities:
+            return replace(self, threshold=threshold).parts(body.outer, closed=True)
+        surface = joined([body.outer, *body.cavities])
+        points = [points_within(cavity) for cavity in body.cavities]
+        threshold = min(threshold, 0.5)
+        while True:
+            decomposition = replace(self, threshold=max(threshold, LEAST_THRESHOLD))
+            parts = decomposition.parts(surface, closed=True, hollow=True)
+            filled = max(_filled(inside, parts) for inside in points)
+            if filled <= FILLED:
+                return parts
+            if threshold <= LEAST_THRESHOLD:
+                raise ValueError(
+                    f"{self.path} has a cavity of which its convex parts fill {filled:.0%}, "
+                    "expected a greater one, or none. An em.Compound of boxes leaves it empty, and "
+                    "decompose=False takes the convex hull of it all"
                 )
-            raw = _run(vertices, faces, settings, path, limit)
-        least = NOTHING * hull_volume(vertices)
-        parts = [corners(points, max_points) for points in raw if hull_volume(points) > least]
-        if not parts:
-            raise RuntimeError(f"coacd found no part in {path}; decompose=False takes its hull")
-        _store(key, parts)
-    return parts
+            threshold /= 2.0
+
+    def parts(self, surface: Trimesh, *, closed: bool, hollow: bool = False) -> list[Points]:
+        """Points (k, 3) of a surface's convex parts; one that is not `closed` is made so first.
+
+        Raises RuntimeError if coacd fails, and TimeoutError or Cancelled if it reaches the limit.
+        """
+        vertices, faces = np.asarray(surface.vertices, float), np.asarray(surface.faces, np.int64)
+        solid = closed and not hollow
+        convex = solid and surface.volume >= CONVEX * hull_volume(vertices)
+        if convex or self.threshold >= 1.0:
+            return [corners(vertices, self.max_points)]
+        settings = {
+            **SEARCH,
+            "threshold": self.threshold,
+            "seed": self.seed,
+            "preprocess_mode": "off" if closed else "on",
+        }
+        key = _key(
+            np.ascontiguousarray(vertices).tobytes(),
+            np.ascontiguousarray(faces).tobytes(),
+            json.dumps([settings, self.max_points, version("coacd")]).encode(),
+        )
+        parts = _load(key)
+        if parts is None:
+            with bar(f"Decomposing {self.path.name}", "meshes") as update:
+                if update is not None:
+                    update(0, 1)
+                else:
+                    log.warning(
+                        "decomposing %s into convex parts, once: they are cached in %s. A greater "
+                        "threshold is faster, and decompose=False takes the hull at once",
+                        self.path,
+                        cache_folder(),
+                    )
+                raw = self._run(vertices, faces, settings)
+            least = NOTHING * hull_volume(vertices)
+            large = [points for points in raw if hull_volume(points) > least]
+            parts = [corners(points, self.max_points) for points in large]
+            if not parts:
+                raise RuntimeError(
+                    f"coacd found no part in {self.path}; decompose=False takes its hull"
+                )
+            _store(key, parts)
+        return parts
+
+    def _run(
+        self, vertices: Points, faces: NDArray[np.int64], settings: dict[str, Any]
+    ) -> list[Points]:
+        """The parts that coacd makes, in a process that ends with this call, whatever ends it."""
+        script = Path(__file__).with_name("coacd_process.py")
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        with tempfile.TemporaryDirectory() as name_of_folder:
+            folder = Path(name_of_folder)
+            text = np.array(json.dumps(settings))
+            np.savez(folder / "mesh.npz", vertices=vertices, faces=faces, settings=text)
+            with (
+                open(folder / "messages", "wb") as messages,
+                subprocess.Popen(
+                    [sys.executable, str(script), str(folder)],
+                    env=environment,
+                    stdin=subprocess.PIPE,  # open while this process is: the other one watches
+                    stdout=subprocess.DEVNULL,
+                    stderr=messages,
+                ) as process,
+            ):
+                try:
+                    while process.poll() is None:
+                        time.sleep(POLL)
+                        self.limit.require(f"{self.path} was decomposed")
+                except BaseException:
+                    process.kill()
+                    process.wait()
+                    raise
+            if process.returncode != 0:
+                lines = (folder / "messages").read_text(errors="replace").strip().splitlines()
+                why = lines[-1] if lines else f"it ended with {process.returncode}"
+                raise RuntimeError(
+                    f"coacd fails on {self.path}: {why}; decompose=False takes its hull"
+                )
+            with np.load(folder / "parts.npz") as parts:
+                return [np.asarray(parts[f"arr_{i}"], float) for i in range(len(parts.files))]
 
 
-def _run(
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int64],
-    settings: dict[str, Any],
-    path: Path,
-    limit: Limit,
-) -> list[NDArray[np.float64]]:
-    """The parts that coacd makes, in a process that ends with this call, whatever ends it."""
-    script = Path(__file__).with_name("coacd_process.py")
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with tempfile.TemporaryDirectory() as name_of_folder:
-        folder = Path(name_of_folder)
-        text = np.array(json.dumps(settings))
-        np.savez(folder / "mesh.npz", vertices=vertices, faces=faces, settings=text)
-        with (
-            open(folder / "messages", "wb") as messages,
-            subprocess.Popen(
-                [sys.executable, str(script), str(folder)],
-                env=environment,
-                stdin=subprocess.PIPE,  # open as long as this process is: the other one watches it
-                stdout=subprocess.DEVNULL,
-                stderr=messages,
-            ) as process,
-        ):
-            try:
-                while process.poll() is None:
-                    time.sleep(POLL)
-                    limit.require(f"{path} was decomposed")
-            except BaseException:
-                process.kill()
-                process.wait()
-                raise
-        if process.returncode != 0:
-            lines = (folder / "messages").read_text(errors="replace").strip().splitlines()
-            why = lines[-1] if lines else f"it ended with {process.returncode}"
-            raise RuntimeError(f"coacd fails on {path}: {why}; decompose=False takes its hull")
-        with np.load(folder / "parts.npz") as parts:
-            return [np.asarray(parts[f"arr_{i}"], float) for i in range(len(parts.files))]
+def _filled(points: Points, parts: Sequence[Points]) -> float:
+    """The share of the points that lie in a convex part."""
+    if not len(points):
+        return 0.0
+    return float(np.any([inside(points, part) for part in parts], axis=0).mean())
 
 
-def hull_volume(points: NDArray[np.float64]) -> float:
+def hull_volume(points: Points) -> float:
     """Volume [m^3] of the convex hull of points, shape (n, 3); 0 if they are flat."""
     try:
         return float(ConvexHull(points, qhull_options=OPTIONS).volume)
@@ -139,21 +182,19 @@ def hull_volume(points: NDArray[np.float64]) -> float:
         return 0.0
 
 
-def inside(points: NDArray[np.float64], part: NDArray[np.float64]) -> NDArray[np.bool_]:
+def inside(points: Points, part: Points) -> NDArray[np.bool_]:
     """Whether each of the points (n, 3) lies in the convex hull of a part's, shape (n,)."""
     planes = ConvexHull(part, qhull_options=OPTIONS).equations
     return np.asarray((points @ planes[:, :3].T + planes[:, 3] <= 0.0).all(axis=1))
 
 
-def corners(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
+def corners(points: Points, most: int) -> Points:
     """At most `most` corners of the hull of points that span a volume, shape (k, 3).
 
     All corners if they are no more. Otherwise the hull grows by the corner that is farthest
     outside, until none is far: it lies within the true one.
     """
-    all_corners: NDArray[np.float64] = points[
-        np.sort(ConvexHull(points, qhull_options=OPTIONS).vertices)
-    ]
+    all_corners: Points = points[np.sort(ConvexHull(points, qhull_options=OPTIONS).vertices)]
     if len(all_corners) <= most:
         return all_corners
     chosen = _extremes(all_corners)
@@ -169,7 +210,7 @@ def corners(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
     return np.asarray(all_corners[np.sort(chosen)])
 
 
-def _extremes(points: NDArray[np.float64]) -> list[int]:
+def _extremes(points: Points) -> list[int]:
     """Indices of the points that are farthest out along the principal axes and between them."""
     centered = points - points.mean(axis=0)
     spreads, axes = np.linalg.svd(centered, full_matrices=False)[1:]
@@ -194,7 +235,7 @@ def _key(*contents: bytes) -> str:
     return digest.hexdigest()
 
 
-def _load(name: str) -> list[NDArray[np.float64]] | None:
+def _load(name: str) -> list[Points] | None:
     """The point sets of a name, each (k, 3); None if there are none, or the file is damaged."""
     try:
         with np.load(_file(name), allow_pickle=False) as file:
@@ -203,7 +244,7 @@ def _load(name: str) -> list[NDArray[np.float64]] | None:
         return None
 
 
-def _store(name: str, points: Sequence[NDArray[np.float64]]) -> None:
+def _store(name: str, points: Sequence[Points]) -> None:
     """Caches point sets; a folder that cannot be written to is no error."""
     file = _file(name)
     try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,24 +13,17 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
 from energymargin.bars import Update
 from energymargin.limits import Limit
-from energymargin.meshes.solids import Solid, solids, winding_numbers
+from energymargin.meshes.solids import joined, merged, points_within, solids, winding_numbers
 from energymargin.plausibility import warn
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
-Corners = NDArray[np.float64]
-
 SUFFIXES = (".stl", ".obj", ".dae")
 THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
 MAX_POINTS = 128  # a ball of them has 95 % of its volume
-CONVEX = 0.99  # share of its hull's volume from which on a mesh is convex
 FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
 LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
-# Points of a cavity that say how much of it is filled, and the share that may be.
-CAVITY_POINTS = 500
-FILLED = 0.1
-LEAST_THRESHOLD = 0.01  # coacd's own
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is decomposed as a whole
 
 
@@ -83,18 +75,24 @@ def mesh(
         ImportError: without the extra [urdf].
         TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
     """
+    from energymargin.meshes.convex import Decomposition, corners, hull_volume
+
     limit = Limit(timeout, cancel)
     sizes = _scale(scale)
     _check(threshold, max_points, seed)
     path = Path(path)
-    how = _Decomposition(path, threshold, max_points, seed, limit)
-    with needs_extra():
-        from energymargin.meshes.convex import corners
     pieces = _read(path, sizes)
-    whole = _joined(pieces)
+    whole = joined(pieces)
     vertices = np.asarray(whole.vertices, float)
-    _require_volume(vertices, path)
-    _warn_of_size(vertices, scale, path)
+    size = float(np.ptp(vertices, axis=0).max())
+    if hull_volume(vertices) <= FLAT * size**3:
+        raise ValueError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
+    if size > LARGEST:
+        text = (
+            f"scale is {scale!r}, which makes {path.name} {size:.3g} m long: lengths are in "
+            f"metres; a file in millimetres needs 0.001."
+        )
+        warn([("scale", text)], text)
     shells = _shells(pieces, limit)
     if not decompose:
         solid = _solid_of_hull(shells, path, limit) if shells else None
@@ -104,10 +102,11 @@ def mesh(
     if shells is None:
         _require_no_cavity(whole, path, limit)
     else:
-        bodies, solid = solids(shells, path, limit), _solid(_joined(shells))
+        bodies, solid = solids(shells, path, limit), _solid(joined(shells))
         if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
             bodies = []  # the mesh is decomposed as a whole
     report(0, max(1, len(bodies)))
+    how = Decomposition(path, threshold, max_points, seed, limit)
     parts = [] if bodies else how.parts(whole, closed=False)
     for done, body in enumerate(bodies, 1):
         parts += how.parts_of(body, float(whole.extents.max()))
@@ -124,16 +123,6 @@ def needs_extra() -> Iterator[None]:
         raise ImportError(
             f"meshes and URDF files need {error.name}: pip install 'energymargin[urdf]'"
         ) from error
-
-
-def _warn_of_size(vertices: NDArray[np.float64], scale: Any, path: Path) -> None:
-    extent = float(np.ptp(vertices, axis=0).max())
-    if extent > LARGEST:
-        text = (
-            f"scale is {scale!r}, which makes {path.name} {extent:.3g} m long: lengths are in "
-            f"metres; a file in millimetres needs 0.001."
-        )
-        warn([("scale", text)], text)
 
 
 def _scale(scale: Any) -> NDArray[np.float64]:
@@ -164,12 +153,12 @@ def _read(path: Path, scale: NDArray[np.float64]) -> list[Trimesh]:
         )
     if not path.is_file():
         raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
-    pieces = [_surface(*piece) for piece in _geometries(path, scale)]
+    pieces = [merged(*piece) for piece in _geometries(path, scale)]
     if all(_closed(piece) for piece in pieces):
         return pieces
-    joined = _joined(pieces)  # one surface may lie in several groups
-    joined.fill_holes()
-    return [joined]
+    whole = joined(pieces)  # one surface may lie in several groups
+    whole.fill_holes()
+    return [whole]
 
 
 def _geometries(
@@ -201,27 +190,6 @@ def _geometries(
     return found
 
 
-def _surface(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:
-    """A mesh whose faces meet at common vertices."""
-    import trimesh
-
-    surface = trimesh.Trimesh(vertices, faces, process=False)
-    surface.merge_vertices()
-    a, b, c = surface.faces.T
-    surface.update_faces((a != b) & (b != c) & (c != a))
-    surface.remove_unreferenced_vertices()
-    return surface
-
-
-def _joined(pieces: Sequence[Trimesh]) -> Trimesh:
-    counts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
-    faces = [piece.faces + start for piece, start in zip(pieces, counts, strict=False)]
-    return _surface(
-        np.concatenate([piece.vertices for piece in pieces]),
-        np.concatenate(faces),
-    )
-
-
 def _closed(surface: Trimesh) -> bool:
     return bool(surface.is_watertight and surface.is_winding_consistent)
 
@@ -234,106 +202,20 @@ def _shells(pieces: Sequence[Trimesh], limit: Limit) -> list[Trimesh] | None:
     return [shell for parts in split for shell in parts]
 
 
-def _require_volume(vertices: NDArray[np.float64], path: Path) -> None:
-    from energymargin.meshes.convex import hull_volume
-
-    size = float(np.ptp(vertices, axis=0).max())
-    if hull_volume(vertices) <= FLAT * size**3:
-        raise ValueError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
-
-
-@dataclass(frozen=True)
-class _Decomposition:
-    """How the solids of a file become convex parts."""
-
-    path: Path
-    threshold: float
-    max_points: int
-    seed: int
-    limit: Limit
-
-    def parts_of(self, body: Solid, size: float) -> list[Corners]:
-        """Corners (k, 3) of a solid's convex parts; the threshold is of the whole mesh's `size`.
-
-        Raises ValueError if they fill a cavity, whatever the threshold.
-        """
-        threshold = self.threshold * size / float(body.outer.extents.max())
-        if not body.cavities:
-            return replace(self, threshold=threshold).parts(body.outer, closed=True)
-        surface = _joined([body.outer, *body.cavities])
-        points = [_points_within(cavity) for cavity in body.cavities]
-        threshold = min(threshold, 0.5)
-        while True:
-            decomposition = replace(self, threshold=max(threshold, LEAST_THRESHOLD))
-            parts = decomposition.parts(surface, closed=True, hollow=True)
-            filled = max(_filled(inside, parts) for inside in points)
-            if filled <= FILLED:
-                return parts
-            if threshold <= LEAST_THRESHOLD:
-                raise ValueError(
-                    f"{self.path} has a cavity of which its convex parts fill {filled:.0%}, "
-                    "expected a greater one, or none. An em.Compound of boxes leaves it empty, and "
-                    "decompose=False takes the convex hull of it all"
-                )
-            threshold /= 2.0
-
-    def parts(self, surface: Trimesh, *, closed: bool, hollow: bool = False) -> list[Corners]:
-        """Corners (k, 3) of a surface's convex parts."""
-        from energymargin.meshes.convex import corners, decomposed, hull_volume
-
-        vertices = np.asarray(surface.vertices, float)
-        solid = closed and not hollow
-        convex = solid and surface.volume >= CONVEX * hull_volume(vertices)
-        if convex or self.threshold >= 1.0:
-            return [corners(vertices, self.max_points)]
-        return decomposed(
-            vertices,
-            np.asarray(surface.faces, np.int64),
-            closed=closed,
-            threshold=self.threshold,
-            max_points=self.max_points,
-            seed=self.seed,
-            path=self.path,
-            limit=self.limit,
-        )
-
-
-def _points_within(cavity: Trimesh) -> Corners:
-    """Points evenly in a cavity, the same for the same one, shape (n, 3); none if it is flat."""
-    random = np.random.default_rng(0)
-    found: list[Corners] = []
-    for _ in range(100):
-        low, high = np.asarray(cavity.bounds, float)
-        points = random.uniform(low, high, (CAVITY_POINTS, 3))
-        found.append(points[np.abs(winding_numbers(points, cavity)) > 0.5])
-        if sum(map(len, found)) >= CAVITY_POINTS:
-            break
-    return np.concatenate(found)
-
-
-def _filled(points: Corners, parts: Sequence[Corners]) -> float:
-    """The share of the points that lie in a convex part."""
-    from energymargin.meshes.convex import inside
-
-    if not len(points):
-        return 0.0
-    return float(np.any([inside(points, part) for part in parts], axis=0).mean())
-
-
 def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
     """Raises ValueError on a closed surface that faces inwards within a surface with holes.
 
     What closes the holes would fill the cavity. One is let pass if it is as small a share of the
     hull as a dent that a convex part may have: scans have such by mistake.
     """
-    from energymargin.meshes.convex import hull_volume
+    from energymargin.meshes.convex import CONVEX, hull_volume
 
     least = (1.0 - CONVEX) * hull_volume(np.asarray(surface.vertices, float))
     for piece in surface.split(only_watertight=True, repair=False):
         if piece.volume >= -least:
             continue
         limit.require(f"the surfaces of {path} were sorted")
-        points = _points_within(piece)
+        points = points_within(piece)
         around = winding_numbers(points, surface) - winding_numbers(points, piece)
         if (around > 0.5).mean() > 0.5:
             raise ValueError(
@@ -348,7 +230,7 @@ def _solid_of_hull(shells: list[Trimesh], path: Path, limit: Limit) -> MassPrope
         solids(shells, path, limit)
     except ValueError:
         return None
-    return _solid(_joined(shells))
+    return _solid(joined(shells))
 
 
 def _solid(closed: Trimesh) -> MassProperties:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +21,7 @@ Points = NDArray[np.float64]
 SAMPLES = 64  # faces of a surface by which it is located
 DEPTH = 1e-4  # of these samples below the surface, as a share of its size
 CHUNK = 1_000_000  # solid angles at a time: some 100 MB
+CAVITY_POINTS = 500  # of a cavity, that say how much of it is filled
 WAY_OUT = "decompose=False takes the convex hull of it all"
 
 
@@ -115,3 +117,38 @@ def winding_numbers(points: Points, surface: Trimesh) -> Points:
         below = la * lb * lc + ab * lc + bc * la + ca * lb
         total += 2.0 * np.arctan2(above, below).sum(axis=1)
     return total / (4.0 * np.pi)
+
+
+def merged(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:
+    """A mesh whose faces meet at common vertices."""
+    import trimesh
+
+    surface = trimesh.Trimesh(vertices, faces, process=False)
+    surface.merge_vertices()
+    a, b, c = surface.faces.T
+    surface.update_faces((a != b) & (b != c) & (c != a))
+    surface.remove_unreferenced_vertices()
+    return surface
+
+
+def joined(pieces: Sequence[Trimesh]) -> Trimesh:
+    """One mesh of several."""
+    counts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    faces = [piece.faces + start for piece, start in zip(pieces, counts, strict=False)]
+    return merged(
+        np.concatenate([piece.vertices for piece in pieces]),
+        np.concatenate(faces),
+    )
+
+
+def points_within(cavity: Trimesh) -> Points:
+    """Points evenly in a cavity, the same for the same one, shape (n, 3); none if it is flat."""
+    random = np.random.default_rng(0)
+    found: list[Points] = []
+    for _ in range(100):
+        low, high = np.asarray(cavity.bounds, float)
+        points = random.uniform(low, high, (CAVITY_POINTS, 3))
+        found.append(points[np.abs(winding_numbers(points, cavity)) > 0.5])
+        if sum(map(len, found)) >= CAVITY_POINTS:
+            break
+    return np.concatenate(found)
