@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,26 +45,19 @@ def core_count(name: str, count: int | None) -> int:
 
 def positive_number(name: str, value: float) -> float:
     """`value`, if it is a finite number above 0; else a ValueError with `name`."""
-    number = _finite_number(value)
-    if number is not None and number > 0:
-        return number
-    raise ValueError(f"{name} is {value!r}, expected a positive number")
+    return _number(name, value, lambda number: number > 0, "a positive number")
 
 
 def not_negative_number(name: str, value: float) -> float:
     """`value` as a float, if it is a finite number of at least 0; else a ValueError with `name`."""
-    number = _finite_number(value)
-    if number is not None and number >= 0:
-        return float(number) + 0.0  # which makes 0.0 of -0.0
-    raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0")
+    number = _number(name, value, lambda number: number >= 0, "a finite number of at least 0")
+    return float(number) + 0.0  # which makes 0.0 of -0.0
 
 
 def share(name: str, value: float, least: float = 0.0) -> float:
     """`value` as a float, if it is a number from `least` to below 1; else a ValueError."""
-    number = _finite_number(value)
-    if number is not None and least <= number < 1:
-        return float(number) + 0.0  # which makes 0.0 of -0.0
-    raise ValueError(f"{name} is {value!r}, expected a number from {least:g} to below 1")
+    expected = f"a number from {least:g} to below 1"
+    return float(_number(name, value, lambda number: least <= number < 1, expected)) + 0.0
 
 
 def yes_or_no(name: str, value: bool) -> bool:
@@ -114,10 +107,10 @@ def check_shape(
         )
 
 
-def _finite_number(value: object) -> int | float | None:
-    """The value as a number of Python, which goes into JSON; None if it is no finite number."""
-    if isinstance(value, (np.integer, np.floating)):
-        value = value.item()
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return None
-    return value if math.isfinite(value) else None
+def _number(name: str, value: object, right: Callable[[float], bool], expected: str) -> float:
+    """The value as a number of Python, which goes into JSON, if it is finite and `right`."""
+    number: Any = value.item() if isinstance(value, (np.integer, np.floating)) else value
+    real = isinstance(number, (int, float)) and not isinstance(number, bool)
+    if real and math.isfinite(number) and right(number):
+        return number
+    raise ValueError(f"{name} is {value!r}, expected {expected}")

@@ -65,6 +65,13 @@ def driven_by(control: Control) -> set[str]:
     return {name for name, own in control.items() if {"held", "stiffness"} & own.keys()}
 
 
+def several(name: str, given: Iterable[Any]) -> tuple[Any, ...]:
+    """An argument of several values; ValueError with `name` on a word alone."""
+    if isinstance(given, str):
+        raise ValueError(f"{name} is {given!r}, expected a tuple: ({given!r},)")
+    return tuple(given)
+
+
 def check_control(control: Control, settable: Mapping[str, Sequence[str]]) -> None:
     """Raises ValueError unless a caller sets only what is `settable`: by joint, the keywords."""
     for name, own in control.items():

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Scene
 from energymargin.checks import one_of
@@ -17,7 +16,7 @@ from energymargin.scenes.additions import Control
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import couplings
-from energymargin.scenes.mjcf_drives import Drive, drives, joint_drives
+from energymargin.scenes.mjcf_drives import drives, joint_drives
 from energymargin.scenes.mjcf_model import (
     Features,
     Selection,
@@ -115,14 +114,14 @@ def from_mjcf(
     if scene is not None:
         one_of("scene.friction_rule", scene.friction_rule, (FRICTION_RULE,))
     one_of("base", base, ("fixed", "free"))
-    features = Features(_names("ignore", ignore))
+    features = Features(additions.several("ignore", ignore))
     made = compiled(model)
     limit.require("the model was compiled")
     start = start_of(made, data, keyframe)
     _count_options(made, features)
     selection = Selection(made, subtree, base, start, features)
     at = _base_pose(selection, position, orientation)
-    roles = _roles(selection, _names("object", object), _names("effector", effector))
+    roles = _roles(selection, {"object": object, "effector": effector})
     coupled = couplings(selection, features)
     settable = {
         name_of(made, "joint", joint): () if joint in coupled else additions.CONTROL
@@ -134,12 +133,15 @@ def from_mjcf(
     contacts = Contacts(selection, features)
     source = str(model) if isinstance(model, Path) else "the model"
     features.require_none(source)
-    features.warn(source, _held(made, driven, control), bytes(made.names).decode())
+    controlled = [
+        name_of(made, "joint", joint) for joint, drive in driven.items() if drive.controls
+    ]
+    held = additions.driven_by(control).union(controlled)
+    features.warn(source, held, bytes(made.names).decode())
     limit.require("the model was read")
-    gravity = np.asarray(_gravity(made) if scene is None else scene.gravity)
-    builder = Builder(
-        selection, contacts, roles, base=at, gravity=gravity, prefix=prefix, limit=limit
-    )
+    own_gravity = np.zeros(3) if disabled(made, "GRAVITY") else made.opt.gravity
+    gravity = np.array(own_gravity if scene is None else scene.gravity)
+    builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
     new = builder.additions(
         joint_drives(selection, coupled, driven, control, prefix), self_collision=self_collision
     )
@@ -156,14 +158,6 @@ def from_mjcf(
     )
 
 
-def _names(argument: str, given: Names) -> tuple[str, ...]:
-    if isinstance(given, str):
-        if argument == "ignore":
-            raise ValueError(f"{argument} is {given!r}, expected a tuple: ({given!r},)")
-        return (given,)
-    return tuple(given)
-
-
 def _count_options(model: Any, features: Features) -> None:
     mujoco, option = engine(), model.opt
     features.add("option/fluid", bool(option.density or option.viscosity or option.wind.any()))
@@ -171,12 +165,6 @@ def _count_options(model: Any, features: Features) -> None:
     features.add("option/override", bool(option.enableflags & override))
     features.add("flex", int(model.nflex))
     features.add("plugin", int(model.nplugin))
-
-
-def _gravity(model: Any) -> NDArray[np.float64]:
-    if disabled(model, "GRAVITY"):
-        return np.zeros(3)
-    return np.array(model.opt.gravity)
 
 
 def _base_pose(
@@ -197,26 +185,17 @@ def _base_pose(
     )
 
 
-def _roles(
-    selection: Selection, objects: tuple[str, ...], effectors: tuple[str, ...]
-) -> dict[int, str]:
+def _roles(selection: Selection, given: Mapping[str, Names]) -> dict[int, str]:
     """By body. Raises ValueError on names that are not selected, and on an object that is fixed."""
-    tops = {"object": objects, "effector": effectors}
-    ids = {
-        role: [body_id(selection.model, role, name) for name in names]
-        for role, names in tops.items()
-    }
-    for role, bodies in ids.items():
-        for body, name in zip(bodies, tops[role], strict=True):
+    found: dict[str, list[int]] = {}
+    for role, names in given.items():
+        found[role] = []
+        for name in (names,) if isinstance(names, str) else names:
+            body = body_id(selection.model, role, name)
             if selection.carrier.get(body) != body:
                 raise ValueError(f"{role} is {name!r}, which is no body of the scene")
             if role == "object" and body in selection.static:
                 raise ValueError(f"object is {name!r}, which is fixed, expected one that moves")
-    roles = dict.fromkeys(below(selection.model, ids["effector"]), "effector")
-    return roles | dict.fromkeys(ids["object"], "object")
-
-
-def _held(model: Any, driven: Mapping[int, Drive], control: Control) -> set[str]:
-    """Joints that a control of the model or the caller drives or holds."""
-    controlled = [joint for joint, drive in driven.items() if drive.controls]
-    return {name_of(model, "joint", joint) for joint in controlled} | additions.driven_by(control)
+            found[role].append(body)
+    roles = dict.fromkeys(below(selection.model, found["effector"]), "effector")
+    return roles | dict.fromkeys(found["object"], "object")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -28,28 +29,27 @@ NEGLIGIBLE = 1e-9  # share of a body's mass that a link without mass gets: a lin
 GYRATION = 0.01  # m; radius of gyration of such a link
 
 
+@dataclass(eq=False)
 class Builder:
     """Keywords of `Scene.add_body` and `Scene.add_joint`."""
 
-    def __init__(
-        self,
-        selection: Selection,
-        contacts: Contacts,
-        roles: Mapping[int, str],
-        *,
-        base: Pose,
-        gravity: NDArray[np.float64],
-        prefix: str,
-        limit: Limit,
-    ) -> None:
-        """`base`: of the subtree, or of the world. `roles`: by body, where it is not "none"."""
-        self._selection, self._model = selection, selection.model
-        self._contacts, self._roles, self._gravity = contacts, roles, gravity
-        self._prefix, self._limit = prefix, limit
-        root = WORLD if selection.root is None else selection.root
-        self._shift = base @ np.linalg.inv(selection.start.poses[root])
-        self._groups: dict[int, list[Group]] = {body: [] for body in selection.bodies}
-        for group in contacts.groups:
+    selection: Selection
+    contacts: Contacts
+    roles: Mapping[int, str]
+    """By body, where it is not "none"."""
+    base: Pose
+    """Of the subtree, or of the world."""
+    gravity: NDArray[np.float64]
+    prefix: str
+    limit: Limit
+
+    def __post_init__(self) -> None:
+        """Nothing is made yet."""
+        self._model = self.selection.model
+        root = WORLD if self.selection.root is None else self.selection.root
+        self._shift = self.base @ np.linalg.inv(self.selection.start.poses[root])
+        self._groups: dict[int, list[Group]] = {body: [] for body in self.selection.bodies}
+        for group in self.contacts.groups:
             self._groups[group.body].append(group)
         self._bodies: dict[str, dict[str, Any]] = {}
         self._planes: dict[str, dict[str, Any]] = {}
@@ -58,11 +58,11 @@ class Builder:
 
     def additions(self, drives: Mapping[int, dict[str, Any]], *, self_collision: bool) -> Additions:
         """All of it; `drives`: by joint, keywords of its drive, start and mimic."""
-        for body in self._selection.bodies:
-            self._limit.require(f"body {self._name(body)!r} was made")
-            if body in self._selection.static:
+        for body in self.selection.bodies:
+            self.limit.require(f"body {self._name(body)!r} was made")
+            if body in self.selection.static:
                 self._add_static(body)
-            elif self._selection.carrier[body] == body:
+            elif self.selection.carrier[body] == body:
                 self._add_moving(body)
         order = [*drives, None]
         joints = sorted(self._joints, key=lambda each: order.index(each[0]))
@@ -82,14 +82,14 @@ class Builder:
         return name_of(self._model, "body", body)
 
     def _add_body(self, name: str, body: int, **keywords: Any) -> None:
-        role = self._roles.get(body, "none")
+        role = self.roles.get(body, "none")
         if name != self._name(body) and role == "object":
             role = "none"
-        self._bodies[name] = {"name": self._prefix + name, "role": role, **keywords}
+        self._bodies[name] = {"name": self.prefix + name, "role": role, **keywords}
 
     def _add_joint(self, joint: int | None, name: str, parent: str, child: str, **of: Any) -> None:
         named = {"name": name, "parent": parent, "child": child}
-        prefixed = {key: self._prefix + value for key, value in named.items()}
+        prefixed = {key: self.prefix + value for key, value in named.items()}
         self._joints.append((joint, {**prefixed, **of}))
 
     # Bodies that stay where they are
@@ -98,30 +98,27 @@ class Builder:
         for i, group in enumerate(self._groups[body]):
             name = self._static_name(body, group, first=i == 0)
             self._of_group[group] = name
-            if self._contacts.is_plane(group.geoms[0]):
-                self._add_plane(name, group)
-                continue
-            at = {"mass": 0.0, **self._place(body)}
-            self._add_body(name, body, shape=self._shape(group), friction=group.friction, **at)
-        if body == self._selection.root and self._name(body) not in self._bodies:
+            if self.contacts.is_plane(group.geoms[0]):
+                at = self._shift @ self.selection.start.poses[body]
+                of = {"friction": group.friction, **plane(self._model, group.geoms[0], at)}
+                self._planes[name] = {"name": self.prefix + name, **of}
+            else:
+                still = {"mass": 0.0, "friction": group.friction, **self._place(body)}
+                self._add_body(name, body, shape=self._shape(group), **still)
+        if body == self.selection.root and self._name(body) not in self._bodies:
             self._static_parent(body, None)
-
-    def _add_plane(self, name: str, group: Group) -> None:
-        at = self._shift @ self._selection.start.poses[group.body]
-        of = plane(self._model, group.geoms[0], at)
-        self._planes[name] = {"name": self._prefix + name, "friction": group.friction, **of}
 
     def _static_name(self, body: int, group: Group, *, first: bool) -> str:
         geom = name_of(self._model, "geom", group.geoms[0])
         if body != WORLD:
             return self._name(body) if first else f"{self._name(body)}/{geom}"
-        taken = {self._name(other) for other in self._selection.bodies}
+        taken = {self._name(other) for other in self.selection.bodies}
         taken |= set(self._bodies) | set(self._planes)
         alone = len(group.geoms) == 1 and geom not in taken
         return geom if alone else f"{self._name(body)}/{geom}"
 
     def _place(self, body: int) -> dict[str, Any]:
-        return _placed(self._shift @ self._selection.start.poses[body])
+        return _placed(self._shift @ self.selection.start.poses[body])
 
     def _static_parent(self, body: int, child: Group | None) -> str:
         """A fixed body that joints hang on: those that a joint connects never collide."""
@@ -136,19 +133,20 @@ class Builder:
     # Bodies that move
 
     def _add_moving(self, body: int) -> None:
-        main = self._main(body)
-        split = self._splits(body)
-        shapes = self._shape(main) if main is not None and not split else Compound([])
         name = self._name(body)
-        keywords = {"shape": shapes, **self._mass(body)}
-        if main is not None and not split:
-            keywords["friction"] = main.friction
+        main = None if self._splits(body) else self._main(body)
+        keywords = {"shape": Compound([]), **self._mass(body)}
+        if main is not None:
+            keywords |= {"shape": self._shape(main), "friction": main.friction}
             self._of_group[main] = name
-        if body in self._selection.free:
-            keywords |= self._place(body) | self._velocity(body)
+        free = body in self.selection.free
+        if free:
+            twist, turn = self.selection.start.twists[body], self._shift[:3, :3]
+            speed = {"velocity": turn @ twist[3:], "angular_velocity": turn @ twist[:3]}
+            keywords |= self._place(body) | speed
         self._add_body(name, body, **keywords)
-        if body not in self._selection.free:
-            self._hang(body, None if split else main)
+        if not free:
+            self._hang(body, main)
         for group in self._groups[body]:
             if group not in self._of_group:
                 self._add_part(body, group)
@@ -158,28 +156,28 @@ class Builder:
         return next(iter(self._groups[body]), None)
 
     def _meet(self, a: Group | None, b: Group | None) -> bool:
-        return a is not None and b is not None and self._contacts.coefficient(a, b) is not None
+        return a is not None and b is not None and self.contacts.coefficient(a, b) is not None
 
     def _parent(self, body: int) -> tuple[int, Pose]:
         """The body that carries one, and where in its frame the other's is before its joints."""
         parent = int(self._model.body_parentid[body])
-        at = self._selection.offset[parent] @ self._selection.at(body)
-        return self._selection.carrier[parent], at
+        at = self.selection.offset[parent] @ self.selection.at(body)
+        return self.selection.carrier[parent], at
 
     def _splits(self, body: int) -> bool:
         """Whether a body collides with the one that moves and carries it: its shapes are bodies
         of their own then, since those that a joint connects never collide."""
-        if body in self._selection.free or self._parent(body)[0] in self._selection.static:
+        if body in self.selection.free or self._parent(body)[0] in self.selection.static:
             return False
         parent, _ = self._parent(body)
-        single = len(self._selection.joints[body]) == 1
+        single = len(self.selection.joints[body]) == 1
         return single and self._meet(self._main(parent), self._main(body))
 
     def _hang(self, body: int, main: Group | None) -> None:
         """A body on its parent, by its joints, with links between them."""
         parent, at = self._parent(body)
-        joints = self._selection.joints[body]
-        static = parent in self._selection.static
+        joints = self.selection.joints[body]
+        static = parent in self.selection.static
         last = main if len(joints) == 1 else None
         above = self._static_parent(parent, last) if static else self._name(parent)
         if not joints:
@@ -218,7 +216,7 @@ class Builder:
         self._add_joint(None, f"{name}/fixed", self._name(body), name, type="fixed")
 
     def _shape(self, group: Group) -> Any:
-        model, offsets = self._model, self._selection.offset
+        model, offsets = self._model, self.selection.offset
         return shape(model, [(g, offsets[int(model.geom_bodyid[g])]) for g in group.geoms])
 
     def _mass(self, body: int) -> dict[str, Any]:
@@ -234,7 +232,7 @@ class Builder:
             axes=np.roll(model.body_iquat[body], -1),
         )
         compensation = float(model.body_gravcomp[body])
-        force = {"force": -compensation * mass * self._gravity} if compensation else {}
+        force = {"force": -compensation * mass * self.gravity} if compensation else {}
         return {"mass": mass, "inertial": inertial, **force}
 
     def _negligible(self, body: int) -> dict[str, Any]:
@@ -242,10 +240,6 @@ class Builder:
         mass = NEGLIGIBLE * float(self._model.body_subtreemass[body])
         moments = np.full(3, mass * GYRATION**2)
         return {"mass": mass, "inertial": Inertial(self._model.body_ipos[body], inertia=moments)}
-
-    def _velocity(self, body: int) -> dict[str, Any]:
-        twist, turn = self._selection.start.twists[body], self._shift[:3, :3]
-        return {"velocity": turn @ twist[3:], "angular_velocity": turn @ twist[:3]}
 
     # Contacts
 
@@ -255,11 +249,11 @@ class Builder:
         """Bodies that never collide, and those whose friction is not the larger of the two."""
         jointed = {frozenset((j["parent"], j["child"])) for _, j in self._joints}
         disabled, frictions = [], []
-        for a, b in combinations(self._contacts.groups, 2):
-            if self._selection.rigid(a.body, b.body):
+        for a, b in combinations(self.contacts.groups, 2):
+            if self.selection.rigid(a.body, b.body):
                 continue
-            names = (self._prefix + self._of_group[a], self._prefix + self._of_group[b])
-            coefficient = self._contacts.coefficient(a, b) if self_collision else None
+            names = (self.prefix + self._of_group[a], self.prefix + self._of_group[b])
+            coefficient = self.contacts.coefficient(a, b) if self_collision else None
             if frozenset(names) in jointed:
                 continue
             if coefficient is None:

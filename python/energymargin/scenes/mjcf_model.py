@@ -181,18 +181,16 @@ class Selection:
         self.static: set[int] = set()
         self.free: set[int] = set()
         self.joints: dict[int, list[int]] = {}
-        for body in self.bodies:
-            self._add(body, base, features)
         self.carrier: dict[int, int] = {}
         self.offset: dict[int, Pose] = {}
         for body in self.bodies:
+            self._add(body, base, features)
             self._carry(body)
 
     def _add(self, body: int, base: str, features: Features) -> None:
         model = self.model
-        first, count = model.body_jntadr[body], model.body_jntnum[body]
-        joints = list(range(first, first + count)) if count else []
-        kinds = [word("mjtJoint", model.jnt_type[j]) for j in joints]
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        kinds = {j: word("mjtJoint", model.jnt_type[j]) for j in range(first, first + count)}
         parent = int(model.body_parentid[body])
         self.joints[body] = []
         self.lump[body] = body
@@ -200,11 +198,11 @@ class Selection:
             (self.static if base == "fixed" else self.free).add(body)
         elif body == WORLD or model.body_mocapid[body] >= 0:
             self.static.add(body)
-        elif "free" in kinds:
+        elif "free" in kinds.values():
             self.free.add(body)
         else:
-            features.add("joint/ball", kinds.count("ball"))
-            self.joints[body] = [j for j, kind in zip(joints, kinds, strict=True) if kind != "ball"]
+            self.joints[body] = [joint for joint, kind in kinds.items() if kind != "ball"]
+            features.add("joint/ball", len(kinds) - len(self.joints[body]))
             if not self.joints[body]:
                 self.lump[body] = self.lump[parent]
                 if parent in self.static:

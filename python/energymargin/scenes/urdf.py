@@ -119,11 +119,10 @@ def from_urdf(
     limit = Limit(timeout, cancel)
     one_of("base", base, ("fixed", "free"))
     one_of("inertia", inertia, ("file", "shapes"))
-    for name, several in (("ignore", ignore), ("packages", packages)):
-        if isinstance(several, str):
-            raise ValueError(f"{name} is {several!r}, expected a tuple: ({several!r},)")
+    ignored = additions.several("ignore", ignore)
+    folders = additions.several("packages", packages)
     root = pose(position, orientation)
-    robot = read(Path(path), tuple(ignore), limit, free=base == "free", subtree=subtree)
+    robot = read(Path(path), ignored, limit, free=base == "free", subtree=subtree)
     roles, frictions = roles or {}, frictions or {}
     pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]
@@ -131,7 +130,7 @@ def from_urdf(
 
     def mesh_of(file: MeshFile) -> Compound:
         return meshes.mesh(
-            found(file.filename, Path(path), packages),
+            found(file.filename, Path(path), folders),
             scale=file.scale,
             decompose=decompose,
             threshold=threshold,
