@@ -110,7 +110,7 @@ def check_shape(
 def _number(name: str, value: object, right: Callable[[float], bool], expected: str) -> float:
     """The value as a number of Python, which goes into JSON, if it is finite and `right`."""
     number: Any = value.item() if isinstance(value, (np.integer, np.floating)) else value
-    real = isinstance(number, (int, float)) and not isinstance(number, bool)
-    if real and math.isfinite(number) and right(number):
-        return number
+    real: float = number if isinstance(number, (int, float)) else math.nan
+    if math.isfinite(real) and right(real) and not isinstance(real, bool):
+        return real
     raise ValueError(f"{name} is {value!r}, expected {expected}")
