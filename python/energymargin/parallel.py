@@ -11,10 +11,10 @@ import pickle
 import time
 from abc import abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -145,11 +145,12 @@ def run(
     raised. `give_up(item, why)` makes the result of an item over which three workers have died, or
     raises. A chunk has at most so many items (`most`).
     """
-    flow = _Flow(workers, function, batches, give_up, most)
+    flow = _Flow(workers, function, iter(batches), give_up, most)
     with held_interrupts() as interrupted:
         try:
             while flow.busy and not (interrupted.is_set() or limit.reached):
-                deliver(flow.step())
+                flow.hand_out()
+                deliver(flow.results())
         finally:
             deliver(flow.stop())
     if interrupted.is_set():
@@ -164,27 +165,23 @@ class _Chunk(Generic[Item]):
     """Workers that died over it."""
 
 
+@dataclass(eq=False)
 class _Flow(Generic[Item, Result]):
     """Chunks of items on their way to workers and back."""
 
-    def __init__(
-        self,
-        workers: Workers,
-        function: Function[Item, Result],
-        batches: Iterable[Sequence[Item]],
-        give_up: Callable[[Item, str], Result],
-        most: int,
-    ) -> None:
-        self._workers, self._function = workers, function
-        self._give_up, self._most = give_up, most
-        self._batches, self._all_came = iter(batches), False
-        self._items: deque[Item] = deque()  # that came, and were not handed out
-        self._running: dict[Future[Done], _Chunk[Item]] = {}
-        self._suspects: list[_Chunk[Item]] = []  # whose worker has died
-        self._ended: SimpleQueue[Future[Done]] = SimpleQueue()
-        self._error: Exception | None = None
-        self._deaths = 0  # in a row
-        self._seconds: float | None = None  # of an item
+    _workers: Workers
+    _function: Function[Item, Result]
+    _batches: Iterator[Sequence[Item]]
+    _give_up: Callable[[Item, str], Result]
+    _most: int
+    _all_came: bool = False
+    _items: deque[Item] = field(default_factory=deque)  # that came, and were not handed out
+    _running: dict[Future[Done], _Chunk[Item]] = field(default_factory=dict)
+    _suspects: list[_Chunk[Item]] = field(default_factory=list)  # whose worker has died
+    _ended: SimpleQueue[Future[Done]] = field(default_factory=SimpleQueue)
+    _error: Exception | None = None
+    _deaths: int = 0  # in a row
+    _seconds: float | None = None  # of an item
 
     @property
     def busy(self) -> bool:
@@ -192,19 +189,26 @@ class _Flow(Generic[Item, Result]):
         left = self._running or self._suspects or self._items or not self._all_came
         return bool(left) or self._error is not None
 
-    def step(self) -> list[Result]:
-        """Hands out work as far as there is room; results that came, after a short wait. Raises the
-        error of a chunk once the results of all others were returned."""
+    def hand_out(self) -> None:
+        """Hands out work as far as there is room. Raises the error of a chunk once the results of
+        all others were returned."""
         if self._error is not None:
             raise self._error
-        self._hand_out()
-        ended: list[Future[Done]] = []
+        for chunk in self._chunks():
+            future = self._workers.submit(self._function, chunk.items)
+            self._running[future] = chunk
+            future.add_done_callback(self._ended.put)
+
+    def results(self) -> list[Result]:
+        """Results that came, after a short wait."""
+        found: list[Result] = []
         with suppress(Empty):
             waits = self._running or not self._workers.slots
-            ended.append(self._ended.get(timeout=POLL) if waits else self._ended.get_nowait())
+            future = self._ended.get(timeout=POLL if waits else 0.0)
             while True:
-                ended.append(self._ended.get_nowait())
-        return [result for future in ended for result in self._results(future)]
+                found += self._results_of(future)
+                future = self._ended.get_nowait()
+        return found
 
     def stop(self) -> list[Result]:
         """Ends what runs; results that are finished."""
@@ -220,10 +224,11 @@ class _Flow(Generic[Item, Result]):
                 del self._running[future]
         return results
 
-    def _hand_out(self) -> None:
+    def _chunks(self) -> Iterator[_Chunk[Item]]:
+        """Those for which there is room; one that a worker has died over is alone."""
         if self._suspects:
             if not self._running:
-                self._start(self._suspects.pop())
+                yield self._suspects.pop()
             return
         slots = self._workers.slots
         room = AHEAD * slots - len(self._running)
@@ -233,10 +238,9 @@ class _Flow(Generic[Item, Result]):
         self._take(room * size)
         if self._all_came and len(self._items) <= room * size:  # none is to be idle at the end
             size = min(size, max(1, -(-len(self._items) // slots)))
-        while self._items and room > 0:
+        for _ in range(min(room, -(-len(self._items) // size))):
             many = min(size, len(self._items))
-            self._start(_Chunk([self._items.popleft() for _ in range(many)]))
-            room -= 1
+            yield _Chunk([self._items.popleft() for _ in range(many)])
 
     def _take(self, most: int) -> None:
         """Makes batches until so many items are there, but not for longer than TAKE."""
@@ -252,12 +256,7 @@ class _Flow(Generic[Item, Result]):
             return 1
         return max(1, min(self._most, int(seconds / max(self._seconds, 1e-9))))
 
-    def _start(self, chunk: _Chunk[Item]) -> None:
-        future = self._workers.submit(self._function, chunk.items)
-        self._running[future] = chunk
-        future.add_done_callback(self._ended.put)
-
-    def _results(self, future: Future[Done]) -> Sequence[Result]:
+    def _results_of(self, future: Future[Done]) -> Sequence[Result]:
         chunk = self._running.pop(future)
         try:
             results, seconds = future.result()

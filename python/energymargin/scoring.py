@@ -16,7 +16,7 @@ from energymargin.checks import shown, whole_number
 from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
-from energymargin.executors.rows import Work, score_chunk
+from energymargin.executors.rows import Work, given_up, score_chunk
 from energymargin.limits import Limit
 from energymargin.parallel import run
 from energymargin.reprs import short_repr
@@ -27,27 +27,6 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
-
-
-def run_all(
-    batches: Iterable[Sequence[Work]],
-    executor: Executor,
-    settings: SearchSettings,
-    deliver: Callable[[Sequence[Row]], None],
-    limit: Limit,
-) -> bool:
-    """Scores the problems of some batches; False if the limit came before the last one.
-
-    `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
-    KeyboardInterrupt is raised; so with any other error, which is then raised.
-    """
-    chunk = partial(score_chunk, settings)
-    with executor.workers() as workers:
-        return run(workers, chunk, batches, deliver, limit, give_up=_given_up)
-
-
-def _given_up(work: Work, why: str) -> Row:
-    return Row(work.index, error=why)
 
 
 def score(
@@ -108,7 +87,9 @@ def score(
 
     numbers = _indices(indices, len(problems))
     work = [Work(n, one, tuple(metrics)) for n, one in zip(numbers, problems, strict=True)]
-    complete = run_all([work], executor, settings, deliver, limit)
+    chunk = partial(score_chunk, settings)
+    with executor.workers() as workers:
+        complete = run(workers, chunk, [work], deliver, limit, give_up=given_up)
     table = _score_table(done, metrics, complete=complete)
     _warn_of_steps(table, dict(zip(numbers, problems, strict=True)))
     if errors:

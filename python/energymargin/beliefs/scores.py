@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,11 +20,12 @@ from energymargin.beliefs.gathering import ParticleSource, Sharing
 from energymargin.beliefs.uncertainty import PARTICLES
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
-from energymargin.executors.rows import Work
+from energymargin.executors.rows import Work, given_up, score_chunk
 from energymargin.limits import Limit
 from energymargin.metrics import TIMED
+from energymargin.parallel import run
 from energymargin.reprs import short_repr
-from energymargin.scoring import ScoreError, run_all
+from energymargin.scoring import ScoreError
 from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
 
 if TYPE_CHECKING:
@@ -287,7 +288,9 @@ def score_beliefs(
         if progress is not None and rows:
             progress(done, total)
 
-    run_all(source, executor, sharing.settings, deliver, limit)
+    chunk = partial(score_chunk, sharing.settings)
+    with executor.workers() as workers:
+        run(workers, chunk, source, deliver, limit, give_up=given_up)
     if errors:
         raise ScoreError(errors, len(beliefs))
     return {

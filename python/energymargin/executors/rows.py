@@ -79,6 +79,11 @@ def _read(index: int, text: str, metrics: tuple[str, ...]) -> Work:
     return Work(index, Problem.from_json(text), metrics)
 
 
+def given_up(work: Work, why: str) -> Row:
+    """The row of a problem over which workers have died."""
+    return Row(work.index, error=why)
+
+
 def score_chunk(settings: SearchSettings, work: Sequence[Work], cancel: Cancel) -> Sequence[Row]:
     """The rows of a chunk, on one thread; once it is cancelled, those that are finished."""
     run = ScoreRun(list(METRICS), threads=1, **settings.all())

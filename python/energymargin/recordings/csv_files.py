@@ -8,7 +8,7 @@ import os
 from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,6 @@ from energymargin.checks import one_of
 from energymargin.recordings import cleaning, reading
 from energymargin.recordings.reading import BODIES, POSE, VELOCITY, FrameTable, Rules, SourceFile
 from energymargin.recordings.recording import Recording
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 UNITS = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -219,8 +215,8 @@ def _require_whole(what: str, given: Container[str], needed: Sequence[str]) -> N
         )
 
 
-def read_cells(source: SourceFile, delimiter: str = ",") -> pd.DataFrame:
-    """The cells of a CSV file as text, by line and number of their column; no empty lines.
+def read_cells(source: SourceFile, delimiter: str = ",") -> dict[int, list[str]]:
+    """The cells of a CSV file as text, by their line; no empty lines.
 
     Raises OSError, ImportError without pandas, and ValueError on a file that is not text in UTF-8,
     is empty, or has rows of several lengths.
@@ -232,7 +228,7 @@ def read_cells(source: SourceFile, delimiter: str = ",") -> pd.DataFrame:
             "CSV files of recordings need pandas: pip install 'energymargin[recordings]'"
         ) from error
     try:
-        cells: pd.DataFrame = pd.read_csv(
+        cells = pd.read_csv(
             source.path,
             sep=delimiter,
             header=None,
@@ -252,7 +248,7 @@ def read_cells(source: SourceFile, delimiter: str = ",") -> pd.DataFrame:
     for line, row in lines.items():
         if len(row) < cells.shape[1]:
             raise source.error(f"has {len(row)} cells, expected {cells.shape[1]}", line)
-    return pd.DataFrame.from_dict(lines, orient="index", dtype=object)
+    return lines
 
 
 def _table(source: SourceFile, columns: Columns) -> FrameTable:
@@ -262,14 +258,15 @@ def _table(source: SourceFile, columns: Columns) -> FrameTable:
     expected.
     """
     cells = read_cells(source, columns.delimiter)
+    first = next(iter(cells))
     try:
-        places = columns.places(cells.iloc[0].tolist())
+        places = columns.places(cells[first])
     except ValueError as error:
-        raise source.error(str(error), int(cells.index[0])) from None
-    rows = cells.iloc[int(columns.has_header) :]
+        raise source.error(str(error), first) from None
+    lines = [line for line in cells if line > first or not columns.has_header]
     values = {
-        name: factor * _numbers(source, name, rows[number])
-        for name, (number, factor) in places.items()
+        name: size * _numbers(source, name, {line: cells[line][number] for line in lines})
+        for name, (number, size) in places.items()
     }
 
     def of_body(axes: Sequence[str]) -> dict[str, NDArray[np.float64]]:
@@ -279,21 +276,19 @@ def _table(source: SourceFile, columns: Columns) -> FrameTable:
             if f"{body}_{axes[0]}" in values
         }
 
-    frames = values.get("frame", np.arange(len(rows)))
+    frames = values.get("frame", np.arange(len(lines))).astype(np.int64)
     return FrameTable(
-        source,
-        rows.index.to_numpy(np.int64),
-        np.asarray(frames).astype(np.int64),
-        values["time"],
-        of_body(POSE),
-        of_body(VELOCITY),
+        *(source, np.array(lines, np.int64), frames, values["time"]),
+        *(of_body(POSE), of_body(VELOCITY)),
     )
 
 
-def _numbers(source: SourceFile, name: str, cells: pd.Series[str]) -> NDArray[np.float64]:
-    """The numbers of a column, shape (R,); NaN where a body was not seen."""
+def _numbers(source: SourceFile, name: str, column: dict[int, str]) -> NDArray[np.float64]:
+    """The numbers of a column, shape (R,), from its cells by line; NaN where a body was not
+    seen."""
     import pandas as pd
 
+    cells = pd.Series(column, dtype=object)
     values = pd.to_numeric(cells, errors="coerce").to_numpy(float)
     needed = name in ("frame", "time")
     wrong = ~np.isfinite(values)
@@ -304,5 +299,5 @@ def _numbers(source: SourceFile, name: str, cells: pd.Series[str]) -> NDArray[np
     if wrong.any():
         k = int(np.argmax(wrong))
         expected = f"a {'whole ' if name == 'frame' else ''}number{' in each row' * needed}"
-        raise source.error(f"{name} is {cells.iloc[k]!r}, expected {expected}", int(cells.index[k]))
+        raise source.error(f"{name} is {cells.iloc[k]!r}, expected {expected}", cells.index[k])
     return np.asarray(values)

@@ -195,13 +195,11 @@ def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]
 def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
     """The labels of a file with this header, by what comes before them in their rows."""
     source = SourceFile(Path(path))
-    cells = read_cells(source)
-    names, *rows = cells.to_numpy().tolist()
-    first, *lines = cells.index.tolist()
+    (first, names), *rows = read_cells(source).items()
     if tuple(names) != header:
         raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
     labels: dict[tuple[str, ...], bool] = {}
-    for line, (*key, word) in zip(lines, rows, strict=True):
+    for line, (*key, word) in rows:
         known = key[0] and all(map(FRAME.fullmatch, key[1:])) and word.lower() in WORDS
         if not known or tuple(key) in labels:
             raise source.error(

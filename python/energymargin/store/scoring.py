@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from energymargin import datasets
+from energymargin import datasets, parallel
 from energymargin._core import Cancel, Problem
 from energymargin.beliefs.belief import Belief
 from energymargin.beliefs.gathering import ParticleSource, Sharing
@@ -20,11 +20,11 @@ from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError, left_out_text
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
-from energymargin.executors.rows import Work
+from energymargin.executors.rows import Work, given_up, score_chunk
 from energymargin.limits import Limit
 from energymargin.metrics import CLOCKLESS, TIMED
 from energymargin.plausibility import warn
-from energymargin.scoring import ScoreError, run_all
+from energymargin.scoring import ScoreError
 from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
@@ -146,17 +146,20 @@ def score_run(
     if scored == states:  # so nothing is written
         return True
     missing = _MissingScores(dataset, run, scored, advance)
-    if run.sampling is None:
-        complete = run_all(missing, executor, settings, missing.deliver, limit)
-    else:
+    batches: Iterable[Sequence[Work]] = missing
+    gathered: Callable[[Sequence[Row]], Sequence[Row]] = list
+    if run.sampling is not None:
         sharing = Sharing(run.sampling.particles, settings)
         belief = partial(missing.belief, run.sampling.uncertainty)
         particles = ParticleSource(missing, belief, sharing, keep=False)
+        batches, settings, gathered = particles, sharing.settings, particles.gathered
 
-        def deliver(rows: Sequence[Row]) -> None:
-            missing.deliver(particles.gathered(rows))
+    def deliver(rows: Sequence[Row]) -> None:
+        missing.deliver(gathered(rows))
 
-        complete = run_all(particles, executor, sharing.settings, deliver, limit)
+    chunk = partial(score_chunk, settings)
+    with executor.workers() as workers:
+        complete = parallel.run(workers, chunk, batches, deliver, limit, give_up=given_up)
     run.store.require_in_place()
     advance(*run.counts())
     if missing.left_out:
