@@ -81,6 +81,10 @@ class Database(Closing):
                     self.database.execute("ROLLBACK")
                 raise
 
+    def value(self, question: str) -> Any:
+        """What a question with one answer gives."""
+        return self.database.execute(question).fetchone()[0]
+
     def number_of(self, table: str, **key: Any) -> int:
         """The number of the row with this key, which is inserted if it is not there."""
         names, marks = ", ".join(key), ", ".join("?" * len(key))
@@ -128,7 +132,7 @@ class Database(Closing):
     def _open(self, create: bool) -> None:
         self.database.execute("PRAGMA foreign_keys = ON")
         self.database.execute(f"PRAGMA cache_size = -{CACHE}")
-        if create and not self._value("SELECT count(*) FROM sqlite_master"):
+        if create and not self.value("SELECT count(*) FROM sqlite_master"):
             with self._committed():
                 schema.create(self.database)
         self._check_format()
@@ -163,15 +167,11 @@ class Database(Closing):
             return OSError(errno.EIO, text, path)
         return ValueError(f"{path} is not a file of scores, or damaged: {text}")
 
-    def _value(self, question: str) -> Any:
-        """What a question with one answer gives."""
-        return self.database.execute(question).fetchone()[0]
-
     def _version(self) -> int:
-        return int(self._value("PRAGMA user_version"))
+        return int(self.value("PRAGMA user_version"))
 
     def _check_format(self) -> None:
-        if self._value("PRAGMA application_id") != schema.APPLICATION_ID:
+        if self.value("PRAGMA application_id") != schema.APPLICATION_ID:
             raise ValueError(
                 f"{self.path} is not a file of scores: it is empty, or an SQLite file of something "
                 "else"
@@ -185,7 +185,7 @@ class Database(Closing):
                 f"{'update it' if version > schema.VERSION else older}"
             )
         small = self._is_smaller_than(CHECKED)
-        if small and (state := self._value("PRAGMA quick_check(1)")) != "ok":
+        if small and (state := self.value("PRAGMA quick_check(1)")) != "ok":
             raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
         if self._is_smaller_than(SUMMED) and not self._has_its_checksum():
             raise ValueError(

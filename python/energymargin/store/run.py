@@ -62,6 +62,7 @@ class Run:
             "WHERE runs.id = ?",
             (number,),
         ).fetchone()
+        self._place = f"dataset = {self.dataset} AND future = {self.future_number}"  # in SQL
         self.task, self.states, self.digest, parameters = of_dataset
         self.parameters: dict[str, Any] | None = parameters and json.loads(parameters)
         self.future = None if asks == NO_FUTURE else Future.from_json(asks)
@@ -110,12 +111,8 @@ class Run:
     @cached_property
     def several(self) -> bool:
         """Whether there are labels of at least one of several objects."""
-        row = self._database.execute(
-            "SELECT 1 FROM states WHERE dataset = ? "
-            "AND (captured_any IS NOT NULL OR success_any IS NOT NULL)",
-            (self.dataset,),
-        ).fetchone()
-        return row is not None
+        there = "SELECT count(captured_any) + count(success_any) FROM states"
+        return bool(self.store.value(f"{there} WHERE dataset = {self.dataset}"))
 
     def __str__(self) -> str:
         """In one line: number, task, states, metrics and settings."""
@@ -130,8 +127,8 @@ class Run:
 
     def counts(self) -> tuple[int, int]:
         """How many states have all their scores, and how many there are."""
-        (missing,) = self._database.execute(f"SELECT count(*) FROM {self._lacking}").fetchone()
-        return self.states - int(missing), self.states
+        missing = int(self.store.value(f"SELECT count(*) FROM {self._lacking}"))
+        return self.states - missing, self.states
 
     def missing(self, first: int = 0, last: int | None = None) -> list[int]:
         """The numbers of the states from `first` on, before `last`, that lack a score; rising."""
@@ -145,8 +142,7 @@ class Run:
     @property
     def is_only(self) -> bool:
         """Whether its store has no other run."""
-        (runs,) = self._database.execute("SELECT count(*) FROM runs").fetchone()
-        return bool(runs == 1)
+        return bool(self.store.value("SELECT count(*) FROM runs") == 1)
 
     def pose(self, digests: Mapping[int, bytes]) -> dict[int, tuple[str, ...]]:
         """Says which problems some states make, by their numbers; returns the metrics that each
@@ -160,18 +156,14 @@ class Run:
         return dict(
             self._database.execute(
                 "SELECT number, digest FROM posed JOIN problems ON problem = problems.id "
-                f"WHERE dataset = ? AND future = ? AND number IN ({listed}) ORDER BY number",
-                (self.dataset, self.future_number),
+                f"WHERE {self._place} AND number IN ({listed}) ORDER BY number"
             )
         )
 
     def forget_problems(self) -> None:
         """Forgets which problems all states made before."""
         with self.store.transaction():
-            self._database.execute(
-                "DELETE FROM posed WHERE dataset = ? AND future = ?",
-                (self.dataset, self.future_number),
-            )
+            self._database.execute(f"DELETE FROM posed WHERE {self._place}")
 
     def _pose(self, number: int, digest: bytes) -> tuple[str, ...]:
         problem = self.store.number_of("problems", digest=digest)
@@ -189,10 +181,8 @@ class Run:
         """Inserts the scores of states that were posed, all or none."""
         with self.store.transaction():
             for row in rows:
-                (problem,) = self._database.execute(
-                    "SELECT problem FROM posed WHERE dataset = ? AND future = ? AND number = ?",
-                    (self.dataset, self.future_number, row.index),
-                ).fetchone()
+                posed = f"SELECT problem FROM posed WHERE {self._place} AND number = {row.index}"
+                problem = self.store.value(posed)
                 for table, values in self._inserted(row):
                     self._database.execute(
                         f"INSERT INTO {table} VALUES (?, ?{', ?' * len(values)}) "
@@ -284,8 +274,7 @@ class Run:
         return self._database.execute(
             f"SELECT {columns} FROM states JOIN posed USING (dataset, number) "
             f"JOIN {table} ON {table}.problem = posed.problem AND stream = number "
-            f"AND question IN ({questions}) WHERE dataset = ? AND future = ? {more}",
-            (self.dataset, self.future_number),
+            f"AND question IN ({questions}) WHERE {self._place} {more}"
         )
 
     @property

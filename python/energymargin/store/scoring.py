@@ -148,9 +148,9 @@ def score_run(
     missing = _MissingScores(dataset, run, scored, advance)
     batches: Iterable[Sequence[Work]] = missing
     gathered: Callable[[Sequence[Row]], Sequence[Row]] = list
-    if run.sampling is not None:
-        sharing = Sharing(run.sampling.particles, settings)
-        belief = partial(missing.belief, run.sampling.uncertainty)
+    if (sampling := run.sampling) is not None:
+        sharing = Sharing(sampling.particles, settings)
+        belief = partial(dataset.belief, uncertainty=sampling.uncertainty, future=run.future)
         particles = ParticleSource(missing, belief, sharing, keep=False)
         batches, settings, gathered = particles, sharing.settings, particles.gathered
 
@@ -259,10 +259,6 @@ class _MissingScores:
                 batch = self._posed(lacking[start : start + BLOCK])
                 self._scoring |= {work.index: work.metrics for work in batch}
                 yield batch
-
-    def belief(self, uncertainty: Uncertainty, number: int) -> Belief:
-        """The belief about a state."""
-        return self._dataset.belief(number, uncertainty, self._run.future)
 
     def deliver(self, rows: Sequence[Row]) -> None:
         """Puts scores into the store, and notes errors."""
