@@ -23,7 +23,12 @@ class Lock(Closing):
         self._path = path.with_name(f".{path.name}.lock")
         while True:
             self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
-            self._acquire(f"is {doing} {path}: let it finish, or stop it")
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                with open(self._file) as file:
+                    who = f"process {file.read()} is {doing} {path}"
+                raise ValueError(f"{who}: let it finish, or stop it") from None
             with suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file), os.stat(self._path)):
                     break
@@ -35,10 +40,3 @@ class Lock(Closing):
         """Gives it up."""
         self._path.unlink(missing_ok=True)
         os.close(self._file)
-
-    def _acquire(self, otherwise: str) -> None:
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            with open(self._file) as file:
-                raise ValueError(f"process {file.read()} {otherwise}") from None

@@ -93,7 +93,7 @@ def test_labels_and_scores_of_a_recorded_push_are_those_of_the_true_one(trajecto
 
 def as_measured(recording, scene):
     """The state of each frame, whose bodies may overlap."""
-    states = recording.states(scene, most_overlap=OVERLAP)
+    states = placed(recording, scene, most_overlap=OVERLAP).states
     for name, motion in (("object", recording.object), ("effector", recording.effector)):
         first = scene.slice(name).start
         states[:, first : first + 2] = motion.poses[:, :2]
@@ -111,7 +111,6 @@ def test_bodies_do_not_overlap_once_they_are_placed(task, recordings):
     parted = placed(recordings[0], scene, most_overlap=OVERLAP)
     assert deepest(as_measured(recordings[0], scene)) < -5e-4 and deepest(parted.states) > -1e-5
     assert parted.moved.max() > 5e-4
-    assert np.array_equal(parted.states, recordings[0].states(scene, most_overlap=OVERLAP))
 
 
 def test_a_large_overlap_is_refused_with_its_frame(task, recordings):
@@ -181,7 +180,7 @@ def test_heights_are_those_of_the_scene_and_rates_those_of_the_recording(tmp_pat
     scene.add_body("part", em.Box((0.05, 0.05, 0.03)), mass=0.04, position=(0, 0, 0.015))
     scene.add_body("tool", em.Sphere(0.01), mass=0.03, position=(0, 0, 0.02))
     recording = read_csv(write(tmp_path / "a.csv", push()))
-    state = scene.unpack(recording.states(scene, object="part", effector="tool")[10])
+    state = scene.unpack(placed(recording, scene, object="part", effector="tool").states[10])
     true = {name: values[10] for name, values in push().items()}
     part = state["part"]
     assert np.allclose(part["position"], (true["object_x"], true["object_y"], 0.015), atol=1e-6)

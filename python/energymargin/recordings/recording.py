@@ -108,18 +108,6 @@ class Recording:
             given["velocity"][name] = _in_space(motion.velocity_covariances[frame])
         return Uncertainty(**given)
 
-    def states(
-        self,
-        scene: Scene,
-        *,
-        object: str = "object",
-        effector: str = "effector",
-        most_overlap: float = MOST_OVERLAP,
-    ) -> NDArray[np.float64]:
-        """States of these frames in a scene, shape (K, n). Arguments and errors: as `placed`."""
-        names = {"object": object, "effector": effector}
-        return placed(self, scene, most_overlap=most_overlap, **names).states
-
 
 @dataclass(frozen=True, eq=False)
 class Placed:
