@@ -101,15 +101,13 @@ def _warn_of_steps(table: ScoreTable, problems: Mapping[int, Problem]) -> None:
     """Warns of the steps of all problems together, a warning for each length of a step."""
     if not (table.unconverged.any() or table.lost_time.any()):
         return
-    rows_by_step: dict[float, list[int]] = {}
-    for row, index in enumerate(table.index.tolist()):
-        rows_by_step.setdefault(problems[index].scene.step, []).append(row)
-    for rows in rows_by_step.values():
+    lengths = np.array([problems[index].scene.step for index in table.index.tolist()])
+    for rows in (lengths == length for length in np.unique(lengths)):
         warn_of_steps(
             steps=int(table.steps[rows].sum()),
             unconverged=int(table.unconverged[rows].sum()),
             lost_time=float(table.lost_time[rows].sum()),
-            scene=problems[int(table.index[rows[0]])].scene,
+            scene=problems[int(table.index[rows][0])].scene,
         )
 
 

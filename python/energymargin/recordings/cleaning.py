@@ -184,11 +184,10 @@ def causally_smoothed(
     """
     ends = np.searchsorted(times, at, side="right")
     begins = np.searchsorted(times, at - MEMORY * time_scale)
+    begins = np.minimum(begins, ends - LEAST_FRAMES)
     parts = [
         smoothed(times[begin:end], poses[begin:end], at[k : k + 1], time_scale)
-        for k, (begin, end) in enumerate(
-            zip(np.minimum(begins, ends - LEAST_FRAMES), ends, strict=True)
-        )
+        for k, (begin, end) in enumerate(zip(begins, ends, strict=True))
     ]
     fields = ("poses", "velocities", "pose_covariances", "velocity_covariances")
     joined = (np.concatenate([getattr(own, name) for own, _ in parts]) for name in fields)

@@ -108,9 +108,8 @@ class Columns:
     @property
     def has_header(self) -> bool:
         """Whether the first line has names."""
-        if self.header is not None:
-            return self.header
-        return not self.columns or any(isinstance(c, str) for c in self.columns.values())
+        named = not self.columns or any(isinstance(c, str) for c in self.columns.values())
+        return named if self.header is None else self.header
 
     def places(self, first: Sequence[str]) -> dict[str, tuple[int, float]]:
         """By field: the number of its column, and what makes SI units of its numbers.

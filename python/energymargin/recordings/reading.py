@@ -258,12 +258,12 @@ def _filled_clock(
 def _repairs(table: FrameTable, tracks: Sequence[_Track], frames: NDArray[np.int64]) -> Repairs:
     """Which of these frames are interpolated, and which of the file's are left out."""
     used = np.isin(table.frames, frames)
-    unseen = {track.body: used & ~track.seen for track in tracks}
-    outliers = {track.body: used & track.jumped for track in tracks}
+    unseen = {t.body: tuple(table.frames[used & ~t.seen].tolist()) for t in tracks}
+    outliers = {t.body: tuple(table.frames[used & t.jumped].tolist()) for t in tracks}
     return Repairs(
         tuple(np.setdiff1d(frames, table.frames).tolist()),
-        {body: tuple(table.frames[own].tolist()) for body, own in unseen.items() if own.any()},
-        {body: tuple(table.frames[own].tolist()) for body, own in outliers.items() if own.any()},
+        {body: numbers for body, numbers in unseen.items() if numbers},
+        {body: numbers for body, numbers in outliers.items() if numbers},
         tuple(table.frames[~used].tolist()),
     )
 
