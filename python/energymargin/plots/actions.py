@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -57,7 +56,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     ax.set_ylim(len(ranking) - 0.5, -0.5)
     ax.set_xlabel(axis_label(ranking.metric))
     light_grid(ax)
-    draw_legend(ax, "below", _ranking_handles(ranking, colors))
+    _explain(ax, ranking, colors)
     return ax
 
 
@@ -113,19 +112,20 @@ def _draw_standing(ax: Axes, row: int, standing: Standing, color: str, edge: flo
     )
 
 
-def _ranking_handles(ranking: Ranking, colors: list[str]) -> list[Line2D]:
+def _explain(ax: Axes, ranking: Ranking, colors: list[str]) -> None:
     """What the marks mean, of those that there are."""
     words = {BEST: "best", ALIKE: "may be better", WORSE: "worse"}
-    handles = [_mark(color, "o", text) for color, text in words.items() if color in colors]
+    dot: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 5}
+    for color, text in words.items():
+        if color in colors:
+            ax.plot([], [], color=color, label=text, **dot)
     out = [color for one, color in zip(ranking, colors, strict=True) if not one.racing]
     if out:
-        hollow = _mark(out[0], "o", "left the race")
-        hollow.set_markerfacecolor("white")
-        handles.append(hollow)
+        ax.plot([], [], color=out[0], markerfacecolor="white", label="left the race", **dot)
     if any(np.isposinf(standing.high) for standing in ranking):
-        handles.append(_mark(ALIKE, ">", ENDLESS))
-    handles.append(Line2D([], [], color=ALIKE, linewidth=1.6, label="95 % interval"))
-    return handles
+        ax.plot([], [], color=ALIKE, label=ENDLESS, **dot | {"marker": ">"})
+    ax.plot([], [], color=ALIKE, linewidth=1.6, label="95 % interval")
+    draw_legend(ax, "below")
 
 
 # How a plan was improved
@@ -162,17 +162,10 @@ def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
     numbers = np.arange(1, len(points) + 1)
     ranges = improvement.ranges.items()
     for k, ((name, (low, high)), column) in enumerate(zip(ranges, points.T, strict=True)):
-        style = curve_style(k)
+        look = curve_style(k).look(color=PARAMETER_COLORS[k % len(PARAMETER_COLORS)])
         last = low + column[-1] * (high - low)
-        ax.plot(
-            *(numbers, column),
-            color=PARAMETER_COLORS[k % len(PARAMETER_COLORS)],
-            linestyle=style.dashes,
-            linewidth=1.4,
-            marker=style.marker,
-            markersize=3,
-            label=f"{folded(name)}: {last:.3g} of {low:g} to {high:g}",
-        )
+        label = f"{folded(name)}: {last:.3g} of {low:g} to {high:g}"
+        ax.plot(numbers, column, label=label, **look)
     ax.set(ylabel="share of the parameter's range", ylim=(-0.02, 1.02))
     _count_generations(ax, len(points))
     draw_legend(ax, "below", ncols=1, title="last value")
@@ -189,7 +182,3 @@ def _median(scores: NDArray[np.float64]) -> float:
     """Median of the scores that are not NaN; NaN if there is none."""
     there = scores[~np.isnan(scores)]
     return float(np.median(there)) if len(there) else np.nan
-
-
-def _mark(color: str, marker: str, label: str) -> Line2D:
-    return Line2D([], [], color=color, linestyle="", marker=marker, markersize=5, label=label)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ from energymargin.plots.styles import (
 from energymargin.plots.trajectories import Scores, labelled_scores
 from energymargin.table_text import short
 
+Curve = curves.Roc | curves.PrecisionRecall
 SIZE = (6.0, 4.0)  # inch
 BINS = 20
 FAR = 1  # percent of the scores at either end that may lie outside of the bins' range
@@ -159,17 +160,13 @@ def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
     return (low, float(high)) if high > low else (low, low + 1.0)
 
 
-def _plot(
-    curve: Callable[..., curves.Roc | curves.PrecisionRecall],
+def _curves(
+    curve: Callable[..., Curve],
     scores: Scores,
     metrics: Sequence[str] | None,
-    terms: dict[str, Any],
-    ax: Axes | None,
-    *,
-    legend: bool,
-) -> Axes:
-    """The curve of each metric, or in the legend why it has none; rings mark that of at least one
-    object."""
+    terms: Mapping[str, Any],
+) -> tuple[dict[str, Curve], dict[str, str]]:
+    """The curve of each metric; of the metrics that have none, why."""
     labelled = labelled_scores(scores)
     if isinstance(metrics, str):
         raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
@@ -183,6 +180,21 @@ def _plot(
             found[metric] = curve(labelled, metric, **terms)
         except OneLabelError as error:
             lacking[metric] = error.brief
+    return found, lacking
+
+
+def _plot(
+    curve: Callable[..., Curve],
+    scores: Scores,
+    metrics: Sequence[str] | None,
+    terms: Mapping[str, Any],
+    ax: Axes | None,
+    *,
+    legend: bool,
+) -> Axes:
+    """The curve of each metric, or in the legend why it has none; rings mark that of at least one
+    object."""
+    found, lacking = _curves(curve, scores, metrics, terms)
     is_roc = curve is curves.roc
     title, corner = ("AUC", "lower right") if is_roc else ("AP", "lower left")
     chance: dict[str, Any] = {"linestyle": ":", "color": CHANCE_COLOR, "linewidth": 1.0}
@@ -199,19 +211,12 @@ def _plot(
                 x, y, area = each.false_positive_rate, each.true_positive_rate, each.auc
             else:
                 x, y, area = each.recall, each.steps, each.ap
-            style, any_object = metric_style(metric), metric.endswith(ANY)
-            axes.plot(
-                *(x, y),
-                color=style.color,
-                linestyle=style.dashes,
-                linewidth=1.0 if any_object else 1.6,
-                drawstyle="default" if is_roc else "steps-pre",
-                marker=style.marker if any_object else "",
-                markerfacecolor="white",
-                markersize=4,
-                markevery=0.12,
-                label=f"{metric} {short(area)}",
-            )
+            style = metric_style(metric)
+            look = style.look(linewidth=1.6, marker="")
+            if metric.endswith(ANY):
+                look = style.look(linewidth=1.0, markerfacecolor="white", markevery=0.12)
+            steps = "default" if is_roc else "steps-pre"
+            axes.plot(x, y, drawstyle=steps, label=f"{metric} {short(area)}", **look)
         for metric, why in lacking.items():
             axes.plot([], [], linestyle="", label=f"{metric}: {why}")
         if not found:

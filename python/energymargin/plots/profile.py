@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,6 +11,7 @@ from energymargin.checks import shown
 from energymargin.metrics import KINDS, value_text, with_unit
 from energymargin.plots.styles import (
     CAPTURED_COLOR,
+    LineStyle,
     axes_or_new,
     draw_bounded,
     draw_legend,
@@ -74,24 +73,13 @@ def _draw(ax: Axes, profile: MarginProfile, metric: str, label: str, weakest: st
     values = profile.efforts if metric == EFFORT else profile.probabilities
     axis = KINDS["effort" if metric == EFFORT else "probability"].axis
     style, (height, _) = metric_style(metric), room_for_infinity(ax.yaxis, values)
-    draw_bounded(
-        *(ax, profile.times, values, label, height),
-        endless="no escape found",
-        color=style.color,
-        linewidth=1.4,
-        marker=style.marker,
-        markersize=3.5,
-    )
+    look = style.look(linestyle="-", endless="no escape found")
+    draw_bounded(ax, profile.times, values, label, height, **look)
     time, value = profile.weakest.time, values[profile.weakest.number]
     if np.isfinite(value):
         ax.axvline(time, color=WEAKEST_COLOR, linewidth=0.8, linestyle=":")
-        mark: dict[str, Any] = {
-            "marker": "D",
-            "markersize": 6,
-            "markeredgecolor": "white",
-            "zorder": 5,
-        }
-        ax.plot(time, value, color=WEAKEST_COLOR, linestyle="", label=weakest, **mark)
+        mark = LineStyle(WEAKEST_COLOR, "", "D").look(markersize=6, markeredgecolor="white")
+        ax.plot(time, value, label=weakest, zorder=5, **mark)
     shade_frames(ax, profile.times, ~profile.captured, "nominal motion not captured")
     ax.set(xlabel="time of the plan [s]", ylabel=axis)
     light_grid(ax)

@@ -85,18 +85,9 @@ def _draw_effort(ax: Axes, name: str, result: EscapeEffort, style: LineStyle) ->
         return
     nodes, efforts = np.array(result.history, dtype=float).T
     nodes = np.maximum(nodes, 1.0)  # what is known before the first node is drawn at it
-    ax.step(
-        np.append(nodes, max(result.nodes, nodes[-1])),
-        np.append(efforts, efforts[-1]),
-        where="post",
-        color=style.color,
-        linestyle=style.dashes,
-        linewidth=1.4,
-        marker=style.marker,
-        markersize=4,
-        markevery=range(len(nodes)),
-        label=f"{name}: {joules(result.effort)}{stopped}",
-    )
+    x, y = np.append(nodes, max(result.nodes, nodes[-1])), np.append(efforts, efforts[-1])
+    label = f"{name}: {joules(result.effort)}{stopped}"
+    ax.step(x, y, where="post", label=label, **style.look(markevery=range(len(nodes))))
 
 
 def plot_probability(
@@ -147,24 +138,11 @@ def _draw_survival(
 ) -> None:
     """The curve, its mean time, and where it ends undisturbed."""
     survival = _survival(result, which)
-    ax.step(
-        result.times,
-        survival.curve,
-        where="post",
-        color=style.color,
-        linestyle=style.dashes,
-        linewidth=1.5,
-        label=label,
-    )
+    line = style.look(marker="", linewidth=1.5)
+    ax.step(result.times, survival.curve, where="post", label=label, **line)
     at = int((result.times <= survival.mean_time).sum()) - 1
-    ax.plot(
-        *(survival.mean_time, survival.curve[at], style.marker),
-        color=style.color,
-        markeredgecolor="white",
-        markersize=7,
-        zorder=4,
-        gid="mean time",
-    )
+    mark = style.look(linestyle="", markersize=7, markeredgecolor="white", zorder=4)
+    ax.plot(survival.mean_time, survival.curve[at], gid="mean time", **mark)
     if which == "captured" and not result.undisturbed:
         ax.axvline(
             result.undisturbed_time, color=style.color, linestyle=":", linewidth=1.3, gid="leaves"

@@ -44,6 +44,11 @@ class LineStyle(NamedTuple):
     dashes: str | Dashes
     marker: str
 
+    def look(self, **others: Any) -> dict[str, Any]:
+        """Keywords of a line that is plotted; `others` change some."""
+        shape = {"color": self.color, "linestyle": self.dashes, "marker": self.marker}
+        return {**shape, "linewidth": 1.4, "markersize": 3.5, **others}
+
 
 PALETTE = (
     LineStyle("#0072B2", "-", "o"),

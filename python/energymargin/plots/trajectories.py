@@ -263,17 +263,14 @@ def _draw_scores(
     """A line through what is finite; dashed, with rings, for at least one object."""
     style = metric_style(name)
     missing = int(np.isnan(values).sum())
-    draw_bounded(
-        *(ax, times, values, name + (f" ({missing} missing)" if missing else ""), height),
-        endless=f"{name}: no escape",
-        color=style.color,
-        linestyle="--" if name.endswith(ANY) else "-",
+    ring, label = name.endswith(ANY), name + (f" ({missing} missing)" if missing else "")
+    look = style.look(
+        linestyle="--" if ring else "-",
         linewidth=1.2,
-        marker=style.marker,
+        markerfacecolor="white" if ring else style.color,
         markevery=None if len(values) <= MARKED else slice(0),
-        markersize=3.5,
-        markerfacecolor="white" if name.endswith(ANY) else style.color,
     )
+    draw_bounded(ax, times, values, label, height, endless=f"{name}: no escape", **look)
 
 
 def _draw_band(ax: Axes, data: TrajectoryScores, name: str) -> None:

@@ -71,13 +71,9 @@ class DrawnBodies:
                 self._moving[body.name] = mesh
         self._springs: Any = None
         if scene.springs:
-            self._springs = others.scene.add_line_segments(
-                f"{others.path}/springs",
-                np.zeros((len(scene.springs), 2, 3), np.float32),
-                rgb(BODY_COLORS["effector"]),
-                thickness=SPRING_WIDTH,
-                thickness_units="screen",
-            )
+            ends = np.zeros((len(scene.springs), 2, 3))
+            color = rgb(BODY_COLORS["effector"])
+            self._springs = add_lines(others, "springs", ends, color, SPRING_WIDTH)
 
     def put(self, state: NDArray[np.float64]) -> None:
         """Moves them to where they are in a state, shape (n,)."""
@@ -86,6 +82,19 @@ class DrawnBodies:
             _place(mesh, poses[name])
         if self._springs is not None:
             self._springs.points = spring_ends(self._scene, poses).astype(np.float32)
+
+
+def add_lines(
+    layer: Layer,
+    name: str,
+    ends: NDArray[np.float64],
+    color: tuple[int, int, int],
+    width: float,
+) -> Any:
+    """Lines between both ends of each, shape (N, 2, 3) [m], so many pixels wide."""
+    path, points = f"{layer.path}/{name}", ends.astype(np.float32)
+    look: dict[str, Any] = {"thickness": width, "thickness_units": "screen"}
+    return layer.scene.add_line_segments(path, points, color, **look)
 
 
 def draw_ghosts(layer: Layer, scene: Scene, state: NDArray[np.float64]) -> None:

@@ -4,7 +4,7 @@ with their scores."""
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -168,21 +168,17 @@ def first_frame(source: StateSource, trajectory: int | None, frame: int | None) 
     problem. A frame that is given without a trajectory is the first one's.
     """
     if trajectory is None:
-        searched = range(min(source.trajectories, MOST)) if frame is None else ()
-        trajectory = _first_lost(source, searched)
+        trajectory = 0
+        for number in range(min(source.trajectories, MOST) if frame is None else 0):
+            captured = source.frames(number).captured
+            if captured is not None and captured[0] and not captured[-1]:
+                trajectory = number
+                break
     if frame is not None:
         return trajectory, frame
     if isinstance(source.what, MarginProfile):
         return trajectory, source.what.weakest.number
     return trajectory, _frame_of(source.frames(trajectory))
-
-
-def _first_lost(source: StateSource, trajectories: Iterable[int]) -> int:
-    for trajectory in trajectories:
-        captured = source.frames(trajectory).captured
-        if captured is not None and captured[0] and not captured[-1]:
-            return trajectory
-    return 0
 
 
 def _frame_of(frames: Frames) -> int:

@@ -154,23 +154,21 @@ def sets_text(problem: Problem, drawn: Collection[str]) -> str:
 
 def legend(problem: Problem, scored: Scored | None, future: Undisturbed | None = None) -> str:
     """What the colours and marks mean, of what there is."""
+    square, line, diamond = "&#9632;", "&#9473;", "&#9670;"
     roles = {body.role for body in problem.scene.bodies}
-    marks: list[tuple[str, str, str]] = [
-        ("&#9632;", BODY_COLORS[role], role) for role in ("object", "effector") if role in roles
-    ]
-    marks.append(("&#9632;", CAPTURED_COLOR, "capture set"))
+    marks = [(square, BODY_COLORS[role], str(role)) for role in sorted(roles - {"none"})[::-1]]
+    marks.append((square, CAPTURED_COLOR, "capture set"))
     if problem.succeeded is not None:
-        marks.append(("&#9632;", SUCCEEDED_COLOR, "success set"))
+        marks.append((square, SUCCEEDED_COLOR, "success set"))
     if scored is not None:
-        marks += [("&#9679;", INK, "node"), ("&#9670;", INK, "node out of the capture set")]
-        marks.append(("&#9473;", LOST_COLOR, "edge to such a node"))
+        marks += [("&#9679;", INK, "node"), (diamond, INK, "node out of the capture set")]
+        marks.append((line, LOST_COLOR, "edge to such a node"))
     if scored is not None and scored.way_out is not None:
-        marks.append(("&#9473;", "black", "cheapest escape"))
-        marks.append(("&#9632;", PALE, "object at its end"))
+        marks += [(line, "black", "cheapest escape"), (square, PALE, "object at its end")]
     if future is not None:
-        marks.append(("&#9473;", FUTURE_COLOR, "undisturbed path"))
-        if future.exit is not None:
-            marks.append(("&#9670;", LOST_COLOR, "where it leaves"))
+        marks.append((line, FUTURE_COLOR, "undisturbed path"))
+    if future is not None and future.exit is not None:
+        marks.append((diamond, LOST_COLOR, "where it leaves"))
     words = " ".join(
         f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
         for mark, color, text in marks

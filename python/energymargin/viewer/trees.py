@@ -22,7 +22,7 @@ from energymargin.futures import Undisturbed
 from energymargin.outlines import object_centers
 from energymargin.plots.scenes import leaving_objects
 from energymargin.plots.styles import COSTS, LOST_COLOR
-from energymargin.viewer.bodies import Layer, linear, rgb
+from energymargin.viewer.bodies import Layer, add_lines, linear, rgb
 from energymargin.viewer.search import Scored
 
 DOT = 0.006  # of the view's size
@@ -80,13 +80,8 @@ def draw_path(
     if len(states) < 2:
         return
     for number, place in enumerate(object_centers(problem.scene)):
-        layer.scene.add_line_segments(
-            f"{layer.path}/{number}",
-            np.stack([states[:-1, place], states[1:, place]], axis=1).astype(np.float32),
-            color,
-            thickness=PATH_WIDTH,
-            thickness_units="screen",
-        )
+        ends = np.stack([states[:-1, place], states[1:, place]], axis=1)
+        add_lines(layer, str(number), ends, color, PATH_WIDTH)
 
 
 def draw_future(layer: Layer, problem: Problem, future: Undisturbed, size: float) -> None:
