@@ -26,8 +26,7 @@ from energymargin.summary import MOST_ROWS, Picture, Summary
 from energymargin.table_text import DASH
 
 if TYPE_CHECKING:
-    from energymargin.actions import Improvement, Ranking
-    from energymargin.actions.profile import MarginProfile
+    from energymargin.actions import Improvement, MarginProfile, Ranking
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
     from energymargin.scoring import ScoreTable

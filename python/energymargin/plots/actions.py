@@ -72,13 +72,9 @@ def figure_improvement(improvement: Improvement) -> Figure:
     _draw_scores(scores, improvement)
     _draw_parameters(parameters, improvement)
     plot_ranking(improvement.ranking, last)
-    titles = {
-        scores: "search: each generation meets new draws",
-        parameters: "the strategy's best guess after each generation",
-        last: "last comparison: new draws, as stated",
-    }
-    for ax, title in titles.items():
-        ax.set_title(title, fontsize=9)
+    scores.set_title("search: each generation meets new draws", fontsize=9)
+    parameters.set_title("the strategy's best guess after each generation", fontsize=9)
+    last.set_title("last comparison: new draws, as stated", fontsize=9)
     return figure
 
 

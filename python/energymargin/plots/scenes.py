@@ -151,7 +151,9 @@ def draw_set(
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     inside = inside_at(problem, region, places, plane).reshape(len(y), len(x))
     if inside.all() or not inside.any():
-        return _in_words(problem, region, everywhere=bool(inside.all()), seen=seen)
+        if (np.asarray(region.contains(problem.scene, seen)) != inside.all()).any():
+            return " (not by place alone: not drawn)"
+        return " (all of the view)" if inside.all() else " (nowhere in view)"
     ax.imshow(
         np.ma.masked_where(~inside, inside),
         cmap=ListedColormap([color]),
@@ -166,16 +168,6 @@ def draw_set(
         x, y, edge, levels=[0.5], colors=[color], linewidths=0.9, linestyles=line, zorder=order
     )
     return ""
-
-
-def _in_words(
-    problem: Problem, region: Region, *, everywhere: bool, seen: NDArray[np.float64]
-) -> str:
-    """Where a set is that has no edge in view; states in view may be in it, or not, by what else
-    they are."""
-    if (np.asarray(region.contains(problem.scene, seen)) != everywhere).any():
-        return " (not by place alone: not drawn)"
-    return " (all of the view)" if everywhere else " (nowhere in view)"
 
 
 def lost_objects(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:

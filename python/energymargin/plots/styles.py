@@ -20,7 +20,7 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from energymargin.checks import yes_or_no
-from energymargin.metrics import ANY
+from energymargin.metrics import ANY, TIMED
 
 COSTS = "cividis"
 CAPTURED_COLOR = "#56B4E9"
@@ -59,16 +59,8 @@ PALETTE = (
     LineStyle("#E69F00", (0, (2, 1)), "P"),
     LineStyle("#56B4E9", (0, (10, 2)), "X"),
 )
-METRICS = dict(
-    zip(
-        (
-            *("capture", "effort/est", "effort/rrt", "success", "force"),
-            *("probability", "probability/success"),
-        ),
-        PALETTE,
-        strict=True,
-    )
-)
+STYLED = ("capture", "effort/est", "effort/rrt", "success", "force", *TIMED[:2])
+METRICS = dict(zip(STYLED, PALETTE, strict=True))
 
 
 def metric_style(metric: str) -> LineStyle:

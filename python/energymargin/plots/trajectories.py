@@ -34,19 +34,18 @@ Scores = LabelledScores | Run | ScoreStore | str | os.PathLike[str]
 
 def labelled_scores(scores: Scores) -> LabelledScores:
     """What there is; ValueError if it is none of these, or a file that has not just one run."""
-    if isinstance(scores, LabelledScores):
-        return scores
-    if isinstance(scores, Run):
-        return scores.labelled_scores()
-    if isinstance(scores, ScoreStore):
-        return scores.run().labelled_scores()
     if isinstance(scores, (str, os.PathLike)):
         with ScoreStore(scores) as store:
             return labelled_scores(store)
-    raise ValueError(
-        f"scores is a {type(scores).__name__}, expected LabelledScores, a Run or a ScoreStore, or "
-        "the path of a file of scores"
-    )
+    if isinstance(scores, (Run, ScoreStore)):
+        run = scores.run() if isinstance(scores, ScoreStore) else scores
+        return run.labelled_scores()
+    if not isinstance(scores, LabelledScores):
+        raise ValueError(
+            f"scores is a {type(scores).__name__}, expected LabelledScores, a Run or a ScoreStore, "
+            "or the path of a file of scores"
+        )
+    return scores
 
 
 class TrajectoryScores(NamedTuple):

@@ -199,7 +199,8 @@ class Page:
         panel = self._panel
         panel.trajectory.on_update(self._then(self._choose_frame))
         panel.frame.on_update(self._then(self._choose_frame))
-        panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
+        show_nodes = self._then(self._show_nodes)
+        panel.nodes.on_update(lambda event: self._nodes_later.run(lambda: show_nodes(event)))
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
         panel.score_all.on_click(lambda _: self._start())
@@ -240,10 +241,6 @@ class Page:
             panel.show_rate(problem.rate)
             panel.show_frames(frames, frame)
         self._show_frame()
-
-    def _choose_nodes(self) -> None:
-        with self._lock:
-            self._show_nodes()
 
     def _choose_moment(self, moment: int) -> None:
         scored = self.scored

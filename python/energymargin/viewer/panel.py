@@ -137,17 +137,19 @@ class Panel:
         self, times: NDArray[np.float64], scores: Mapping[str, NDArray[np.float64]], frame: int
     ) -> None:
         """Scores along the trajectory, NaN where there is none; the present frame as a dot."""
-        self._plot.visible = len(times) > 1
-        self._efforts.visible = len(times) > 1 and self._has_efforts
-        if self._plot.visible:
-            self._plot.data = _with_dot(times, [scores[name] for name in self._lines], frame)
-        if self._efforts.visible:
-            efforts = _with_dot(times, [scores[name] for name in EFFORTS], frame)
+        if self._has_efforts:
             # uPlot finds no range of its own where numbers are missing.
-            scales = _scales((0.0, OVER * float(np.nanmax(efforts[1])) or 1.0))
+            scales = _scales((0.0, OVER * float(np.nanmax(scores[EFFORT])) or 1.0))
             if scales != self._efforts.scales:
                 self._efforts.scales = scales
-            self._efforts.data = efforts
+        plots = [(self._plot, [*self._lines])]
+        plots += [(self._efforts, [*EFFORTS])] if self._has_efforts else []
+        for plot, names in plots:
+            plot.visible = len(times) > 1
+            if plot.visible:
+                now = np.full(len(times), np.nan)
+                now[frame] = scores[names[0]][frame]
+                plot.data = (times, *(scores[name] for name in names), now)
 
     def _add_scores(
         self, gui: viser.GuiApi, settings: SearchSettings, rate: float, *, timed: bool
@@ -179,15 +181,6 @@ class Panel:
         self._plot = _plot(gui, "time [s]", _series(self._lines))
         efforts = {f"{name} [J]": color for name, color in EFFORTS.items()}
         self._efforts = _plot(gui, "time [s]", _series(efforts))
-
-
-def _with_dot(
-    times: NDArray[np.float64], curves: Sequence[NDArray[np.float64]], frame: int
-) -> tuple[NDArray[np.float64], ...]:
-    """Data of a plot, with a dot on its first curve."""
-    now = np.full(len(times), np.nan)
-    now[frame] = curves[0][frame]
-    return (times, *curves, now)
 
 
 def _scales(y: tuple[float, float]) -> dict[str, uplot.Scale]:
