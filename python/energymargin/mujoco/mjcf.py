@@ -8,7 +8,6 @@ from a scene's ends, and most take longer.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import combinations, product
 from typing import Any
 from xml.etree import ElementTree as xml
@@ -16,7 +15,7 @@ from xml.etree import ElementTree as xml
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin._core import Body, Scene, Spring
+from energymargin._core import Scene
 from energymargin.checks import positive_number
 from energymargin.mujoco.mjcf_bodies import Bodies, add, rigid
 from energymargin.scenes.additions import base_of
@@ -50,7 +49,31 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
                 "velocity in its contacts; a heavy body with a motor, `limits` of a plan, is near"
             )
     at = np.asarray(scene.pack() if state is None else state, dtype=float)
-    return _Document(scene, at, positive_number("step", scene.step if step is None else step)).text
+    timestep = positive_number("step", scene.step if step is None else step)
+    # Euler's method would take the damping of actuators explicitly: light fingers would shake.
+    damped = scene.joints or any(spring.damping for spring in scene.springs)
+    root = xml.Element("mujoco")
+    add(root, "compiler", angle="radian")
+    add(
+        root,
+        "option",
+        timestep=timestep,
+        gravity=scene.gravity,
+        tolerance=TOLERANCE,
+        solver="Newton",
+        cone="elliptic",
+        integrator="implicitfast" if damped else "Euler",
+    )
+    bodies = Bodies(scene, at, root, timestep)
+    _add_springs(scene, bodies, add(root, "tendon"))
+    _add_contacts(scene, bodies, add(root, "contact"), timestep)
+    frame = {key: values for key, values in bodies.start.items() if values}
+    add(add(root, "keyframe"), "key", name=START, **frame)
+    for section in list(root):
+        if not len(section) and not section.attrib:
+            root.remove(section)
+    xml.indent(root)
+    return xml.tostring(root, encoding="unicode")
 
 
 def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> Any:
@@ -62,71 +85,33 @@ def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None
     return engine().MjModel.from_xml_string(to_mjcf(scene, state, step=step))
 
 
-class _Document:
-    def __init__(self, scene: Scene, state: np.ndarray[Any, Any], step: float) -> None:
-        self.scene = scene
-        self.step = step
-        self.root = xml.Element("mujoco")
-        add(self.root, "compiler", angle="radian")
-        # Euler's method would take the damping of actuators explicitly: light fingers would shake.
-        damped = scene.joints or any(spring.damping for spring in scene.springs)
-        add(
-            self.root,
-            "option",
-            timestep=step,
-            gravity=scene.gravity,
-            tolerance=TOLERANCE,
-            solver="Newton",
-            cone="elliptic",
-            integrator="implicitfast" if damped else "Euler",
-        )
-        self.bodies = Bodies(scene, state, self.root, step)
-        tendons = add(self.root, "tendon")
-        for number, spring in enumerate(scene.springs):
-            self._add_spring(tendons, f"spring{number}", spring)
-        self._add_contacts()
-        frame = {key: values for key, values in self.bodies.start.items() if values}
-        add(add(self.root, "keyframe"), "key", name=START, **frame)
-        for section in list(self.root):
-            if not len(section) and not section.attrib:
-                self.root.remove(section)
-
-    @property
-    def text(self) -> str:
-        xml.indent(self.root)
-        return xml.tostring(self.root, encoding="unicode")
-
-    def _add_spring(self, tendons: xml.Element, name: str, spring: Spring) -> None:
+def _add_springs(scene: Scene, bodies: Bodies, tendons: xml.Element) -> None:
+    for number, spring in enumerate(scene.springs):
+        name = f"spring{number}"
         law = {"stiffness": spring.stiffness, "damping": spring.damping}
         tendon = add(tendons, "spatial", name=name, **law, springlength=spring.rest_length)
         for end, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b)):
             site = f"{name}/{end}"
-            add(self.bodies.elements[end], "site", name=site, pos=point)
+            add(bodies.elements[end], "site", name=site, pos=point)
             add(tendon, "site", site=site)
 
-    def _add_contacts(self) -> None:
-        contacts = add(self.root, "contact")
-        for a, b in self._colliding():
-            friction = repr(self.scene.contact_friction(a.name, b.name))
-            law = {
-                "condim": "3",
-                "friction": f"{friction} {friction} {OTHER_FRICTION}",
-                "solref": (CONTACT_STEPS * self.step, 1.0),
-            }
-            for one, other in product(self.bodies.geoms[a.name], self.bodies.geoms[b.name]):
-                add(contacts, "pair", geom1=one, geom2=other, **law)
 
-    def _colliding(self) -> Iterator[tuple[Body, Body]]:
-        apart = {frozenset(pair) for pair in self.scene.disabled_collisions}
-        apart |= {frozenset((joint.parent, joint.child)) for joint in self.scene.joints}
-        carriers = {joint.child: joint.parent for joint in self.scene.joints if rigid(joint)}
-        fixed = {body.name for body in self.scene.bodies if body.fixed}
-
-        def base(name: str) -> str:
-            """That it is one with; all that is fixed is one."""
-            top = base_of(name, carriers)
-            return "" if top in fixed else top
-
-        for a, b in combinations(self.scene.bodies, 2):
-            if frozenset((a.name, b.name)) not in apart and base(a.name) != base(b.name):
-                yield a, b
+def _add_contacts(scene: Scene, bodies: Bodies, contacts: xml.Element, step: float) -> None:
+    apart = {frozenset(pair) for pair in scene.disabled_collisions}
+    apart |= {frozenset((joint.parent, joint.child)) for joint in scene.joints}
+    carriers = {joint.child: joint.parent for joint in scene.joints if rigid(joint)}
+    fixed = {body.name for body in scene.bodies if body.fixed}
+    # What each body is one with; all that is fixed is one.
+    tops = {body.name: base_of(body.name, carriers) for body in scene.bodies}
+    bases = {name: "" if top in fixed else top for name, top in tops.items()}
+    for a, b in combinations(bases, 2):
+        if frozenset((a, b)) in apart or bases[a] == bases[b]:
+            continue
+        friction = repr(scene.contact_friction(a, b))
+        law = {
+            "condim": "3",
+            "friction": f"{friction} {friction} {OTHER_FRICTION}",
+            "solref": (CONTACT_STEPS * step, 1.0),
+        }
+        for one, other in product(bodies.geoms[a], bodies.geoms[b]):
+            add(contacts, "pair", geom1=one, geom2=other, **law)

@@ -85,7 +85,7 @@ def replay(
     largest = positive_number("largest_scale", largest_scale)
     edges, ours = _undisturbed(problem) if escape is None else _path(escape)
     player = Player(problem, region, model, data, cancel)
-    _require_same(problem, player.start)
+    _require_same(problem, player.start.state())
     _require_targets(problem, model, data)
     first = played = player.play(edges)
     scale, stronger = 1.0, 0 if escape is None else round((largest - 1.0) / SCALE_STEP)
@@ -228,23 +228,19 @@ class Player:
         """`captured`: the set that is left. Raises ValueError as `Simulation`."""
         self._cancel = cancel
         self._problem, self._captured, self._scene = problem, captured, problem.scene
-        self._start = Simulation(self._scene, model, data, problem.plan)
+        self.start = Simulation(self._scene, model, data, problem.plan)
+        """At the state of the data."""
         self._timestep = float(model.opt.timestep)
-        self._none = np.zeros((len(self._start.objects), 6))
+        self._none = np.zeros((len(self.start.objects), 6))
         step = self._scene.step
         if problem.horizon is not None:
             step *= max(1, round((problem.check or CHECK) / step))
         self._between_looks = step
         self._looks = Ticks(step, self._timestep)
 
-    @property
-    def start(self) -> Vector:
-        """The state of the data, shape (n,)."""
-        return self._start.state()
-
     def play(self, edges: Iterable[Edge]) -> Played:
         """Raises RuntimeError if MuJoCo diverges, Cancelled once `cancel` is set."""
-        simulation, until, horizon = self._start.branch(), 0.0, self._problem.horizon
+        simulation, until, horizon = self.start.branch(), 0.0, self._problem.horizon
         first = self._exit(simulation)
         for edge in edges:
             until = min(until + edge.duration, math.inf if horizon is None else horizon)
@@ -274,9 +270,8 @@ class Player:
 
     def _exit(self, simulation: Simulation) -> Instant | None:
         """This instant, if it is one."""
-        if not self._outside(simulation) or not self._stays_outside(simulation.branch()):
-            return None
-        return _instant(simulation)
+        exits = self._outside(simulation) and self._stays_outside(simulation.branch())
+        return _instant(simulation) if exits else None
 
     def _outside(self, simulation: Simulation) -> bool:
         """Whether this is a look, and outside."""

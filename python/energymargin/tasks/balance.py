@@ -11,11 +11,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Scene, World
-from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.base import STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, QuestionTask
 
 # Unless another source is named, a number is the one of the authors' public implementation
@@ -82,13 +81,11 @@ class BalanceTask(QuestionTask):
         """Floor, square and support; the drive alone holds the support."""
         return self._scene
 
-    def start(
-        self, world: World, params: Params, random: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """A random start state: the square on the support, both all but at rest."""
         x = OBJECT_START[0] + random.uniform(-SUPPORT_X_SPREAD, SUPPORT_X_SPREAD)
         speeds = random.uniform(-SPEED_SPREAD, SPEED_SPREAD, (2, 2))
-        state: NDArray[np.float64] = self._scene.pack(
+        state: Vector = self._scene.pack(
             object={"velocity": (*speeds[0], 0.0)},
             effector={"position": (x, SUPPORT_Y + OVERLAP, 0.0), "velocity": (*speeds[1], 0.0)},
         )
@@ -101,7 +98,7 @@ class BalanceTask(QuestionTask):
         wrenches[:, 5] = random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps)
         return Drive({"effector": wrenches})
 
-    def afterwards(self, params: Params) -> dict[str, NDArray[np.float64]]:
+    def afterwards(self, params: Params) -> dict[str, Vector]:
         """The support is held against its weight and the object's."""
         return {"effector": np.array([0.0, HOLDING, 0.0, 0.0, 0.0, 0.0])}
 
@@ -109,7 +106,7 @@ class BalanceTask(QuestionTask):
         """Floor, square and support, which is held against its weight and the object's."""
         return scene(HOLDING)
 
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+    def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Forces act on the square."""
         return {
             "force": (FORCE_BOUND, FORCE_BOUND, 0.0),

@@ -22,6 +22,9 @@ from energymargin.trajectories import Trajectory
 Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""
 
+Vector = NDArray[np.float64]
+"""An array of numbers, such as a state, shape (n,)."""
+
 Regions = Region | dict[str, Region]
 """A set of states, or the set of each object by its name. With several objects there are two kinds
 of labels: whether all of them are captured, and whether at least one is."""
@@ -47,10 +50,7 @@ class Task(Protocol):
 
     @abstractmethod
     def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
+        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """How robust is the manipulation at this state, shape (n,)?
 
@@ -96,15 +96,13 @@ def set_of_object(sets: Regions, name: str | None) -> Region:
     return sets
 
 
-def all_inside(sets: Regions, scene: Scene, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+def all_inside(sets: Regions, scene: Scene, states: Vector) -> NDArray[np.bool_]:
     """Whether all objects are in their sets, of one state (n,) or of several (N, n)."""
     by_object = sets.values() if isinstance(sets, dict) else [sets]
     return np.asarray(np.all([r.contains(scene, states) for r in by_object], axis=0))
 
 
-def any_inside(
-    sets: Regions, scene: Scene, states: NDArray[np.float64]
-) -> NDArray[np.bool_] | None:
+def any_inside(sets: Regions, scene: Scene, states: Vector) -> NDArray[np.bool_] | None:
     """Whether at least one object is in its set; None if there is one set for all."""
     if not isinstance(sets, dict):
         return None

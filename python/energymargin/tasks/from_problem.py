@@ -7,11 +7,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from energymargin._core import Contact, Problem, Region, Scene
-from energymargin.tasks.base import Params, Regions
+from energymargin.tasks.base import Params, Regions, Vector
 from energymargin.trajectories import Trajectory
 
 DIGITS = 16  # of the digest
@@ -84,7 +81,7 @@ class ProblemTask:
         """The problem's; the same for all recordings."""
         return self._problem.scene
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+    def captured(self, state: Vector, params: Params) -> Regions:
         """The problem's capture set; the same for all states."""
         return self._problem.captured_by_object or self._problem.captured
 
@@ -94,10 +91,7 @@ class ProblemTask:
         return self._problem.captured if own is None else own
 
     def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
+        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """The question at a state, shape (n,)."""
         changed: Problem = self._problem.replace(state=state, contacts=contacts, start_outside=True)

@@ -10,12 +10,11 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Scene, World
 from energymargin.scenes import data_file, from_urdf
-from energymargin.tasks.base import Params
+from energymargin.tasks.base import Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask
 
 # Numbers of the authors' public implementation (EnergyMarginDynCage, 2024) are named so; what the
@@ -124,9 +123,7 @@ class GraspTask(FrictionTask):
         """The friction, if the task leaves it open, and how far the fingers clench."""
         return {**super().draw(random), "clench": random.uniform(*CLENCH_RANGE)}
 
-    def start(
-        self, world: World, params: Params, random: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """The box on the table, about under the middle of the open hand."""
         x, y = random.uniform(-OBJECT_SPREAD, OBJECT_SPREAD, 2)
         return world.scene.pack(
@@ -148,7 +145,7 @@ class GraspTask(FrictionTask):
         table[sinking, 2] = -TABLE_MASS * LIFT_SPEED / (sinking.sum() * self.step)
         return Drive({"table": table}, targets)
 
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+    def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on the box.
 
         The fingers' control keeps aiming at the clench, that of `params` or CLENCHED, and the table

@@ -10,12 +10,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Scene, World
 from energymargin.checks import yes_or_no
-from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.base import STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask, swept_from
 
 # Unless another source is named, a number is the one of the authors' public implementation
@@ -92,13 +91,11 @@ class PushTask(FrictionTask):
         """Table, wall, box and pusher, all of the friction in `params`."""
         return scene(params["friction"])
 
-    def start(
-        self, world: World, params: Params, random: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """A random start state, drawn again while box and pusher overlap."""
         x, y = OBJECT_START
         while True:
-            state: NDArray[np.float64] = self.layout.pack(
+            state: Vector = self.layout.pack(
                 object={"yaw": random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)},
                 effector={
                     "position": (
@@ -120,7 +117,7 @@ class PushTask(FrictionTask):
         wrenches[:, 1] = ahead * params["friction"] / FRICTION_MIDDLE
         return Drive({"effector": wrenches})
 
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+    def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on the box; one that has left the workspace has no bounds left to keep."""
         scale = params["friction"] / FRICTION_MIDDLE
         workspace = _between("x", *WORKSPACE) & _between("y", *WORKSPACE)
@@ -132,7 +129,7 @@ class PushTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
+    def captured(self, state: Vector, params: Params) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
 
         The box lies in what the pusher was about to sweep at z (the paper's set) and, if the task

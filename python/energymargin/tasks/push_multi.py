@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Inertial, Scene, World
-from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.base import STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask, places_apart, swept_from
 
 # All numbers are ours.
@@ -113,9 +112,7 @@ class PushMultiTask(FrictionTask):
             "turn": TURN_SPREAD * random.uniform(-1.0, 1.0) ** 3,
         }
 
-    def start(
-        self, world: World, params: Params, random: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """Discs at random places in front of the bar, at rest; the bar moves."""
         places = places_apart(random, DISC_AREA, len(DISCS), 2 * DISC_RADIUS + DISC_GAP)
         moved: dict[str, dict[str, Any]] = {
@@ -138,7 +135,7 @@ class PushMultiTask(FrictionTask):
         wrenches[:, 1] += params["push"] * load
         return Drive({"bar": wrenches})
 
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+    def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on each disc."""
         scale = (params["friction"] / FRICTION_MIDDLE) ** 2
         return {
@@ -148,7 +145,7 @@ class PushMultiTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> dict[str, regions.Region]:
+    def captured(self, state: Vector, params: Params) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each disc.
 
         The disc lies in what the bar was about to sweep at z, and still does from where the bar has

@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Compound, Part, Scene, World
-from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.base import STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask, places_apart
 
 # All numbers are ours.
@@ -116,9 +115,7 @@ class ScoopTask(FrictionTask):
             "bend": random.uniform(*BEND_RANGE),
         }
 
-    def start(
-        self, world: World, params: Params, random: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """Boxes at random places in front of the scoop, at rest; the scoop moves."""
         places = places_apart(random, BOX_AREA, len(BOXES), BOX_GAP)
         moved: dict[str, dict[str, Any]] = {
@@ -139,7 +136,7 @@ class ScoopTask(FrictionTask):
         wrenches[:, :3] = SCOOP_MASS * accelerations
         return Drive({"scoop": wrenches})
 
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+    def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on each box."""
         return {
             "force": (FORCE_BOUND,) * 3,
@@ -148,7 +145,7 @@ class ScoopTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> dict[str, regions.Region]:
+    def captured(self, state: Vector, params: Params) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each box; it moves with the scoop."""
         speed = float(self.layout.unpack(state)["scoop"]["velocity"][0])
         ahead = CAPTURE_AHEAD * max(speed, 0.0)

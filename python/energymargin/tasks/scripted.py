@@ -31,6 +31,7 @@ from energymargin.tasks.base import (
     Params,
     Regions,
     Task,
+    Vector,
     all_inside,
     any_inside,
     constructor_keywords,
@@ -50,9 +51,9 @@ class Drive:
 
     __repr__ = short_repr
 
-    wrenches: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    wrenches: dict[str, Vector] = field(default_factory=dict)
     """By body: force [N] and torque [N m] on it, shape (steps, 6)."""
-    targets: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    targets: dict[str, Vector] = field(default_factory=dict)
     """By joint: the position that its control aims at [rad, m], shape (steps,)."""
 
     def between(self, first: int, last: int) -> Drive:
@@ -95,9 +96,7 @@ class ScriptedTask(Task):
         """What is drawn for one trajectory, such as the friction; by default nothing."""
         return {}
 
-    def start(
-        self, world: World, params: Params, random: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """A random start state, shape (n,); by default that of the scene."""
         return np.asarray(world.scene.pack())
 
@@ -116,12 +115,12 @@ class ScriptedTask(Task):
             "without one its plan can be 'hold' or none"
         )
 
-    def afterwards(self, params: Params) -> dict[str, NDArray[np.float64]]:
+    def afterwards(self, params: Params) -> dict[str, Vector]:
         """By body, the wrench (6,) [N, N m] once the script is over; by default none."""
         return {}
 
     @abstractmethod
-    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+    def captured(self, state: Vector, params: Params) -> Regions:
         """Z_cap(z) of a state, shape (n,); with several objects, that of each by its name."""
 
     def captured_throughout(self, params: Params) -> Regions:
@@ -135,7 +134,7 @@ class ScriptedTask(Task):
         start = np.asarray(layout.pack())
 
         def throughout(name: str | None) -> Region:
-            def contains(states: NDArray[np.float64]) -> NDArray[np.bool_]:
+            def contains(states: Vector) -> NDArray[np.bool_]:
                 sets = [set_of_object(self.captured(state, params), name) for state in states]
                 inside = [one.contains(layout, z) for one, z in zip(sets, states, strict=True)]
                 return np.array(inside, dtype=bool)
@@ -151,7 +150,7 @@ class ScriptedTask(Task):
 
     def plan(
         self,
-        state: NDArray[np.float64],
+        state: Vector,
         time: float,
         params: Params,
         horizon: float | None = None,
@@ -192,7 +191,7 @@ class ScriptedTask(Task):
 
     def future(
         self,
-        state: NDArray[np.float64],
+        state: Vector,
         time: float,
         params: Params,
         horizon: float,
@@ -264,7 +263,7 @@ class ScriptedTask(Task):
 
     def resume(
         self,
-        state: NDArray[np.float64],
+        state: Vector,
         time: float,
         params: Params,
         seed: int,
@@ -273,7 +272,7 @@ class ScriptedTask(Task):
         world: World | None = None,
         timeout: float | None = None,
         cancel: Cancel | None = None,
-    ) -> NDArray[np.float64]:
+    ) -> Vector:
         """The script goes on from a state at a time, with noise of its own.
 
         Args:
@@ -307,7 +306,7 @@ class ScriptedTask(Task):
         ).states
 
     def labels(
-        self, states: NDArray[np.float64], params: Params, *, scene: Scene | None = None
+        self, states: Vector, params: Params, *, scene: Scene | None = None
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Whether each state, shape (N, n), lies in its own capture set and in the success set.
 
@@ -319,7 +318,7 @@ class ScriptedTask(Task):
         return np.array(captured, dtype=bool), all_inside(self.succeeded(params), layout, states)
 
     def labels_any(
-        self, states: NDArray[np.float64], params: Params, *, scene: Scene | None = None
+        self, states: Vector, params: Params, *, scene: Scene | None = None
     ) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None]:
         """Whether at least one object lies in its capture set, and in its success set.
 
@@ -336,7 +335,7 @@ class ScriptedTask(Task):
 class Means:
     """Draws the means: what a random generator does on average."""
 
-    def uniform(self, low: float, high: float, size: Any = ()) -> NDArray[np.float64]:
+    def uniform(self, low: float, high: float, size: Any = ()) -> Vector:
         """The mean of `Generator.uniform`, of shape `size`."""
         return np.full(size, (low + high) / 2)
 
@@ -362,7 +361,7 @@ class QuestionTask(ScriptedTask):
         return self.drive(params, means)
 
     @abstractmethod
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+    def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Keywords of a Problem: the disturbance, and what else the task asks at a state, (n,)."""
 
     def asked_scene(self, params: Params) -> Scene:
@@ -374,10 +373,7 @@ class QuestionTask(ScriptedTask):
         return {**self.usual, **params}
 
     def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
+        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,), of a trajectory of these params."""
         known = self.known(params or {})
@@ -395,7 +391,7 @@ class QuestionTask(ScriptedTask):
             **self.question(state, known),
         )
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+    def captured(self, state: Vector, params: Params) -> Regions:
         """Z_cap(z) of a state, shape (n,); by default that of every instant."""
         return self.captured_throughout(params)
 
@@ -442,9 +438,9 @@ def drawn(name: str, params: Params | None, own: float | None) -> float:
 
 def places_apart(
     random: np.random.Generator, area: ArrayLike, count: int, gap: float
-) -> list[NDArray[np.float64]]:
+) -> list[Vector]:
     """Random places (2,) more than `gap` [m] apart; `area`: (low, high) of x and of y [m]."""
-    places: list[NDArray[np.float64]] = []
+    places: list[Vector] = []
     while len(places) < count:
         place = random.uniform(*np.transpose(area))
         if all(np.hypot(*(place - other)) > gap for other in places):
@@ -452,7 +448,7 @@ def places_apart(
     return places
 
 
-def swept_from(scene: Scene, state: NDArray[np.float64], body: str) -> dict[str, Any]:
+def swept_from(scene: Scene, state: Vector, body: str) -> dict[str, Any]:
     """The planar motion of a body in a state, shape (n,), as `regions.Swept` takes it."""
     now = scene.unpack(state)[body]
     return {
@@ -464,7 +460,7 @@ def swept_from(scene: Scene, state: NDArray[np.float64], body: str) -> dict[str,
 
 def _simulate(
     world: World,
-    state: NDArray[np.float64],
+    state: Vector,
     drive: Drive,
     record: NDArray[np.int64],
     limit: Limit,

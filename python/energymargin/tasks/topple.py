@@ -11,11 +11,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, ForceWeights, Scene, Sphere
-from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.base import STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask
 
 # Unless another source is named, a number is the one of the authors' public implementation
@@ -118,7 +117,7 @@ class ToppleTask(FrictionTask):
         wrenches[:pushes, 0] = random.uniform(*PUSH_RANGE, pushes)
         return Drive({"base": wrenches})
 
-    def question(self, state: NDArray[np.float64], params: Params) -> dict[str, Any]:
+    def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on the box."""
         return {
             "force": (FORCE_BOUND, 0.0, 0.0),
