@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Scene
-from energymargin.mujoco.state import Servo, servos
+from energymargin.mujoco.state import servos
 from energymargin.mujoco.states import States
 from energymargin.scenes.mjcf_model import engine
 
@@ -48,12 +48,15 @@ class Simulation:
 
     def advance(self, steps: int) -> None:
         """Some steps. Raises RuntimeError if MuJoCo diverges."""
-        left = steps
-        while left > 0:
-            some = min(left, self._robot.held(self.steps)) if self._robot else left
-            self._load()
+        end = self.steps + steps
+        while self.steps < end:
+            some = end - self.steps
+            self.data.xfrc_applied[:] = self._applied
+            if self._robot:
+                some = min(some, self._robot.held(self.steps))
+                self._robot.act(self.data, self.steps)
+            self.data.xfrc_applied[self.objects] += self._wrenches
             self._step(some)
-            left -= some
 
     def state(self) -> Vector:
         """State of the scene, shape (n,)."""
@@ -68,13 +71,6 @@ class Simulation:
         other = copy(self)
         other.data = copy(self.data)
         return other
-
-    def _load(self) -> None:
-        """Sets what acts in the next steps."""
-        self.data.xfrc_applied[:] = self._applied
-        if self._robot:
-            self._robot.act(self.data, self.steps)
-        self.data.xfrc_applied[self.objects] += self._wrenches
 
     def _step(self, steps: int) -> None:
         before = self.data.time
@@ -123,7 +119,13 @@ class Robot:
         self._mujoco, self._plan, self._model, self._states = engine(), plan, model, states
         self._wrenches = [(states.body_id(b), rows) for b, rows in plan.wrenches.items()]
         found = servos(states.names, model)
-        self._targets = [(_servo(found, joint), rows) for joint, rows in plan.targets.items()]
+        lacking = [joint for joint in plan.targets if joint not in found]
+        if lacking:
+            raise ValueError(
+                f"plan has targets of joint {lacking[0]!r}, expected joints that the model has and "
+                f"that one position actuator drives: {', '.join(found) or 'it has none'}"
+            )
+        self._targets = [(found[joint], rows) for joint, rows in plan.targets.items()]
         self._rows = Ticks(plan.step, float(model.opt.timestep))
         self._motors = [
             (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
@@ -172,15 +174,6 @@ class Robot:
             reaches = np.linalg.norm(model.geom_pos[geoms], axis=1) + model.geom_rbound[geoms]
             torque = force * reaches.max(initial=0.0)
         return np.repeat([force, torque], 3)
-
-
-def _servo(found: dict[str, Servo], joint: str) -> Servo:
-    if joint not in found:
-        raise ValueError(
-            f"plan has targets of joint {joint!r}, expected joints that the model has and that one "
-            f"position actuator drives: {', '.join(found) or 'it has none'}"
-        )
-    return found[joint]
 
 
 class Ticks:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -107,7 +108,8 @@ class Servo:
     drive: Drive
     activation: int
     """Place of a filter's state in `act`; -1 without one."""
-    range: tuple[float, float] | None
+    low: float
+    high: float
     """To which MuJoCo clips the control."""
 
     def control(self, target: float) -> float:
@@ -123,11 +125,11 @@ class Servo:
     def write(self, data: Any) -> None:
         """Sets the control in a `mujoco.MjData` to that of the scene's target."""
         control = self.control(self.joint.target)
-        if self.range is not None and not self.range[0] <= control <= self.range[1]:
+        if not self.low <= control <= self.high:
             about = f"joint {self.joint.name!r}: control"
-            low, high = self.range
             text = f"{about} {control:.6g} would ask for its target, and MuJoCo clips it to "
-            warn([(about, text + f"[{low:.6g}, {high:.6g}].")], repr((control, self.range)))
+            text += f"[{self.low:.6g}, {self.high:.6g}]."
+            warn([(about, text)], repr((control, (self.low, self.high))))
         data.ctrl[self.address] = control
         if self.activation >= 0:
             data.act[self.activation] = control
@@ -138,28 +140,20 @@ def servos(names: Names, model: Any) -> dict[str, Servo]:
     features = Features(())
     selection = Selection(model, None, "fixed", start_of(model, None, None), features)
     found = drives(selection, couplings(selection, features), (), features)
-    result = {}
+    clamps, result = not disabled(model, "CLAMPCTRL"), {}
     for joint, number in names.moving:
         drive = found.get(number, Drive())
         alike = (drive.stiffness > 0) == (joint.stiffness > 0)
-        if len(drive.controls) == 1 and alike and not joint.held:
-            result[joint.name] = _servo(joint, drive, selection)
+        if len(drive.controls) != 1 or not alike or joint.held:
+            continue
+        ((actuator, slope),) = drive.controls.items()
+        address = control_address(model, actuator)
+        rest = drive.force - slope * float(selection.start.control[address])
+        filtered = word("mjtDyn", model.actuator_dyntype[actuator]) in FILTERS
+        activation = int(model.actuator_actadr[actuator]) if filtered else -1
+        limited = clamps and model.actuator_ctrllimited[actuator]
+        limits = map(
+            float, model.actuator_ctrlrange[actuator] if limited else (-math.inf, math.inf)
+        )
+        result[joint.name] = Servo(joint, address, slope, rest, drive, activation, *limits)
     return result
-
-
-def _servo(joint: Joint, drive: Drive, selection: Selection) -> Servo:
-    model = selection.model
-    ((actuator, slope),) = drive.controls.items()
-    address = control_address(model, actuator)
-    limited = model.actuator_ctrllimited[actuator] and not disabled(model, "CLAMPCTRL")
-    low, high = map(float, model.actuator_ctrlrange[actuator])
-    filtered = word("mjtDyn", model.actuator_dyntype[actuator]) in FILTERS
-    return Servo(
-        joint,
-        address,
-        slope,
-        drive.force - slope * float(selection.start.control[address]),
-        drive,
-        int(model.actuator_actadr[actuator]) if filtered else -1,
-        (low, high) if limited else None,
-    )

@@ -110,9 +110,7 @@ def _equations(selection: Selection, features: Features) -> list[_Equation]:
     if disabled(model, "EQUALITY"):
         return []
     equations: list[_Equation] = []
-    for i in range(model.neq):
-        if not model.eq_active0[i]:
-            continue
+    for i in np.flatnonzero(model.eq_active0).tolist():
         kind = word("mjtEq", model.eq_type[i])
         ends = [int(end) for end in (model.eq_obj1id[i], model.eq_obj2id[i]) if end >= 0]
         if kind in ("joint", "tendon"):
@@ -140,9 +138,8 @@ def _equation(
         return None
     data = model.eq_data[equality]
     if None in sides or not joints <= own or (len(sides) > 1 and np.any(data[2:5] != 0)):
-        features.add(
-            feature, loose=[name_of(model, "joint", joint) for joint in sorted(joints & own)]
-        )
+        names = [name_of(model, "joint", joint) for joint in sorted(joints & own)]
+        features.add(feature, loose=names)
         return None
     total = Linear({}, -float(data[0]))
     for side, factor in zip(sides, (1.0, -float(data[1])), strict=False):

@@ -170,12 +170,16 @@ def _prefix(name: str) -> str:
 
 def _nothing(element: ET.Element, name: str) -> bool:
     neutral = NOTHING.get((element.tag, name))
-    if neutral is None:
-        return False
+    values = _floats(element.attrib[name])
+    return None not in (neutral, values) and all(value == neutral for value in values or ())
+
+
+def _floats(text: str) -> list[float] | None:
+    """The numbers of an attribute; None if one of its words is no number."""
     try:
-        return all(float(word) == neutral for word in element.attrib[name].split())
+        return [float(word) for word in text.split()]
     except ValueError:
-        return False
+        return None
 
 
 def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
@@ -215,10 +219,7 @@ def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:
 
 def _check_numbers(tag: str, name: str, text: str, where: str) -> None:
     counts = NUMBERS.get(name, (1,))
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
+    values = _floats(text) or []
     if len(values) not in counts or not all(map(math.isfinite, values)):
         expected = " or ".join({1: "one finite number", 3: "three"}[n] for n in counts)
         raise ValueError(f"{where}: <{tag} {name}={text!r}>, expected {expected}")
