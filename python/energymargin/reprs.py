@@ -19,16 +19,13 @@ def short_repr(self: Any) -> str:
 def compiled_repr(self: Any) -> str:
     """The `__repr__` of a compiled class, of its properties: a vector as numbers, all else as
     above."""
-    members = vars(type(self)).items()
-    names = [name for name, member in members if isinstance(member, property)]
-    return _listed(self, {name: _numbers(getattr(self, name)) for name in names})
-
-
-def _numbers(value: object) -> object:
-    """A vector, such as a position, to six digits."""
-    if isinstance(value, np.ndarray) and value.ndim == 1 and value.size <= MOST:
-        return tuple(float(f"{number:.6g}") for number in value)
-    return value
+    values = {}
+    for name, member in vars(type(self)).items():
+        if isinstance(member, property):
+            values[name] = value = getattr(self, name)
+            if isinstance(value, np.ndarray) and value.ndim == 1 and value.size <= MOST:
+                values[name] = tuple(float(f"{number:.6g}") for number in value)
+    return _listed(self, values)
 
 
 def _listed(thing: object, values: Mapping[str, object]) -> str:

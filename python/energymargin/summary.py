@@ -16,6 +16,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import energymargin._core as compiled
+from energymargin.checks import shown
 from energymargin.table_text import markdown_table
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ def html_or_text(self: Any) -> str:
     try:
         return summary(self).to_html()
     except Exception as error:  # a damaged thing is shown as far as it can be
-        return f"<pre>{escape(_plain(self))}\ncannot be shown: {escape(_plain(error))}</pre>"
+        return f"<pre>{escape(shown(self))}\ncannot be shown: {escape(repr(error))}</pre>"
 
 
 def attach() -> None:
@@ -157,13 +158,6 @@ def _text(self: Any) -> str:
     """Name(property=value, ...)"""
     text: str = import_module("energymargin.reprs").compiled_repr(self)
     return text
-
-
-def _plain(thing: object) -> str:
-    try:
-        return repr(thing)
-    except Exception:
-        return f"<{type(thing).__name__}>"
 
 
 def _html_row(cells: Sequence[object], tag: str) -> str:

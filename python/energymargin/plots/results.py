@@ -201,31 +201,23 @@ def plot_future(
     ax = plot_state(
         problem, ax=axes_or_new(ax, *FUTURE_SIZE), plane=plane, limits=limits, legend=False
     )
-    _draw_future(ax, problem, future, plane)
-    ax.set_title(_future_title(future), fontsize=10)
+    lines = _draw_future(ax, problem, future, plane)
+    title = f"undisturbed it stays captured for {future.times[-1]:.3g} s"
+    if future.exit is not None:
+        title = f"undisturbed it leaves at {future.exit:.3g} s"
+    ax.set_title(title, fontsize=10)
     if legend:
-        handles = [*state_legend(problem, tree=False), *_future_lines(future)]
-        draw_legend(ax, "below", handles)
+        draw_legend(ax, "below", [*state_legend(problem, tree=False), *lines])
     return ax
 
 
-def _draw_future(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -> None:
+def _draw_future(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -> list[Line2D]:
     draw_ghost(ax, problem.scene, future.states[-1], plane)
-    leaves = future.exit_moment
-    left = leaving_objects(problem, future)
+    leaves, left = future.exit_moment, leaving_objects(problem, future)
+    lines = []
     for number, center in enumerate(object_centers(problem.scene, plane)):
-        ax.add_line(Line2D(*future.states[:, center].T, **FUTURE_PATH, gid="undisturbed"))
-        if leaves is not None and left[number]:
-            x, y = future.states[leaves, center]
-            ax.add_line(Line2D([x], [y], **EXIT_MARK, gid="exit"))
-
-
-def _future_title(future: Undisturbed) -> str:
-    if future.exit is None:
-        return f"undisturbed it stays captured for {future.times[-1]:.3g} s"
-    return f"undisturbed it leaves at {future.exit:.3g} s"
-
-
-def _future_lines(future: Undisturbed) -> list[Line2D]:
-    exits = [] if future.exit is None else [Line2D([], [], **EXIT_MARK, label="where it leaves")]
-    return [Line2D([], [], **FUTURE_PATH, label="undisturbed path"), *exits]
+        path = future.states[:, center]
+        lines += ax.plot(*path.T, label="undisturbed path", gid="undisturbed", **FUTURE_PATH)
+        if left[number]:
+            lines += ax.plot(*path[leaves], label="where it leaves", gid="exit", **EXIT_MARK)
+    return lines

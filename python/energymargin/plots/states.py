@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene, Tree
+from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
 from energymargin.checks import positive_number, whole_number, yes_or_no
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
@@ -152,23 +152,19 @@ def _checked(
         raise ValueError(f"result is {result!r}, expected a CaptureScore or an EscapeEffort")
     if not (escape is None or isinstance(escape, EscapeEffort)):
         raise ValueError(f"escape is {escape!r}, expected an EscapeEffort")
+    expected = problem.scene.dimension
     for name, one in (("result", result), ("escape", escape)):
-        if one is not None:
-            _check_start(name, one.tree, problem)
+        states = problem.state[np.newaxis] if one is None else one.tree.states
+        if states.shape[1] != expected:
+            raise ValueError(
+                f"{name} is of another problem: its states have {states.shape[1]} numbers, "
+                f"expected {expected} as in the problem's scene"
+            )
+        if not np.allclose(states[0], problem.state, rtol=0.0, atol=SAME):
+            raise ValueError(
+                f"{name} is of another problem: its tree does not start at the problem's state"
+            )
     return result if result is not None else escape, escape if escape is not None else result
-
-
-def _check_start(name: str, tree: Tree, problem: Problem) -> None:
-    width, expected = tree.states.shape[1], problem.scene.dimension
-    if width != expected:
-        raise ValueError(
-            f"{name} is of another problem: its states have {width} numbers, "
-            f"expected {expected} as in the problem's scene"
-        )
-    if not np.allclose(tree.states[0], problem.state, rtol=0.0, atol=SAME):
-        raise ValueError(
-            f"{name} is of another problem: its tree does not start at the problem's state"
-        )
 
 
 def _known(plane: Plan) -> Plan:
