@@ -24,7 +24,6 @@ from energymargin.plots.styles import (
     curve_axes,
     curve_style,
     draw_legend,
-    joules,
     nodes_in_words,
 )
 
@@ -65,7 +64,7 @@ def plot_effort(
         for number, (name, result) in enumerate(searches.items()):
             _draw_effort(axes, name, result, curve_style(number))
         if known is not None:
-            axes.axhline(known, linestyle=":", color=CHANCE_COLOR, label=f"known: {joules(known)}")
+            axes.axhline(known, linestyle=":", color=CHANCE_COLOR, label=f"known: {known:.3g} J")
         if all(math.isinf(result.effort) for result in searches.values()):
             axes.text(0.5, 0.5, "no escape found", ha="center", transform=axes.transAxes)
             if known is None:
@@ -86,7 +85,7 @@ def _draw_effort(ax: Axes, name: str, result: EscapeEffort, style: LineStyle) ->
     nodes, efforts = np.array(result.history, dtype=float).T
     nodes = np.maximum(nodes, 1.0)  # what is known before the first node is drawn at it
     x, y = np.append(nodes, max(result.nodes, nodes[-1])), np.append(efforts, efforts[-1])
-    label = f"{name}: {joules(result.effort)}{stopped}"
+    label = f"{name}: {result.effort:.3g} J{stopped}"
     ax.step(x, y, where="post", label=label, **style.look(markevery=range(len(nodes))))
 
 

@@ -6,7 +6,6 @@ the rest. No two things differ in colour alone.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from textwrap import wrap
@@ -209,11 +208,6 @@ def draw_bounded(
 def light_grid(ax: Axes) -> None:
     """Lines that help to read values."""
     ax.grid(alpha=0.25, linewidth=0.5)
-
-
-def joules(energy: float) -> str:
-    """An energy in words, such as "0.0123 J"."""
-    return f"{energy:.3g} J" if math.isfinite(energy) else "infinite"
 
 
 def nodes_in_words(nodes: int) -> str:

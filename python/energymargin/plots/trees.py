@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
 from energymargin.outlines import Limits, Plan, object_centers
 from energymargin.plots.scenes import draw_lost, lost_objects, sets_of
-from energymargin.plots.styles import COSTS, LOST_COLOR, joules, nodes_in_words
+from energymargin.plots.styles import COSTS, LOST_COLOR, nodes_in_words
 
 LEAST = 1e-9  # J, at the end of a colour bar
 ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the object is lost
@@ -106,7 +106,7 @@ def escape_in_words(of: Result, escape: Escape | None = None) -> str:
     if escape is not None and len(escape.states) == 1:
         return "the start is outside of the capture set"
     kind = "effort of escape" if isinstance(of, EscapeEffort) else "cheapest escape of the tree"
-    return f"{kind} {joules(effort)}" + (", by itself" if effort == 0.0 else "")
+    return f"{kind} {effort:.3g} J" + (", by itself" if effort == 0.0 else "")
 
 
 def draw_escape(ax: Axes, problem: Problem, escape: Escape, plane: Plan) -> None:
