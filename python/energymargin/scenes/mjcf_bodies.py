@@ -29,7 +29,7 @@ NEGLIGIBLE = 1e-9  # share of a body's mass that a link without mass gets: a lin
 GYRATION = 0.01  # m; radius of gyration of such a link
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Builder:
     """Keywords of `Scene.add_body` and `Scene.add_joint`."""
 
