@@ -35,10 +35,10 @@ def moved_apart(
     moved = np.array(state, dtype=float)
     deepest = 0.0
     for _ in range(ROUNDS):
-        found = _deepest(world, moved, bodies, free)
-        if found is None:
+        ways = [way for each in world.contacts(moved) if (way := _way_out(each, bodies, free))]
+        if not ways:
             return moved
-        body, shift = found
+        body, shift = max(ways, key=lambda way: float(np.linalg.norm(way[1])))
         depth = float(np.linalg.norm(shift))
         deepest = max(deepest, depth)
         if depth <= TOUCHING * deepest:
@@ -47,14 +47,6 @@ def moved_apart(
     raise ValueError(
         f"state is one in which {body!r} overlaps others by {depth:.3g} m, wherever it is moved to"
     )
-
-
-def _deepest(
-    world: World, state: NDArray[np.float64], bodies: Sequence[str], free: NDArray[np.float64]
-) -> tuple[str, NDArray[np.float64]] | None:
-    """The body that has to move farthest, and its way out (3,) [m]; None if nothing overlaps."""
-    ways = [way for contact in world.contacts(state) if (way := _way_out(contact, bodies, free))]
-    return max(ways, key=lambda way: float(np.linalg.norm(way[1])), default=None)
 
 
 def _way_out(

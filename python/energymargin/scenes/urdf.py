@@ -223,19 +223,14 @@ def _disabled_pairs(
     """
     jointed = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
     never = {frozenset(pair): pair for pair in disabled}
-    groups = _lumps(robot) if self_collision else [list(robot.links)]
-    for group in groups:
+    up = {j.child: j.parent for j in robot.joints.values() if j.type == "fixed"}
+    groups: dict[str, list[str]] = {}
+    for name in robot.links:
+        base = additions.base_of(name, up) if self_collision else ""
+        groups.setdefault(base, []).append(name)
+    for group in groups.values():
         never.update((frozenset(pair), pair) for pair in combinations(group, 2))
     return [(prefix + a, prefix + b) for links, (a, b) in never.items() if links not in jointed]
-
-
-def _lumps(robot: Robot) -> list[list[str]]:
-    """The links in groups that fixed joints hold together."""
-    up = {j.child: j.parent for j in robot.joints.values() if j.type == "fixed"}
-    lumps: dict[str, list[str]] = {}
-    for name in robot.links:
-        lumps.setdefault(additions.base_of(name, up), []).append(name)
-    return list(lumps.values())
 
 
 def joint_keywords(
