@@ -32,11 +32,11 @@ def state_of(tilt=0.0, along=0.0, above=0.3, support_y=4.5, turning=0.0):
 
 
 def captured(state):
-    return BalanceTask().captured(state, {}).contains(scene(), state)
+    return BalanceTask().captured(state).contains(scene(), state)
 
 
 def succeeded(state):
-    return BalanceTask().succeeded({}).contains(scene(), state)
+    return BalanceTask().succeeded().contains(scene(), state)
 
 
 def later(state, seconds):

@@ -21,7 +21,7 @@ def state_of(velocity=(0, 0, 0), yaw_rate=0.0, object_at=(1.0, 0.4)):
 
 def captured(at, velocity, yaw_rate=0.0):
     state = state_of(velocity, yaw_rate, at)
-    return PushTask().captured(state, {}).contains(scene(0.3), state)
+    return PushTask().captured(state).contains(scene(0.3), state)
 
 
 def test_a_seed_gives_the_same_trajectory_and_another_seed_another():
@@ -110,7 +110,7 @@ def test_a_slow_pusher_captures_in_a_disc():
 
 
 def test_a_box_that_the_pusher_has_passed_by_is_lost_though_it_lies_in_what_was_to_be_swept():
-    region = PushTask().captured(state_of(velocity=(0, 1, 0)), {})
+    region = PushTask().captured(state_of(velocity=(0, 1, 0)))
     layout = scene(0.3)
 
     def later(pusher_y):

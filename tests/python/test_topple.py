@@ -29,13 +29,11 @@ def state_of(pitch=0.0, velocity=(0, 0, 0), pitch_rate=0.0):
 
 
 def captured(state):
-    return (
-        ToppleTask().captured(state, {}).contains(ToppleTask().scene({"friction": STICKS}), state)
-    )
+    return ToppleTask().captured(state).contains(ToppleTask().scene({"friction": STICKS}), state)
 
 
 def succeeded(state):
-    return ToppleTask().succeeded({}).contains(ToppleTask().scene({"friction": STICKS}), state)
+    return ToppleTask().succeeded().contains(ToppleTask().scene({"friction": STICKS}), state)
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Scene, World
-from energymargin.tasks.base import STEP, Params, Vector
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, QuestionTask
 
 # Unless another source is named, a number is the one of the authors' public implementation
@@ -124,7 +124,7 @@ class BalanceTask(QuestionTask):
             frame="effector",
         )
 
-    def succeeded(self, params: Params) -> regions.Region:
+    def succeeded(self, params: Params = NONE_DRAWN) -> regions.Region:
         """Z_suc: the square is on the support, above the goal height."""
         return self.captured_throughout(params) & regions.HalfSpace(
             "object", (0.0, -1.0, 0.0), -GOAL_Y

@@ -11,6 +11,7 @@ from __future__ import annotations
 import inspect
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,6 +22,7 @@ from energymargin.trajectories import Trajectory
 
 Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""
+NONE_DRAWN: Params = MappingProxyType({})
 
 Vector = NDArray[np.float64]
 """An array of numbers, such as a state, shape (n,)."""

@@ -14,7 +14,7 @@ import numpy as np
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Scene, World
 from energymargin.checks import yes_or_no
-from energymargin.tasks.base import STEP, Params, Vector
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask, swept_from
 
 # Unless another source is named, a number is the one of the authors' public implementation
@@ -129,7 +129,7 @@ class PushTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: Vector, params: Params) -> regions.Region:
+    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
 
         The box lies in what the pusher was about to sweep at z (the paper's set) and, if the task
@@ -143,7 +143,7 @@ class PushTask(FrictionTask):
         """Z_cap of every instant: the box lies in what the pusher is about to sweep."""
         return _swept()
 
-    def succeeded(self, params: Params) -> regions.Region:
+    def succeeded(self, params: Params = NONE_DRAWN) -> regions.Region:
         """Z_suc: the box lies with its long side at the wall."""
         return _between("y", SUCCESS_Y - SUCCESS_HALF_WIDTH, SUCCESS_Y + SUCCESS_HALF_WIDTH)
 

@@ -26,6 +26,7 @@ from energymargin.checks import one_of, positive_number, whole_number
 from energymargin.limits import Limit
 from energymargin.reprs import short_repr
 from energymargin.tasks.base import (
+    NONE_DRAWN,
     PLANE,
     STEP,
     Params,
@@ -391,7 +392,7 @@ class QuestionTask(ScriptedTask):
             **self.question(state, known),
         )
 
-    def captured(self, state: Vector, params: Params) -> Regions:
+    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> Regions:
         """Z_cap(z) of a state, shape (n,); by default that of every instant."""
         return self.captured_throughout(params)
 

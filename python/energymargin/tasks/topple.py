@@ -14,7 +14,7 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, ForceWeights, Scene, Sphere
-from energymargin.tasks.base import STEP, Params, Vector
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask
 
 # Unless another source is named, a number is the one of the authors' public implementation
@@ -131,6 +131,6 @@ class ToppleTask(FrictionTask):
         """Z_cap of every instant: the edge about which the box turns is all but at rest."""
         return regions.Speed("object", PIVOT_SPEED, point=PIVOT)
 
-    def succeeded(self, params: Params) -> regions.Region:
+    def succeeded(self, params: Params = NONE_DRAWN) -> regions.Region:
         """Z_suc: the box has turned by 90 deg."""
         return regions.Tilt("object", (0.0, 0.0, 1.0), TOPPLED_AXIS, TOPPLED_SPREAD)
