@@ -14,7 +14,7 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Inertial, Scene, World
-from energymargin.tasks.base import STEP, Params, Vector
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask, places_apart, swept_from
 
 # All numbers are ours.
@@ -145,7 +145,7 @@ class PushMultiTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: Vector, params: Params) -> dict[str, regions.Region]:
+    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each disc.
 
         The disc lies in what the bar was about to sweep at z, and still does from where the bar has

@@ -14,7 +14,7 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Compound, Part, Scene, World
-from energymargin.tasks.base import STEP, Params, Vector
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask, places_apart
 
 # All numbers are ours.
@@ -145,7 +145,7 @@ class ScoopTask(FrictionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: Vector, params: Params) -> dict[str, regions.Region]:
+    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each box; it moves with the scoop."""
         speed = float(self.layout.unpack(state)["scoop"]["velocity"][0])
         ahead = CAPTURE_AHEAD * max(speed, 0.0)

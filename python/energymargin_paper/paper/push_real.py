@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Inertial, Scene, World
 from energymargin.checks import one_of
-from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params
 from energymargin.tasks.scripted import Drive, QuestionTask, swept_from
 from energymargin_paper.paper.printed import OBJECTS, TOOLS, Printed, printed
 
@@ -132,7 +132,7 @@ class PushRealTask(QuestionTask):
             "rate": RATE,
         }
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
+    def captured(self, state: NDArray[np.float64], params: Params = NONE_DRAWN) -> regions.Region:
         """Z_cap(z) of a state, shape (26,), as that of PushTask: the object lies in what the
         effector was about to sweep at z, and still does from where it has come to."""
         return self._swept(swept_from(self._scene, state, "effector")) & self._swept(None)
