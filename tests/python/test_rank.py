@@ -11,7 +11,8 @@ from sliding import diverging, problem, still
 
 import energymargin as em
 from energymargin.actions.racing import Duel, beaten, beats, duel, looks
-from energymargin.actions.trials import Candidates
+from energymargin.actions.ranking import Race
+from energymargin.actions.trials import Question
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
 PLACES = (0.0, 0.3, -0.5, 0.7, -0.9, 0.8)
@@ -176,11 +177,12 @@ def _rough(friction):
 
 def test_a_draw_that_one_candidate_cannot_have_is_made_again_for_all():
     nearly, unknown = (0.4, 0.05), em.beliefs.Uncertainty(friction=0.1)  # often below 0
-    candidates = Candidates([_rough(own) for own in nearly], unknown, seed=0)
+    boxes = {str(own): _rough(own) for own in nearly}
+    candidates = Race(boxes, unknown, Question())
     whole = [candidates.trial(k, 0, 24) for k in (0, 1)]
     errors = [_friction(trial) - own for trial, own in zip(whole, nearly, strict=True)]
     assert errors[0] == pytest.approx(errors[1], abs=1e-12) and errors[0].min() > -0.05
-    again = Candidates([_rough(own) for own in nearly], unknown, seed=0)
+    again = Race(boxes, unknown, Question())
     looks_ = [again.trial(1, first, count) for first, count in ((0, 5), (5, 19))]
     assert np.array_equal(np.concatenate([_friction(one) for one in looks_]), _friction(whole[1]))
     assert whole[0].particles == whole[1].particles == looks_[0].particles + looks_[1].particles
@@ -207,7 +209,7 @@ def test_bets_on_the_draws_of_an_uncertainty_are_lost_as_seldom_as_they_say():
     """Where every second of 32 ranges of the friction wins, quasi-random draws come in runs."""
     wrong, unknown = 0, em.beliefs.Uncertainty(friction=stats.uniform(0, 1))
     for seed in range(300):
-        trial = Candidates([problem()], unknown, seed).trial(0, 0, 24)
+        trial = Race({"0": problem()}, unknown, Question(seed=seed)).trial(0, 0, 24)
         wins = np.floor(32 * _friction(trial)) % 2
         seen = [duel(a[:n], 1 - a[:n]).better for n in (16, 24) for a in (wins, 1 - wins)]
         wrong += max(seen) >= 0.99

@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,16 +29,8 @@ from energymargin.actions.evolution import (
 from energymargin.actions.journal import Journal
 from energymargin.actions.parameters import Constraint, Make, Maker, Parameters, Point
 from energymargin.actions.racing import Duel, duel
-from energymargin.actions.ranking import Race, Ranking, Standing, Terms, score_of
-from energymargin.actions.trials import (
-    Candidates,
-    Disturbance,
-    Draws,
-    Question,
-    Runner,
-    Trials,
-    check_uncertainty,
-)
+from energymargin.actions.ranking import Race, Ranking, Standing
+from energymargin.actions.trials import Disturbance, Draws, Question, Trials, check_uncertainty
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, one_of, whole_number, yes_or_no
 from energymargin.divergence import too_many_diverged
@@ -60,8 +51,6 @@ LAST = 2  # generations whose best are compared at the end
 
 SCREEN, SEARCH, FINAL = 0, 1, 2  # streams of draws
 START, FAVOURITE = "start", "favourite"
-
-Key = TypeVar("Key")
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,17 +233,12 @@ def improve(
     function_or_none("progress", progress, "done", "total")
     check_uncertainty(uncertainty)
     maker = Maker(problem, box, make_plan, constraints, question)
-    start = maker.start()
     cma_package()
-    run = _Run(
-        *(maker, question, uncertainty, rollouts, start.horizon),
-        *(budget, progress, of_search, limit),
-    )
-    with Trials(executor, threads, run.count) as trials:
-        if file is None:
-            return run.improved(trials, harden=harden)
-        common = (ALGORITHM, ALGORITHM_IMPROVED, uncertainty and uncertainty.to_json())
-        return run.improved(Journal(trials, file, common, run.count), harden=harden)
+    run = _Run(maker, uncertainty, rollouts, budget, progress, of_search, limit)
+    common = (ALGORITHM, ALGORITHM_IMPROVED, uncertainty and uncertainty.to_json())
+    workers = (executor, threads, run.count)
+    with Trials(*workers) if file is None else Journal(file, common, *workers) as trials:
+        return run.improved(trials, harden=harden)
 
 
 @dataclass(eq=False)
@@ -262,17 +246,20 @@ class _Run:
     """One search, and what of its budget is spent."""
 
     maker: Maker
-    question: Question
     uncertainty: Uncertainty | None
     rollouts: int
-    horizon: float | None
     budget: int
     progress: Callable[[int, int], None] | None
     of_search: Limit
     limit: Limit
     steps: int = 0
     draws: int = 0
-    trials: Runner = field(init=False)
+    trials: Trials = field(init=False)
+
+    @property
+    def question(self) -> Question:
+        """What each draw is asked under the stated disturbance."""
+        return self.maker.question
 
     def count(self, draws: Draws) -> None:
         """Counts draws, and tells the progress."""
@@ -281,7 +268,7 @@ class _Run:
         if self.progress is not None:
             self.progress(min(self.steps, self.budget), self.budget)
 
-    def improved(self, trials: Runner, *, harden: bool) -> Improvement:
+    def improved(self, trials: Trials, *, harden: bool) -> Improvement:
         """Screens, searches, compares."""
         self.trials = trials
         box = self.maker.box
@@ -301,7 +288,7 @@ class _Run:
         return Improvement(
             values=box.values(chosen),
             start=box.values(box.start),
-            problem=self._there({None: chosen})[None],
+            problem=self.maker.problems({START: chosen})[START],
             ranking=ranking,
             generations=tuple(generations),
             ranges=box.ranges,
@@ -317,8 +304,7 @@ class _Run:
         spread = 2 ** int(np.ceil(np.log2(2 * population_of(len(box)))))
         sobol = qmc.Sobol(len(box), seed=np.random.default_rng(seed))
         points = np.array([box.start, *sobol.random(spread)])
-        named = {str(number): point for number, point in enumerate(points)}
-        ranking = self._raced(named, seed, Terms(self.rollouts), self.of_search)
+        ranking = self._raced(_numbered(points), seed, self.rollouts, self.of_search)
         chosen: Point = points[int(ranking.best)]
         return chosen
 
@@ -339,7 +325,7 @@ class _Run:
             if draws is None:
                 whole = False
                 break
-            scores = _scores(self.question, len(points), draws)
+            scores = np.array([self.question.score(d) if d else np.nan for d in draws])
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
             search.tell(losses)
             favourite, last = search.favourite, self.steps - before
@@ -365,69 +351,62 @@ class _Run:
 
     def _compared(self, finalists: dict[str, Point]) -> Ranking:
         """Those that can be, on new draws; the favourite first."""
-        terms = Terms(self._last_draws, race=False)
-        ranking = self._raced(finalists, self._seed(FINAL), terms, self.limit)
+        seed, draws = self._seed(FINAL), self._last_draws
+        ranking = self._raced(finalists, seed, draws, self.limit, race=False)
         if self.limit.cancelled:
             raise Cancelled("cancelled before the last comparison was finished")
         return ranking
 
-    def _raced(self, points: dict[str, Point], seed: int, terms: Terms, limit: Limit) -> Ranking:
+    def _raced(
+        self, points: dict[str, Point], seed: int, draws: int, limit: Limit, *, race: bool = True
+    ) -> Ranking:
         """Ranking of the points that make a plan. A plan whose rollouts diverge leaves; the start
         has to stay."""
-        problems = self._there(points)
+        problems = self.maker.problems(points)
         if not problems:
             raise ValueError("make_plan returned None for values that it made a plan of before")
-        race = Race(problems, self.uncertainty, replace(self.question, seed=seed), terms)
+        question = replace(self.question, seed=seed)
         try:
-            return race.run(self.trials, limit)
+            comparison = Race(problems, self.uncertainty, question)
+            return comparison.run(self.trials, limit, draws, race=race)
         except DivergedError as error:
             if np.array_equal(points[error.subject], self.maker.box.start):
                 raise DivergedError("the start", error.diverged, error.rollouts) from error
             others = {name: point for name, point in points.items() if name != error.subject}
-            return self._raced(others, seed, terms, limit)
+            return self._raced(others, seed, draws, limit, race=race)
 
-    def _drawn(self, points: Point, seed: int, factor: float) -> dict[int, Draws] | None:
-        """The draws of those points that can be, without those whose rollouts diverge; None if the
-        limit came first."""
-        there = self._there(dict(enumerate(points)))
-        candidates = Candidates(list(there.values()), self.uncertainty, seed)
+    def _drawn(self, points: Point, seed: int, factor: float) -> list[Draws | None] | None:
+        """The draws of each point; None of those that cannot be, or whose rollouts diverge, or if
+        the limit came first."""
+        problems = self.maker.problems(_numbered(points))
         harder = scaled(self.question.disturbance, factor)
         question = replace(self.question, seed=seed, disturbance=harder)
-        asked = [candidates.trial(k, 0, self.rollouts) for k in range(len(candidates))]
-        found = self.trials.run(question, asked, self.of_search)
-        draws = {number: one for number, one in zip(there, found, strict=True) if one is not None}
-        if len(draws) < len(there):
+        race = Race(problems, self.uncertainty, question)
+        if not race.draw(self.rollouts, self.trials, self.of_search):
             return None
-        return {n: d for n, d in draws.items() if not too_many_diverged(d.diverged, self.rollouts)}
-
-    def _there(self, points: dict[Key, Point]) -> dict[Key, Problem]:
-        """The problems of points, without those that cannot be, or break a constraint."""
-        there: dict[Key, Problem] = {}
-        for key, point in points.items():
-            made = None if self.maker.violation(point) > 0 else self.maker.make(point)
-            if made is not None:
-                self.maker.check_horizon(point, made, self.horizon)
-                there[key] = made
-        return there
+        draws: list[Draws | None] = [None] * len(points)
+        for number, found in zip(problems, race.draws, strict=True):
+            if not too_many_diverged(found.diverged, self.rollouts):
+                draws[int(number)] = found
+        return draws
 
     def _seed(self, number: int) -> int:
         return stream(self.question.seed, number)
 
 
-def _scores(question: Question, count: int, draws: dict[int, Draws]) -> Point:
-    """Scores of all points, shape (count,); NaN of those that were not simulated."""
-    scores = np.full(count, np.nan)
-    for number, one in draws.items():
-        scores[number] = score_of(question, one.kept)
-    return scores
+def _numbered(points: Point) -> dict[str, Point]:
+    """Points by their numbers."""
+    return {str(number): point for number, point in enumerate(points)}
 
 
-def _losses(scores: Point, draws: dict[int, Draws], violations: Sequence[float]) -> list[float]:
+def _losses(
+    scores: Point, draws: Sequence[Draws | None], violations: Sequence[float]
+) -> list[float]:
     """The order of the points as numbers, equal ones the same: those that can be by their scores
     and by how long they hold, then the others by how far they break the constraints."""
     keys = [
-        (0.0, -scores[k], -draws[k].mean_survival) if k in draws else (1.0, violation, 0.0)
-        for k, violation in enumerate(violations)
+        (1.0, violation, 0.0) if one is None else (0.0, -score, -one.mean_survival)
+        for score, one, violation in zip(scores.tolist(), draws, violations, strict=True)
     ]
     ordered = sorted(set(keys))
     return [float(ordered.index(key)) for key in keys]

@@ -20,6 +20,7 @@ from energymargin._core import Problem
 from energymargin.actions.trials import Draws, Question, Trial, Trials
 from energymargin.checks import shown
 from energymargin.disturbances import Disturbance, text_of
+from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.replacing import replace_text
 
@@ -27,26 +28,27 @@ DIGITS = 16  # of a checksum
 CHECKSUM = b"0123456789abcdef"
 
 
-class Journal:
+class Journal(Trials):
     """Trials that are run once."""
 
     def __init__(
         self,
-        trials: Trials,
         file: str | Path,
         common: Sequence[object],
+        executor: Executor | None,
+        threads: int | None,
         on_draws: Callable[[Draws], None],
     ) -> None:
         """`common`: all that the draws depend on beside question and trial. `on_draws`: called with
-        draws that are read.
+        draws that are read too.
 
         Raises ValueError on another file, and on a line that has changed.
         """
         if not isinstance(file, (str, Path)):
             raise ValueError(f"file is {file!r}, expected the name of a file, or None")
-        self._trials, self._path, self._common = trials, Path(file), common
-        self._on_draws = on_draws
+        self._path, self._common = Path(file), common
         self._known = _evaluations(self._path)
+        super().__init__(executor, threads, on_draws)
 
     def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """As Trials.run."""
@@ -55,7 +57,7 @@ class Journal:
         for digest in digests:
             if digest in self._known:
                 self._on_draws(self._known[digest])
-        found = self._trials.run(question, [trials[number] for number in new], limit)
+        found = super().run(question, [trials[number] for number in new], limit)
         with self._path.open("a", encoding="utf-8") as file:
             for number, draws in zip(new, found, strict=True):
                 if draws is not None:
@@ -68,7 +70,12 @@ class Journal:
         """The particles of a candidate follow from the first one, their numbers and `common`."""
         disturbance = _disturbance_text(question.disturbance)
         asked = (question.metric, question.seed, question.nodes, question.search, disturbance)
-        draws = (trial.first, trial.count, trial.particles, _problem_text(trial.problems[0]))
+        draws = (
+            trial.first,
+            len(trial.problems),
+            trial.particles,
+            _problem_text(trial.problems[0]),
+        )
         return hashlib.sha256(repr((*self._common, *asked, *draws)).encode()).hexdigest()
 
 

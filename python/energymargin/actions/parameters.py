@@ -3,8 +3,8 @@ problems that they make."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -58,7 +58,7 @@ class Parameters:
         return dict(zip(self.names, found.tolist(), strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Maker:
     """What points become: values, constraints and problems."""
 
@@ -67,9 +67,11 @@ class Maker:
     make_plan: Make
     constraints: Sequence[Constraint]
     question: Question
+    start: Problem = field(init=False)
+    """The problem of the start."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError on what is no problem and no function."""
+        """Raises ValueError on what is no problem and no function, and if the start cannot be."""
         if callable(self.constraints) or not isinstance(self.constraints, Sequence):
             raise ValueError(
                 f"constraints is {shown(self.constraints)}, expected a list of functions"
@@ -83,31 +85,44 @@ class Maker:
             raise ValueError(
                 f"make_plan is {shown(self.make_plan)}, expected a function of the values by name"
             )
-
-    def start(self) -> Problem:
-        """The problem of the start; ValueError if there is none."""
         values = self.box.values(self.box.start)
-        for number, constraint in enumerate(self.constraints):
-            value = _constrained(constraint, number, values)
+        for number, value in enumerate(self._constrained(values)):
             if value < 0:
                 raise ValueError(
                     f"constraints[{number}] is {value:g} at the start {values}, expected at least 0"
                 )
-        made = self.make(self.box.start)
+        made = self._made(values)
         if made is None:
             raise ValueError(f"make_plan returned None for the start {values}, expected a plan")
         self.question.check("problem", made)
-        return made
+        self.start = made
 
     def violation(self, point: Point) -> float:
         """By how much its values break the constraints; 0 if they do not."""
-        values = self.box.values(point)
-        found = [_constrained(one, k, values) for k, one in enumerate(self.constraints)]
+        found = self._constrained(self.box.values(point))
         return float(sum(max(0.0, -value) for value in found))
 
-    def make(self, point: Point) -> Problem | None:
-        """The problem of a point in the unit cube; None if it cannot be."""
-        values = self.box.values(point)
+    def problems(self, points: Mapping[str, Point]) -> dict[str, Problem]:
+        """The problems of points in the unit cube, by name, without those that cannot be, or break
+        a constraint. Raises ValueError on one of another horizon than the start's, unless success
+        is asked."""
+        there: dict[str, Problem] = {}
+        for name, point in points.items():
+            values = self.box.values(point)
+            made = None if self.violation(point) > 0 else self._made(values)
+            if made is None:
+                continue
+            same = made.horizon == self.start.horizon
+            if not same and self.question.metric != "probability/success":
+                raise ValueError(
+                    f"make_plan makes a horizon of {made.horizon} s for {values}, of "
+                    f"{self.start.horizon} s for the start, expected the same: set the problem's "
+                    "horizon"
+                )
+            there[name] = made
+        return there
+
+    def _made(self, values: dict[str, float]) -> Problem | None:
         made = self.make_plan(dict(values))
         if made is None or isinstance(made, Problem):
             return made
@@ -123,13 +138,17 @@ class Maker:
             raise ValueError(f"make_plan, for {values}: {error}") from error
         return changed
 
-    def check_horizon(self, point: Point, made: Problem, expected: float | None) -> None:
-        """Raises ValueError on one of another horizon, unless success is asked."""
-        if made.horizon != expected and self.question.metric != "probability/success":
-            raise ValueError(
-                f"make_plan makes a horizon of {made.horizon} s for {self.box.values(point)}, of "
-                f"{expected} s for the start, expected the same: set the problem's horizon"
-            )
+    def _constrained(self, values: dict[str, float]) -> Iterator[float]:
+        """Yields the values of the constraints; True is 0, and False -1."""
+        for number, constraint in enumerate(self.constraints):
+            value = constraint(dict(values))
+            if isinstance(value, (bool, np.bool_)):
+                value = float(value) - 1.0
+            if not isinstance(value, (int, float, np.number)) or np.isnan(value):
+                raise ValueError(
+                    f"constraints[{number}] returned {shown(value)} for {values}, expected a number"
+                )
+            yield float(value)
 
 
 def _bounds(name: Any, value: Any) -> tuple[float, float, float]:
@@ -145,14 +164,3 @@ def _bounds(name: Any, value: Any) -> tuple[float, float, float]:
     if not (good and numbers[0] <= numbers[1] <= numbers[2] and numbers[0] < numbers[2]):
         raise ValueError(f"parameters[{name!r}] is {shown(value)}, {EXPECTED}")
     return numbers[0], numbers[1], numbers[2]
-
-
-def _constrained(constraint: Constraint, number: int, values: dict[str, float]) -> float:
-    value = constraint(dict(values))
-    if isinstance(value, (bool, np.bool_)):
-        return 0.0 if value else -1.0
-    if not isinstance(value, (int, float, np.number)) or np.isnan(value):
-        raise ValueError(
-            f"constraints[{number}] returned {shown(value)} for {values}, expected a number"
-        )
-    return float(value)

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Plan, Problem, World
 from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
 from energymargin.checks import function_or_none, shown, whole_number, yes_or_no
-from energymargin.divergence import too_many_diverged
-from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
@@ -212,13 +210,15 @@ def margin_profile(
     found: list[list[Draws | None]] = [[None] * there for _ in questions]
     with Trials(executor, threads, count) as trials:
         for number, (question, draws) in enumerate(questions):
-            each = [Trial(k, (one,), 0, draws) for k, one in enumerate(problems)]
+            each = [Trial(k, (one,) * draws) for k, one in enumerate(problems)]
             found[number] = trials.run(question, each, limit)
             if None in found[number]:
                 break
     if not any(found[0]):
         limit.require("the first moment was scored")
-    _require_few_diverged(found[0], numbers, step)
+    for one, number in zip(found[0], numbers, strict=True):
+        if one is not None:
+            one.require_few_diverged(f"the moment at {number * step:.4g} s")
     missing = (np.nan, np.nan)
     low, high = np.array([missing if one is None else one.interval() for one in found[0]]).T
     return MarginProfile(
@@ -290,16 +290,6 @@ def _moments(
             return problems, ended
         problems.append(moment)
     return problems, None
-
-
-def _require_few_diverged(
-    draws: Sequence[Draws | None], numbers: Sequence[int], step: float
-) -> None:
-    """Raises DivergedError with the time of a moment of which too many diverged."""
-    for one, number in zip(draws, numbers, strict=True):
-        if one is not None and too_many_diverged(one.diverged, len(one.values)):
-            moment = f"the moment at {number * step:.4g} s"
-            raise DivergedError(moment, one.diverged, len(one.values))
 
 
 def _means(draws: Sequence[Draws | None]) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,17 +15,16 @@ from energymargin.actions.racing import Duel, beaten, beats, duel, looks
 from energymargin.actions.trials import (
     EFFORT,
     OF_INTERVALS,
-    Candidates,
     Disturbance,
     Draws,
     Question,
-    Runner,
+    Trial,
     Trials,
+    check_uncertainty,
 )
-from energymargin.beliefs import Uncertainty
+from energymargin.beliefs import Belief, Uncertainty
+from energymargin.beliefs.belief import CommonParticle, common_particles
 from energymargin.checks import function_or_none, share, shown, whole_number, yes_or_no
-from energymargin.divergence import too_many_diverged
-from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.reprs import short_repr
@@ -37,7 +36,6 @@ CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
 MOST_NAMED = 4  # in a sentence
 MOST_PERCENT = 99.9  # that is said
-WHAT_IS_ALIKE = ("the step", "the objects", "the force bounds", "the torque bounds", "the horizon")
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
 OUT, AS_GOOD = "out", "as good"
 
@@ -277,167 +275,154 @@ def rank(
     """
     limit = Limit(timeout, cancel)
     question = Question(metric, disturbance, seed, nodes, search)
-    terms = Terms(
-        whole_number("rollouts", rollouts, 1),
-        share("confidence", confidence),
-        share("tolerance", tolerance),
-        yes_or_no("race", race),
-    )
+    most = whole_number("rollouts", rollouts, 1)
+    confidence, tolerance = share("confidence", confidence), share("tolerance", tolerance)
+    yes_or_no("race", race)
     field = _field(problems)
     function_or_none("progress", progress, "done", "total")
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
     _check_alike(question, field)
-    comparison = Race(field, uncertainty, question, terms)
     with Trials(executor, threads) as trials:
-        return comparison.run(trials, limit, progress)
-
-
-class Terms(NamedTuple):
-    """Terms of a race."""
-
-    rollouts: int
-    """The most draws of each candidate."""
-    confidence: float = CONFIDENCE
-    tolerance: float = TOLERANCE
-    race: bool = True
+        comparison = Race(field, uncertainty, question)
+        return comparison.run(
+            trials, limit, most, confidence, tolerance, race=race, progress=progress
+        )
 
 
 class Race:
-    """Candidates, and the draws that they have so far."""
+    """Problems that are compared, and the draws that they have so far. With an uncertainty draw j
+    of each has particle j of it."""
 
     def __init__(
         self,
         field: Mapping[str, Problem],
         uncertainty: Uncertainty | None,
         question: Question,
-        terms: Terms,
     ) -> None:
-        """No draws yet; those of the problems by their names."""
-        self._names, self._question, self._terms = list(field), question, terms
-        self._candidates = Candidates(list(field.values()), uncertainty, question.seed)
-        self._found = [Draws.none() for _ in field]
+        """No draws yet. Raises ValueError on an uncertainty that names what a problem does not
+        have, or that is of other bodies in each."""
+        check_uncertainty(uncertainty)
+        self._names, self._problems, self._question = list(field), list(field.values()), question
+        self.draws = [Draws.joined([]) for _ in field]
+        """Draws of each problem, in their order."""
         self._racing = list(range(len(field)))
         self._out: list[int] = []
-        self._draws = 0  # of those that race
+        self._count = 0  # draws of those that race
+        self._particles: list[CommonParticle] = []
+        self._more: Iterator[CommonParticle] | None = None
+        if uncertainty is not None and field:
+            beliefs = [Belief(problem, uncertainty=uncertainty) for problem in self._problems]
+            self._more = common_particles(beliefs, question.seed)
+
+    def trial(self, candidate: int, first: int, count: int) -> Trial:
+        """So many draws of a candidate from number `first` on."""
+        if self._more is None:
+            return Trial(candidate, (self._problems[candidate],) * count, first)
+        self._particles += islice(self._more, max(first + count - len(self._particles), 0))
+        own = self._particles[first : first + count]
+        problems = tuple(particle.problems[candidate] for particle in own)
+        return Trial(candidate, problems, first, tuple(particle.number for particle in own))
+
+    def draw(self, wanted: int, trials: Trials, limit: Limit) -> bool:
+        """Takes the draws up to number `wanted` of those that race; False if the limit came."""
+        first = self._count
+        asked = [self.trial(i, first, wanted - first) for i in self._racing]
+        found = [one for one in trials.run(self._question, asked, limit) if one is not None]
+        if len(found) < len(asked):
+            return False
+        for i, more in zip(self._racing, found, strict=True):
+            self.draws[i] = Draws.joined([self.draws[i], more])
+        self._count = wanted
+        return True
 
     def run(
-        self, trials: Runner, limit: Limit, progress: Callable[[int, int], None] | None = None
+        self,
+        trials: Trials,
+        limit: Limit,
+        most: int,
+        confidence: float = CONFIDENCE,
+        tolerance: float = TOLERANCE,
+        *,
+        race: bool = True,
+        progress: Callable[[int, int], None] | None = None,
     ) -> Ranking:
-        """The race to its end, or to the limit; arguments and errors as of `rank`."""
-        complete = self._race(trials, limit, progress)
-        if not self._draws:
+        """The race to its end, `most` draws of each candidate, or to the limit; other arguments and
+        errors as of `rank`."""
+        complete = True
+        tell = progress or (lambda done, total: None)
+        for wanted in looks(most):
+            complete = self.draw(wanted, trials, limit)
+            if not complete:
+                break
+            self._require_few_diverged(most)
+            tell(self._done, most * len(self.draws))
+            races = race and len(self._racing) > 1 and wanted < most
+            if races and self._is_decided(most, confidence, tolerance):
+                break
+        if complete:
+            tell(self._done, self._done)  # a race does not need them all
+        if not self._count:
             limit.require("the candidates were compared")
         self._require_few_diverged()
         racing = sorted(self._racing, key=self._place)
         standings = tuple(self._standing(i) for i in [*racing, *reversed(self._out)])
-        terms, metric = self._terms, self._question.metric
-        return Ranking(metric, standings, terms.tolerance, terms.confidence, complete)
+        return Ranking(self._question.metric, standings, tolerance, confidence, complete)
 
-    def _race(
-        self, trials: Runner, limit: Limit, progress: Callable[[int, int], None] | None
-    ) -> bool:
-        """Whether it came to its end."""
-        most = self._terms.rollouts
-        race, done = self._terms.race and len(self._racing) > 1, 0
-        for wanted in looks(most):
-            if not self._draw(wanted, trials, limit):
-                return False
-            self._require_few_diverged(most)
-            done = sum(len(one.values) for one in self._found)
-            if progress is not None:
-                progress(done, most * len(self._found))
-            if race and wanted < most and self._decide():
-                break
-        if progress is not None:
-            progress(done, done)  # a race does not need them all
-        return True
+    @property
+    def _done(self) -> int:
+        """Draws of all candidates."""
+        return sum(len(draws.values) for draws in self.draws)
 
     def _standing(self, candidate: int) -> Standing:
-        draws, question = self._found[candidate], self._question
+        draws, question = self.draws[candidate], self._question
         low, high = _of_median(draws.kept) if question.is_effort else draws.interval()
-        return Standing(
+        name, score, racing = (
             self._names[candidate],
-            draws.values,
-            draws.mean_survival,
-            score_of(question, draws.kept),
-            low,
-            high,
-            draws.steps,
+            question.score(draws),
             candidate in self._racing,
         )
-
-    def _draw(self, wanted: int, trials: Runner, limit: Limit) -> bool:
-        """Takes the draws up to number `wanted` of those that race; False if the limit came."""
-        more = wanted - self._draws
-        asked = [self._candidates.trial(i, self._draws, more) for i in self._racing]
-        found = trials.run(self._question, asked, limit)
-        if None in found:
-            return False
-        for i, draws in zip(self._racing, found, strict=True):
-            assert draws is not None
-            self._found[i] += draws
-        self._draws = wanted
-        return True
+        values, survival = draws.values, draws.mean_survival
+        return Standing(name, values, survival, score, low, high, draws.steps, racing)
 
     def _require_few_diverged(self, rollouts: int | None = None) -> None:
-        """Raises DivergedError if too many diverged of a candidate's draws, or of so many that it
-        may come to, or if no other is left."""
-        for name, draws in zip(self._names, self._found, strict=True):
-            most = len(draws.values) if rollouts is None else rollouts
-            if too_many_diverged(draws.diverged, most) or not len(draws.kept):
-                raise DivergedError(name, draws.diverged, len(draws.values))
+        for name, draws in zip(self._names, self.draws, strict=True):
+            draws.require_few_diverged(name, rollouts)
 
-    def _decide(self) -> bool:
-        """Who leaves: those that are beaten, and later those that the leader is as good as; whether
-        that decides the race."""
-        risk = 1.0 - self._terms.confidence
+    def _is_decided(self, most: int, confidence: float, tolerance: float) -> bool:
+        """Whether one is left, after those have gone that are beaten, and later those that the
+        leader is as good as."""
+        risk = 1.0 - confidence
         leader, *others = sorted(self._racing, key=self._place)
         leaving = {i for i in others if 1.0 - self._beaten(i) <= risk}
-        if self._spent >= SHARE_BEFORE_TIE:
-            risk *= 0.5 / _mistaken(self._question.metric, len(self._candidates))
-            tolerance = self._terms.tolerance
+        if self._done / (most * len(self.draws)) >= SHARE_BEFORE_TIE:
+            risk *= 0.5 / _mistaken(self._question.metric, len(self.draws))
             as_good = {i: self._duel(leader, i).as_good(tolerance) for i in others}
-            leaving |= {i for i, confidence in as_good.items() if 1.0 - confidence <= risk}
+            leaving |= {i for i, sure in as_good.items() if 1.0 - sure <= risk}
         self._out += sorted(leaving, key=self._place, reverse=True)
         self._racing = [i for i in self._racing if i not in leaving]
         return len(self._racing) == 1
 
     def _beaten(self, candidate: int) -> float:
         """Confidence that it is not the best; of efforts, that each of those that race beats it."""
-        if self._question.is_effort:
-            count = len(self._candidates)
-            others = [i for i in self._racing if i != candidate]
-            return min(beats(self._duel(i, candidate), count) for i in others)
-        others = [i for i in range(len(self._candidates)) if i != candidate]
-        return beaten([self._duel(i, candidate) for i in others])
+        effort, count = self._question.is_effort, len(self.draws)
+        others = self._racing if effort else range(count)
+        duels = [self._duel(i, candidate) for i in others if i != candidate]
+        return min(beats(one, count) for one in duels) if effort else beaten(duels)
 
     def _duel(self, first: int, second: int) -> Duel:
-        return duel(self._found[first].values, self._found[second].values)
-
-    @property
-    def _spent(self) -> float:
-        """The draws so far, as a share of those without a race."""
-        return sum(len(d.values) for d in self._found) / (self._terms.rollouts * len(self._found))
+        return duel(self.draws[first].values, self.draws[second].values)
 
     def _place(self, candidate: int) -> tuple[float, float, int]:
         """Sorts the best first; of equal ones that which stays longer, then the first given."""
-        draws = self._found[candidate]
-        score = score_of(self._question, draws.kept)
-        return -score, -draws.mean_survival, candidate
+        draws = self.draws[candidate]
+        return -self._question.score(draws), -draws.mean_survival, candidate
 
 
 def _mistaken(metric: str, candidates: int) -> int:
     """How many candidates may come first by mistake: all but the best one. Of efforts all, as none
     may beat each other one."""
     return candidates if metric.startswith(EFFORT) else max(candidates - 1, 1)
-
-
-def score_of(question: Question, values: NDArray[np.float64]) -> float:
-    """Score of the values of draws that count, shape (N,): their mean, or the median effort [J]."""
-    if question.is_effort:  # a lower median: inf where most searches found no way out
-        return float(np.quantile(values, 0.5, method="inverted_cdf"))
-    return float(values.mean())
 
 
 def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:
@@ -467,28 +452,27 @@ def _field(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Pro
 def _check_alike(question: Question, field: Mapping[str, Problem]) -> None:
     """Raises ValueError on a candidate that would not meet the disturbances of the first one, or
     not for as long."""
-    (first, *others), (model, *_) = field, field.values()
+    first, *others = field
+    expected = _met(question, field[first])
     for name in others:
-        for what, ours, theirs in zip(
-            *(WHAT_IS_ALIKE, _met(question, model), _met(question, field[name])), strict=True
-        ):
-            if ours != theirs:
+        for what, theirs in _met(question, field[name]).items():
+            if theirs != expected[what]:
                 raise ValueError(
                     f"problems[{name!r}] has {what} {shown(theirs)}, problems[{first!r}] "
-                    f"{shown(ours)}, expected the same: candidates meet the same disturbances"
+                    f"{shown(expected[what])}, expected the same: candidates meet the same "
+                    "disturbances"
                 )
 
 
-def _met(question: Question, problem: Problem) -> tuple[object, ...]:
-    """What the disturbances of a problem depend on, as WHAT_IS_ALIKE."""
-    bounds = (np.asarray(problem.force).tolist(), np.asarray(problem.torque).tolist())
-    horizon = None if question.metric == "probability/success" else problem.horizon
-    return (
-        problem.scene.step,
-        [body.name for body in problem.scene.bodies if body.role == "object"],
-        *bounds,
-        horizon,
-    )
+def _met(question: Question, problem: Problem) -> dict[str, object]:
+    """What the disturbances of a problem depend on."""
+    return {
+        "the step": problem.scene.step,
+        "the objects": [body.name for body in problem.scene.bodies if body.role == "object"],
+        "the force bounds": np.asarray(problem.force).tolist(),
+        "the torque bounds": np.asarray(problem.torque).tolist(),
+        "the horizon": None if question.metric == "probability/success" else problem.horizon,
+    }
 
 
 def _percent(share: float) -> str:

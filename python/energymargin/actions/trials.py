@@ -6,23 +6,22 @@ same particle (common random numbers). So candidates differ by what they do, not
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
-from typing import Any, NoReturn, Protocol
+from itertools import groupby
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import disturbances
-from energymargin._core import Cancel, Cancelled, CaptureProbability, EscapeEffort, Problem
-from energymargin.beliefs import Belief, Uncertainty
-from energymargin.beliefs.belief import CommonParticle, common_particles
+from energymargin._core import Cancel, Cancelled, Problem
+from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_of, one_of, shown, whole_number
 from energymargin.closing import Closing
-from energymargin.divergence import ANY
+from energymargin.divergence import ANY, too_many_diverged
+from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.executors.choice import chosen_executor
 from energymargin.limits import Limit
@@ -34,8 +33,6 @@ OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
 
 OF_INTERVALS = 0.95
-JOBS_A_WORKER = 4  # of a batch, so that none is idle at its end
-MOST_DRAWS = 64  # of a job
 
 Disturbance = disturbances.Disturbance | Callable[[Any, Any], Any]
 """As of `capture_probability`."""
@@ -86,6 +83,12 @@ class Question:
         """Whether draws are searches, and values efforts [J]."""
         return self.metric.startswith(EFFORT)
 
+    def score(self, draws: Draws) -> float:
+        """Mean of the values of draws that count, or the median effort [J]."""
+        if self.is_effort:  # a lower median: inf where most searches found no way out
+            return float(np.quantile(draws.kept, 0.5, method="inverted_cdf"))
+        return float(draws.kept.mean())
+
     def check(self, name: str, problem: Problem) -> None:
         """Raises ValueError if a problem lacks what the question is about."""
         if not isinstance(problem, Problem):
@@ -120,65 +123,19 @@ def check_uncertainty(uncertainty: Uncertainty | None) -> None:
 
 @dataclass(frozen=True)
 class Trial:
-    """Draws of one candidate."""
+    """Draws of one candidate, from number `first` on."""
 
     candidate: int
     problems: tuple[Problem, ...]
-    """One for all of them, or one for each."""
-    first: int
-    """Number of the first."""
-    count: int
+    """One for each draw."""
+    first: int = 0
     particles: tuple[int, ...] = ()
     """With an uncertainty the numbers of its draws, one for each problem."""
-
-    def parts(self, size: int) -> Iterator[Trial]:
-        """Yields this trial in parts of so many draws, at most."""
-        for start in range(0, self.count, size):
-            count = min(size, self.count - start)
-            alone = len(self.problems) == 1
-            own = slice(0, 1) if alone else slice(start, start + count)
-            problems, particles = self.problems[own], self.particles[own]
-            yield Trial(self.candidate, problems, self.first + start, count, particles)
-
-
-class Candidates:
-    """Problems that are compared; with an uncertainty draw j of each has particle j of it."""
-
-    def __init__(
-        self, problems: Sequence[Problem], uncertainty: Uncertainty | None, seed: int
-    ) -> None:
-        """`seed`: of the particles. Raises ValueError on an uncertainty that names what a problem
-        does not have, or that is of other bodies in each."""
-        check_uncertainty(uncertainty)
-        self._problems = list(problems)
-        self._particles: list[CommonParticle] = []
-        self._more: Iterator[CommonParticle] | None = None
-        if uncertainty is not None and problems:
-            beliefs = [Belief(problem, uncertainty=uncertainty) for problem in problems]
-            self._more = common_particles(beliefs, seed)
-
-    def __len__(self) -> int:
-        """How many."""
-        return len(self._problems)
-
-    def __iter__(self) -> Iterator[Problem]:
-        """The problems."""
-        return iter(self._problems)
-
-    def trial(self, candidate: int, first: int, count: int) -> Trial:
-        """So many draws of a candidate from number `first` on."""
-        if self._more is None:
-            return Trial(candidate, (self._problems[candidate],), first, count)
-        self._particles += islice(self._more, max(first + count - len(self._particles), 0))
-        own = self._particles[first : first + count]
-        problems = tuple(particle.problems[candidate] for particle in own)
-        particles = tuple(particle.number for particle in own)
-        return Trial(candidate, problems, first, count, particles)
 
 
 @dataclass(frozen=True, eq=False)
 class Draws:
-    """What came of a trial."""
+    """What came of N draws."""
 
     __repr__ = short_repr
 
@@ -201,6 +158,13 @@ class Draws:
         """The values of those that did not diverge, shape (N - diverged,)."""
         return self.values[~np.isnan(self.values)]
 
+    def require_few_diverged(self, subject: str, most: int | None = None) -> None:
+        """Raises DivergedError if too many of them diverged, or of so many (`most`) that they may
+        come to, or if no other is left."""
+        count = len(self.values)
+        if too_many_diverged(self.diverged, most or count) or self.diverged == count:
+            raise DivergedError(subject, self.diverged, count)
+
     def interval(self) -> tuple[float, float]:
         """95 % interval of the probability whose draws they are (Clopper and Pearson)."""
         from scipy import stats
@@ -214,29 +178,22 @@ class Draws:
         """Mean of the times."""
         return float(np.nanmean(self.times))
 
-    def __add__(self, later: Draws) -> Draws:
-        """These, and later ones."""
+    @staticmethod
+    def joined(parts: Sequence[Draws]) -> Draws:
+        """All of them, in this order."""
         return Draws(
-            np.concatenate([self.values, later.values]),
-            np.concatenate([self.times, later.times]),
-            self.steps + later.steps,
+            np.concatenate([np.zeros(0), *(part.values for part in parts)]),
+            np.concatenate([np.zeros(0), *(part.times for part in parts)]),
+            sum(part.steps for part in parts),
         )
 
-    @staticmethod
-    def none() -> Draws:
-        """No draws."""
-        return Draws(np.zeros(0), np.zeros(0), 0)
 
+class Draw(NamedTuple):
+    """One draw, on its way to a worker."""
 
-class Runner(Protocol):
-    """What runs trials."""
-
-    def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
-        """What came of each; None of those that the limit left unfinished.
-
-        Raises KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
-        """
-        ...
+    trial: int
+    number: int
+    problem: Problem
 
 
 class Trials(Closing):
@@ -246,7 +203,7 @@ class Trials(Closing):
         self,
         executor: Executor | None = None,
         threads: int | None = None,
-        on_draws: Callable[[Draws], None] | None = None,
+        on_draws: Callable[[Draws], None] = lambda _: None,
     ) -> None:
         """Starts them.
 
@@ -257,95 +214,66 @@ class Trials(Closing):
         self._on_draws = on_draws
 
     def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
-        """As Runner.run."""
-        size = self._size(trials)
-        parts = [(number, p) for number, trial in enumerate(trials) for p in trial.parts(size)]
-        found: dict[int, Draws] = {}
+        """What came of each; None of those that the limit left unfinished.
 
-        def deliver(results: Sequence[tuple[int, Draws]]) -> None:
-            found.update(results)
-            if self._on_draws is not None:
-                for _, draws in results:
-                    self._on_draws(draws)
+        Raises KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
+        """
+        found: list[dict[int, Draws]] = [{} for _ in trials]
 
-        items = [(place, trial) for place, (_, trial) in enumerate(parts)]
-        work = partial(_drawn, question)
-        run(self._workers, work, [items], deliver, limit, give_up=_given_up, most=1)
-        return _joined(len(trials), [number for number, _ in parts], found)
+        def deliver(results: Sequence[tuple[Draw, Draws]]) -> None:
+            for first, draws in results:
+                found[first.trial][first.number] = draws
+                self._on_draws(draws)
+
+        def give_up(draw: Draw, why: str) -> NoReturn:
+            raise RuntimeError(f"candidate {trials[draw.trial].candidate}: {why}")
+
+        batches = [
+            [Draw(k, number, problem) for number, problem in enumerate(trial.problems, trial.first)]
+            for k, trial in enumerate(trials)
+        ]
+        run(self._workers, partial(_drawn, question), batches, deliver, limit, give_up=give_up)
+        whole = [Draws.joined([draws[first] for first in sorted(draws)]) for draws in found]
+        return [
+            draws if len(draws.values) == len(trial.problems) else None
+            for draws, trial in zip(whole, trials, strict=True)
+        ]
 
     def close(self) -> None:
         """Ends the workers."""
         self._workers.close()
 
-    def _size(self, trials: Sequence[Trial]) -> int:
-        """Draws of a job."""
-        draws = sum(trial.count for trial in trials)
-        jobs = JOBS_A_WORKER * max(1, self._workers.slots)
-        return max(1, min(MOST_DRAWS, math.ceil(draws / jobs)))
+
+def _drawn(question: Question, draws: Sequence[Draw], cancel: Cancel) -> list[tuple[Draw, Draws]]:
+    """On a worker: what came of draws, those of one problem together, and the first of them."""
+
+    def together(draw: Draw) -> tuple[int, int]:
+        return draw.trial, draw.number if question.is_effort else id(draw.problem)
+
+    groups = [list(group) for _, group in groupby(draws, together)]
+    return [(group[0], _asked(question, group[0], len(group), cancel)) for group in groups]
 
 
-def _given_up(part: tuple[int, Trial], why: str) -> NoReturn:
-    _, trial = part
-    raise RuntimeError(f"candidate {trial.candidate}: {why}")
-
-
-def _drawn(
-    question: Question, parts: Sequence[tuple[int, Trial]], cancel: Cancel
-) -> list[tuple[int, Draws]]:
-    """On a worker: the draws of parts of trials, by their places. Raises Cancelled within one."""
-    return [(place, _draws(question, trial, cancel)) for place, trial in parts]
-
-
-def _draws(question: Question, trial: Trial, cancel: Cancel) -> Draws:
-    if len(trial.problems) == 1 and not question.is_effort:
-        return _rollouts(question, trial.problems[0], trial.first, trial.count, cancel)
-    found = Draws.none()
-    for number in range(trial.count):
-        problem = trial.problems[number if len(trial.problems) > 1 else 0]
-        draw = trial.first + number
-        if question.is_effort:
-            found += _search(question, problem, draw, cancel)
-        else:
-            found += _rollouts(question, problem, draw, 1, cancel)
-    return found
-
-
-def _rollouts(
-    question: Question, problem: Problem, first: int, count: int, cancel: Cancel
-) -> Draws:
-    success = question.metric == "probability/success"
-    p: CaptureProbability = metric_search(
-        problem,
+def _asked(question: Question, first: Draw, count: int, cancel: Cancel) -> Draws:
+    """So many rollouts of a problem, or one search; raises Cancelled if they are not finished."""
+    effort = question.is_effort
+    of_rollouts: dict[str, Any] = {"first": first.number, "undisturbed": False}
+    of_rollouts["most_diverged"] = ANY  # they are counted where draws are gathered
+    found = metric_search(
+        first.problem,
         question.metric,
         replace(question.settings, rollouts=count),
+        first.number if effort else None,
         disturbance=question.disturbance,
-        first=first,
-        undisturbed=False,
-        most_diverged=ANY,  # of a few draws; all of them are counted where they are gathered
         cancel=cancel,
+        **({} if effort else of_rollouts),
     )
-    if not p.complete:
+    if not found.complete:
         raise Cancelled("cancelled within a trial")
-    inside = np.isinf(p.exit_times)
-    values = p.successes if success else inside
-    assert values is not None
-    shares = np.minimum(p.exit_times, p.times[-1]) / p.times[-1]
-    return Draws(np.where(np.isnan(shares), np.nan, values.astype(float)), shares, p.steps)
-
-
-def _search(question: Question, problem: Problem, number: int, cancel: Cancel) -> Draws:
-    escape: EscapeEffort = metric_search(
-        problem, question.metric, question.settings, number, cancel=cancel
-    )
-    steps = round(float(np.sum(escape.tree.durations)) / problem.scene.step)
-    return Draws(np.array([escape.effort]), np.array([float(np.isinf(escape.effort))]), steps)
-
-
-def _joined(count: int, numbers: Sequence[int], found: dict[int, Draws]) -> list[Draws | None]:
-    """The parts of each trial together."""
-    joined: list[Draws | None] = [Draws.none()] * count
-    for part, number in enumerate(numbers):
-        so_far = joined[number]
-        more = found.get(part)
-        joined[number] = None if so_far is None or more is None else so_far + more
-    return joined
+    if effort:
+        steps = round(float(np.sum(found.tree.durations)) / first.problem.scene.step)
+        return Draws(np.array([found.effort]), np.array([float(np.isinf(found.effort))]), steps)
+    shares = np.minimum(found.exit_times, found.times[-1]) / found.times[-1]
+    success = question.metric == "probability/success"
+    values = found.successes if success else np.isinf(found.exit_times)
+    return Draws(np.where(np.isnan(shares), np.nan, values.astype(float)), shares, found.steps)
