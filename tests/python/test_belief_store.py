@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin import report
 from energymargin.beliefs import Uncertainty
-from energymargin.beliefs.scores import score_beliefs
+from energymargin.beliefs.scoring import score_beliefs
 from energymargin.cli import app
 from energymargin.executors import threads
 from energymargin.limits import Limit

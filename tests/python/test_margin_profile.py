@@ -158,7 +158,7 @@ def test_a_cancel_keeps_what_is_done_and_says_so():
         every=0.05,
         rollouts=2,
         nodes=10,
-        progress=lambda *_: cancel.set(),
+        progress=lambda done, total: cancel.set() if done >= 8 else None,
         cancel=cancel,
     )
     assert not found.complete and "stopped early" in repr(found)

@@ -19,13 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
-from energymargin.actions.evolution import (
-    Evolution,
-    adapted,
-    cma_package,
-    population_of,
-    scaled,
-)
+from energymargin.actions.evolution import Evolution, adapted, cma_package, population_of, scaled
 from energymargin.actions.journal import Journal
 from energymargin.actions.parameters import Constraint, Make, Maker, Parameters, Point
 from energymargin.actions.racing import Duel, duel

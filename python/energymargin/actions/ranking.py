@@ -295,10 +295,7 @@ class Race:
     of each has particle j of it."""
 
     def __init__(
-        self,
-        field: Mapping[str, Problem],
-        uncertainty: Uncertainty | None,
-        question: Question,
+        self, field: Mapping[str, Problem], uncertainty: Uncertainty | None, question: Question
     ) -> None:
         """No draws yet. Raises ValueError on an uncertainty that names what a problem does not
         have, or that is of other bodies in each."""

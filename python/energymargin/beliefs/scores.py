@@ -1,35 +1,18 @@
-"""Scores of a belief: those of its particles, and what they say together.
-
-A belief costs as many simulation steps as a problem: the nodes of a tree are shared out among the
-particles, and each rollout of a probability has a particle of its own.
-"""
+"""Scores of a belief: those of its particles, and what they say together."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel
-from energymargin.beliefs.belief import Belief, Particles
-from energymargin.beliefs.gathering import ParticleSource, Sharing
-from energymargin.beliefs.uncertainty import PARTICLES
-from energymargin.executors import Executor, Row
-from energymargin.executors.choice import chosen_executor
-from energymargin.executors.rows import Work, given_up, score_chunk
-from energymargin.limits import Limit
+from energymargin.beliefs.belief import Particles
+from energymargin.executors.rows import Curve
 from energymargin.metrics import TIMED
-from energymargin.parallel import run
 from energymargin.reprs import short_repr
-from energymargin.scoring import ScoreError
-from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 PARTICLES_A_TERM = 4  # below, a regression says more of the particles than of the score
 
@@ -58,7 +41,7 @@ class BeliefScore:
     """Those N."""
     seconds: float
     """Computing time of all of them [s]."""
-    curve: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    curve: Curve | None = None
     """Times [s] and the probability until each, (T,); None for other scores."""
 
     @property
@@ -200,100 +183,3 @@ class BeliefScores(Mapping[str, BeliefScore]):
     def __len__(self) -> int:
         """How many metrics."""
         return len(self.scores)
-
-
-def score_belief(
-    belief: Belief,
-    metrics: Sequence[str] | None = None,
-    *,
-    particles: int = PARTICLES,
-    settings: SearchSettings | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    timeout: float | None = None,
-    cancel: Cancel | None = None,
-    **loose: Unpack[LooseSettings],
-) -> BeliefScores:
-    """Scores of a belief, at as many simulation steps as those of its problem.
-
-    Args:
-        belief: what is scored.
-        metrics: of METRICS; None takes all that its problem has.
-        particles: draws of the belief. Each has a tree of nodes / particles nodes, rounded down.
-        settings: of the searches and probabilities. Each of the `rollouts` of a probability has a
-            particle of its own.
-        threads: None takes all cores that this process may use. Scores do not depend on them.
-        executor: in place of threads, as of `em.score`.
-        progress: progress(done, total) counts particles.
-        timeout: after so many seconds the particles count that are finished, up to the first that
-            is not, and `complete` is False. TimeoutError is raised if a metric has none.
-        cancel: the same once it is set, with Cancelled.
-        loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
-
-    Raises ValueError on bad arguments, fewer nodes than particles, and common random numbers, which
-    would be one number for all particles; ScoreError if the simulation of a particle failed.
-    """
-    limit = Limit(timeout, cancel)
-    found = score_beliefs(
-        [belief],
-        metrics,
-        particles=particles,
-        settings=chosen_settings(settings, **loose),
-        threads=threads,
-        executor=executor,
-        progress=progress,
-        limit=limit,
-    )
-    if not found:
-        limit.require("a particle has all its scores")
-    return found[0]
-
-
-def score_beliefs(
-    beliefs: Sequence[Belief],
-    metrics: Sequence[str] | None,
-    *,
-    particles: int,
-    settings: SearchSettings,
-    indices: Sequence[int] | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    limit: Limit,
-) -> dict[int, BeliefScores]:
-    """The scores of many, by index; those are left out that have no particle before the limit.
-
-    `indices`: as of `em.score`, each below 2^32. All else, and errors: as `score_belief`.
-    """
-    strange = [belief for belief in beliefs if not isinstance(belief, Belief)]
-    if strange:
-        raise ValueError(f"beliefs has {strange[0]!r}, expected em.Beliefs alone")
-    problems = [belief.problem for belief in beliefs]
-    metrics = chosen_metrics(problems, metrics, settings)
-    executor = chosen_executor(executor, threads)
-    sharing = Sharing(particles, settings)
-    sharing.require(metrics)
-    numbers = range(len(beliefs)) if indices is None else indices
-    by_index = dict(zip(numbers, beliefs, strict=True))
-    asked = [Work(index, belief.problem, tuple(metrics)) for index, belief in by_index.items()]
-    source = ParticleSource([asked], by_index.__getitem__, sharing)
-    total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
-    errors: dict[int, str] = {}
-
-    def deliver(rows: Sequence[Row]) -> None:
-        nonlocal done
-        done += len(rows)
-        errors.update({row.index: row.error for row in source.gathered(rows) if row.error})
-        if progress is not None and rows:
-            progress(done, total)
-
-    chunk = partial(score_chunk, sharing.settings)
-    with executor.workers() as workers:
-        run(workers, chunk, source, deliver, limit, give_up=given_up)
-    if errors:
-        raise ScoreError(errors, len(beliefs))
-    return {
-        index: BeliefScores({m: BeliefScore(m, *own) for m, own in parts.items()}, complete)
-        for index, (parts, complete) in source.found().items()
-    }

@@ -141,15 +141,11 @@ def roc(
     from sklearn.metrics import roc_curve
 
     compared = _compared(labelled, metric, target, frames, last, among=among)
-    false, true, rank = roc_curve(compared.labels, ranked(compared.scores))
-    return Roc(
-        false_positive_rate=np.asarray(false),
-        true_positive_rate=np.asarray(true),
-        threshold=np.concatenate([[np.nan], _values(compared, rank[1:])]),
-        auc=auc_ap(compared.scores, compared.labels)[0],
-        count=len(compared.labels),
-        positives=int(compared.labels.sum()),
-    )
+    scores, labels, *_ = compared
+    false, true, rank = roc_curve(labels, ranked(scores))
+    auc, _ = auc_ap(scores, labels)
+    limits = _thresholds(compared, rank[1:])
+    return Roc(np.asarray(false), np.asarray(true), limits, auc, len(labels), int(labels.sum()))
 
 
 def precision_recall(
@@ -165,16 +161,13 @@ def precision_recall(
     from sklearn.metrics import precision_recall_curve
 
     compared = _compared(labelled, metric, target, frames, last, among=among)
-    precision, recall, rank = precision_recall_curve(compared.labels, ranked(compared.scores))
+    scores, labels, *_ = compared
+    precision, recall, rank = precision_recall_curve(labels, ranked(scores))
     first = int(np.flatnonzero(recall == 1.0)[-1])  # below that threshold precision alone is lost
-    return PrecisionRecall(
-        recall=np.asarray(recall[first:][::-1]),
-        precision=np.asarray(precision[first:][::-1]),
-        threshold=np.concatenate([[np.nan], _values(compared, rank[first:][::-1])]),
-        ap=auc_ap(compared.scores, compared.labels)[1],
-        count=len(compared.labels),
-        positives=int(compared.labels.sum()),
-    )
+    recall, precision = (np.asarray(each[first:][::-1]) for each in (recall, precision))
+    _, ap = auc_ap(scores, labels)
+    limits = _thresholds(compared, rank[first:][::-1])
+    return PrecisionRecall(recall, precision, limits, ap, len(labels), int(labels.sum()))
 
 
 def metrics_against(labelled: LabelledScores, target: Target = CAPTURED) -> list[str]:
@@ -216,11 +209,9 @@ def _compared(
     return compared
 
 
-def _values(
-    compared: Compared, ranks: Sequence[float] | NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """The scores that have these ranks."""
-    return np.asarray(np.unique(compared.scores)[np.asarray(ranks, dtype=int)])
+def _thresholds(compared: Compared, ranks: NDArray[np.float64]) -> NDArray[np.float64]:
+    """NaN, and the scores that have these ranks."""
+    return np.concatenate([[np.nan], np.unique(compared.scores)[np.asarray(ranks, dtype=int)]])
 
 
 _WORDS: dict[Target, tuple[str, str]] = {
@@ -269,18 +260,17 @@ class Wrongness:
 
 def wrongness(labelled: LabelledScores, frames: int, last: int) -> list[Wrongness]:
     """Every metric compared with its label, as `evaluate` does."""
-    of_states = [
-        (metric, CAPTURED, compared_states(labelled, metric, frames))
-        for metric in metrics_against(labelled, CAPTURED)
-    ]
-    of_trajectories = [
-        (metric, SUCCESS, compared_trajectories(labelled, metric, last))
-        for metric in metrics_against(labelled, SUCCESS)
-    ]
-    return [
-        Wrongness(metric, target, compared, ranks(compared.scores, compared.labels))
-        for metric, target, compared in (*of_states, *of_trajectories)
-    ]
+    every = [(metric, CAPTURED) for metric in metrics_against(labelled, CAPTURED)]
+    every += [(metric, SUCCESS) for metric in metrics_against(labelled, SUCCESS)]
+    found = []
+    for metric, target in every:
+        if target == CAPTURED:
+            compared = compared_states(labelled, metric, frames)
+        else:
+            compared = compared_trajectories(labelled, metric, last)
+        wrong = ranks(compared.scores, compared.labels)
+        found.append(Wrongness(metric, target, compared, wrong))
+    return found
 
 
 def ranks(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> Ranks:

@@ -36,36 +36,15 @@ CSV_COLUMNS = (
 )
 
 # AUC and AP of the paper's Table I.
-PAPER: dict[str, dict[str, tuple[float, float]]] = {
-    "push": {
-        "capture": (0.97, 0.99),
-        "effort/est": (0.92, 0.98),
-        "effort/rrt": (0.92, 0.99),
-        "force": (0.86, 0.95),
-        "success": (0.98, 0.98),
-    },
-    "balance": {
-        "capture": (0.98, 0.99),
-        "effort/est": (0.93, 0.98),
-        "effort/rrt": (0.94, 0.98),
-        "force": (0.94, 0.96),
-        "success": (0.93, 0.95),
-    },
-    "topple": {
-        "capture": (0.94, 0.93),
-        "effort/est": (0.93, 0.91),
-        "effort/rrt": (0.93, 0.92),
-        "force": (0.77, 0.62),
-        "success": (0.89, 0.92),
-    },
-    "grasp": {
-        "capture": (1.00, 1.00),
-        "effort/est": (0.99, 0.99),
-        "effort/rrt": (0.97, 0.99),
-        "force": (0.73, 0.88),
-        "success": (0.99, 0.99),
-    },
+_PAPER_SCORES = ("capture", "effort/est", "effort/rrt", "force", "success")
+_PAPER_ROWS = {
+    "push": ((0.97, 0.99), (0.92, 0.98), (0.92, 0.99), (0.86, 0.95), (0.98, 0.98)),
+    "balance": ((0.98, 0.99), (0.93, 0.98), (0.94, 0.98), (0.94, 0.96), (0.93, 0.95)),
+    "topple": ((0.94, 0.93), (0.93, 0.91), (0.93, 0.92), (0.77, 0.62), (0.89, 0.92)),
+    "grasp": ((1.00, 1.00), (0.99, 0.99), (0.97, 0.99), (0.73, 0.88), (0.99, 0.99)),
 }
+PAPER = {task: dict(zip(_PAPER_SCORES, row, strict=True)) for task, row in _PAPER_ROWS.items()}
+"""By task, then by score."""
 
 
 @dataclass(frozen=True)
@@ -96,16 +75,8 @@ def cell_of(compared: Compared, weights: NDArray[np.int64]) -> Cell | None:
     scores, labels, trajectory, _ = compared
     if not compared.of_both_kinds:
         return None
-    auc, ap = auc_ap(scores, labels)
-    auc_interval, ap_interval = intervals(ranked(scores), labels, trajectory, weights)
-    return Cell(
-        auc=auc,
-        ap=ap,
-        auc_interval=auc_interval,
-        ap_interval=ap_interval,
-        count=len(labels),
-        positives=int(labels.sum()),
-    )
+    both = intervals(ranked(scores), labels, trajectory, weights)
+    return Cell(*auc_ap(scores, labels), *both, len(labels), int(labels.sum()))
 
 
 def csv_fields(cell: Cell | None) -> list[float | str]:
@@ -164,14 +135,11 @@ class Evaluation:
     @property
     def left_out(self) -> str:
         """In words, how many states lack a score: those not scored yet, or not to be simulated."""
-        states = f"{self.missing} states have no score and are left out"
-        if self.missing == 1:
-            states = "1 state has no score and is left out"
-        lost = self.missing_trajectories
-        if lost == 0:
-            return states
+        alone, lost = self.missing == 1, self.missing_trajectories
+        states = "state has no score and is" if alone else "states have no score and are"
+        text = f"{self.missing} {states} left out"
         trajectories = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
-        return f"{states}; so {trajectories} of success"
+        return f"{text}; so {trajectories} of success" if lost else text
 
     @property
     def has_paper(self) -> bool:
@@ -208,12 +176,12 @@ class Evaluation:
             for score, by_horizon in self.states.items()
             for horizon, cell in by_horizon.items()
         ]
-        if self.among == "all":
-            cells.append((SUCCESS, "", self.success))
-        if self.probable_success is not None:
-            cells.append((PROBABLE_SUCCESS, "", self.probable_success))
-        if self.success_any is not None or (self.several and self.among == "all"):
-            cells.append((SUCCESS + ANY, "", self.success_any))
+        there = {
+            SUCCESS: self.among == "all",
+            PROBABLE_SUCCESS: self.probable_success is not None,
+            SUCCESS + ANY: self.success_any or (self.several and self.among == "all"),
+        }
+        cells += [(score, "", self.trajectories.get(score)) for score in there if there[score]]
         return [
             [score, self.among, horizon, *csv_fields(cell), *self._paper_fields(score, horizon)]
             for score, horizon, cell in cells
@@ -221,11 +189,8 @@ class Evaluation:
 
     def _paper_fields(self, score: str, horizon: int | str) -> tuple[float | str, ...]:
         """AUC and AP of the paper, empty but at its horizon; no fields if it lacks the task."""
-        if not self.has_paper:
-            return ()
-        at_its_horizon = horizon in (PAPER_HORIZON, "")
-        found = self.paper(score) if at_its_horizon else None
-        return ("", "") if found is None else found
+        found = self.paper(score) if horizon in (PAPER_HORIZON, "") else None
+        return (found or ("", "")) if self.has_paper else ()
 
     def paper(self, score: str) -> tuple[float, float] | None:
         """AUC and AP in the paper's Table I; None if it has no such score."""
@@ -249,31 +214,29 @@ class Evaluation:
     @property
     def caption(self) -> str:
         """What the numbers are, and what is left out."""
-        caption = (
-            f"{self.task}: AUC/AP of each score, with their 95 % intervals below. "
-            f"{'' if self.asks is None else f'Asked: {self.asks}. '}{self._states()} "
-        )
-        if self.trajectories:
-            caption += (
-                f"Success: the last {self.last} frames of a trajectory, whose success has no "
-                "horizon; the last frame alone tells most of it."
-            )
-        if self.shows_paper:
-            caption += f" The paper's values are at h = {PAPER_HORIZON}."
-        if self.shows_paper and self.search == "improved":
-            caption += " Its efforts are of the published search, these of the improved one."
-        if self.missing:
-            caption += f" {self.left_out}."
-        return " ".join(caption.split())
-
-    def _states(self) -> str:
         which = "States" if self.among == "all" else "States that are captured now"
         whole = (
             "a horizon ends with its trajectory (clipped)"
             if self.clipped
             else "those with as many frames left"
         )
-        return f"{which}: captured over the next h frames; {whole}."
+        sentences = [
+            f"{self.task}: AUC/AP of each score, with their 95 % intervals below.",
+            "" if self.asks is None else f"Asked: {self.asks}.",
+            f"{which}: captured over the next h frames; {whole}.",
+        ]
+        if self.trajectories:
+            sentences.append(
+                f"Success: the last {self.last} frames of a trajectory, whose success has no "
+                "horizon; the last frame alone tells most of it."
+            )
+        if self.shows_paper:
+            sentences.append(f"The paper's values are at h = {PAPER_HORIZON}.")
+        if self.shows_paper and self.search == "improved":
+            sentences.append("Its efforts are of the published search, these of the improved one.")
+        if self.missing:
+            sentences.append(f"{self.left_out}.")
+        return " ".join(filter(None, sentences))
 
 
 def evaluate(
@@ -309,7 +272,8 @@ def evaluate(
         whole_number("frames", horizon, 0)
     if among == "captured":
         frames = [horizon for horizon in frames if horizon > 0]
-    weights = bootstrap_weights(len(labelled.by_trajectory()), draws, seed)
+    members = len(labelled.by_trajectory())
+    weights = bootstrap_weights(members, draws, seed)
     states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
     cells = [(metric, horizon) for metric in states for horizon in frames]
     for done, (metric, horizon) in enumerate(cells):
@@ -317,7 +281,13 @@ def evaluate(
             progress(done, len(cells))
         compared = compared_states(labelled, metric, horizon, among=among, clipped=clipped)
         states[metric][horizon] = cell_of(compared, weights)
-    successes = _success_cells(labelled, weights, last) if among == "all" else {}
+    trajectories = {
+        metric: compared_trajectories(labelled, metric, last)
+        for metric in SUCCESSES
+        if among == "all" and metric in labelled.scores
+    }
+    successes = {metric: cell_of(own, weights) for metric, own in trajectories.items()}
+    whole = min((len(own.scores) for own in trajectories.values()), default=members)
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
     return Evaluation(
         task=labelled.task,
@@ -325,7 +295,7 @@ def evaluate(
         states=states,
         success=successes.get(SUCCESS),
         missing=int(missing.sum()),
-        missing_trajectories=_without_success(labelled, last) if successes else 0,
+        missing_trajectories=members - whole,
         success_any=successes.get(SUCCESS + ANY),
         last=last,
         probable_success=successes.get(PROBABLE_SUCCESS),
@@ -334,21 +304,3 @@ def evaluate(
         among=among,
         clipped=clipped,
     )
-
-
-def _without_success(labelled: LabelledScores, last: int) -> int:
-    """Trajectories that some metric of whole trajectories does not compare."""
-    metrics = [metric for metric in SUCCESSES if metric in labelled.scores]
-    compared = [len(compared_trajectories(labelled, metric, last).scores) for metric in metrics]
-    return len(labelled.by_trajectory()) - min(compared)
-
-
-def _success_cells(
-    labelled: LabelledScores, weights: NDArray[np.int64], last: int
-) -> dict[str, Cell | None]:
-    """By metric of whole trajectories that has scores."""
-    return {
-        metric: cell_of(compared_trajectories(labelled, metric, last), weights)
-        for metric in SUCCESSES
-        if metric in labelled.scores
-    }

@@ -11,21 +11,9 @@ except ImportError as error:
     raise ImportError("em.gym needs gymnasium: pip install 'energymargin[gym]'") from error
 
 from energymargin.gym.channels import CHANNELS, Channel
-from energymargin.gym.environment import (
-    ScriptedFuture,
-    TaskEnv,
-    present,
-    register_environments,
-)
+from energymargin.gym.environment import ScriptedFuture, TaskEnv, present, register_environments
 from energymargin.gym.wrapper import CaptureWrapper
 
-__all__ = [
-    "CHANNELS",
-    "CaptureWrapper",
-    "Channel",
-    "ScriptedFuture",
-    "TaskEnv",
-    "present",
-]
+__all__ = ["CHANNELS", "CaptureWrapper", "Channel", "ScriptedFuture", "TaskEnv", "present"]
 
 register_environments()

@@ -48,13 +48,20 @@ class Channel:
 
 def acted(drive: Drive, channels: Sequence[Channel], action: NDArray[np.float64]) -> Drive:
     """The drive of a control step, with the action in its channels in every row."""
-    wrenches = {body: rows.copy() for body, rows in drive.wrenches.items()}
-    targets = {joint: rows.copy() for joint, rows in drive.targets.items()}
+    copied = Drive(
+        {body: rows.copy() for body, rows in drive.wrenches.items()},
+        {joint: rows.copy() for joint, rows in drive.targets.items()},
+    )
     for channel, number in zip(channels, action, strict=True):
-        rows = targets[channel.joint] if channel.joint else wrenches[channel.body or ""]
-        place = slice(None) if channel.joint else (slice(None), channel.axis)
-        rows[place] = channel.offset + number
-    return Drive(wrenches, targets)
+        _rows(copied, channel)[:] = channel.offset + number
+    return copied
+
+
+def _rows(drive: Drive, channel: Channel) -> NDArray[np.float64]:
+    """A channel's numbers of each step, shape (steps,): a view of the drive's."""
+    if channel.joint:
+        return drive.targets[channel.joint]
+    return drive.wrenches[channel.body or ""][:, channel.axis]
 
 
 def planned(
@@ -72,17 +79,8 @@ def planned(
 
 def action_of(drive: Drive, channels: Sequence[Channel]) -> NDArray[np.float64]:
     """The action that does what a drive does on average, as near as the bounds let it."""
-    numbers = [
-        np.mean(
-            drive.targets[channel.joint]
-            if channel.joint
-            else drive.wrenches[channel.body or ""][:, channel.axis]
-        )
-        - channel.offset
-        for channel in channels
-    ]
-    low, high = ([c.low for c in channels], [c.high for c in channels])
-    return np.asarray(np.clip(np.array(numbers), low, high))
+    numbers = np.array([np.mean(_rows(drive, one)) - one.offset for one in channels])
+    return np.asarray(np.clip(numbers, [c.low for c in channels], [c.high for c in channels]))
 
 
 def _force(body: str, bounds: Sequence[tuple[float, float]]) -> tuple[Channel, ...]:

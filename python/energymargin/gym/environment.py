@@ -58,6 +58,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     """Where it was at the start of the episode."""
     params: Params
     """What was drawn for this episode alone, such as the friction."""
+    control_step: float
+    """For how long an action is held [s], in the mean."""
     _done: int
     _actions: int
     """Steps of the simulation."""
@@ -92,7 +94,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         """
         self.task = _scripted(task, parameters)
         self.channels = _channels(self.task.name, channels)
-        self._control_step = control_period("control_step", control_step, self.task.step)
+        self.control_step = control_period("control_step", control_step, self.task.step)
         self.patience = positive_number("patience", patience)
         if render_mode is not None:
             one_of("render_mode", render_mode, self.metadata["render_modes"])
@@ -108,11 +110,6 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     def time(self) -> float:
         """Since the start of the episode [s]."""
         return float(self._done * self.task.step)
-
-    @property
-    def control_step(self) -> float:
-        """For how long an action is held [s], in the mean."""
-        return self._control_step
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -131,17 +128,15 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         steps = min(self._held(), self.task.steps - self._done)
         if steps < 1:
             raise ValueError("the episode is over, expected reset() before the next step")
-        moved = self._world.simulate(
-            self.state, steps, drives=drive.wrenches, targets=drive.targets, record=[steps]
-        )
-        self.state = np.array(moved.states[-1])
+        self.state = self._driven(self.state, drive, steps)[-1]
         self._done, self._actions = self._done + steps, self._actions + 1
-        self._outside = 0.0 if self._any_captured() else self._outside + steps * self.task.step
+        outside = self._outside + steps * self.task.step
+        self._outside = 0.0 if any(self._inside(self._captured)) else outside
         info = self._info()
         terminated = info["success"] or info["lost"]
         truncated = not terminated and self._done == self.task.steps
-        reward = self._share_of_success() if terminated or truncated else 0.0
-        return self.state.copy(), reward, terminated, truncated, info
+        share = float(np.mean(self._inside(self._succeeded)))
+        return self.state.copy(), share * (terminated or truncated), terminated, truncated, info
 
     def nominal_action(self) -> Array:
         """What the task's script does in the next control step, on average."""
@@ -177,15 +172,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         if self.render_mode is None:
             return None
         if self._seen is None:
-            script = self._script
-            whole = self._world.simulate(
-                self.start,
-                self.task.steps,
-                drives=script.wrenches,
-                targets=script.targets,
-                record=[0, self.task.steps],
-            )
-            self._seen = np.array(whole.states)
+            self._seen = self._driven(self.start, self._script, self.task.steps)
         return _picture(self.present(), self.task.plane, self._seen, f"{self.time:.2f} s")
 
     def _begin(self, random: np.random.Generator) -> None:
@@ -199,6 +186,14 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         self.state = self.start.copy()
         self._done, self._actions, self._outside, self._seen = 0, 0, 0.0, None
 
+    def _driven(self, state: Array, drive: Drive, steps: int) -> Array:
+        """A state, and where so many steps of a drive take it, shape (2, n)."""
+        targets, record = drive.targets, [0, steps]
+        moved = self._world.simulate(
+            state, steps, drives=drive.wrenches, targets=targets, record=record
+        )
+        return np.array(moved.states)
+
     def _rows(self) -> Drive:
         """The script's rows of the next control step; the last one, once it is over."""
         first = min(self._done, self.task.steps - 1)
@@ -206,7 +201,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
 
     def _held(self) -> int:
         """For how many steps the next action is held."""
-        end = nearest_steps((self._actions + 1) * self._control_step, self.task.step)
+        end = nearest_steps((self._actions + 1) * self.control_step, self.task.step)
         return int(end) - self._done
 
     def _checked(self, action: Array) -> Array:
@@ -218,16 +213,10 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     def _info(self) -> dict[str, Any]:
         return {
             "time": self.time,
-            "captured": self._any_captured(),
-            "success": self._share_of_success() == 1.0,
+            "captured": any(self._inside(self._captured)),
+            "success": all(self._inside(self._succeeded)),
             "lost": self._outside >= self.patience - self.task.step / 2,
         }
-
-    def _any_captured(self) -> bool:
-        return any(self._inside(self._captured))
-
-    def _share_of_success(self) -> float:
-        return float(np.mean(self._inside(self._succeeded)))
 
     def _inside(self, sets: Regions) -> list[bool]:
         """Whether the state is in the set of each object, or in that of all together."""
@@ -297,13 +286,8 @@ def _picture(problem: Problem, plane: View, seen: Array, title: str) -> NDArray[
     figure = Figure(figsize=(6.0, 5.0), dpi=DPI)
     canvas: Any = FigureCanvasAgg(figure)
     ax = figure.add_subplot()
-    plot_state(
-        problem,
-        ax=ax,
-        plane=plane,
-        limits=view_of(problem.scene, seen, plane, around=0.25),
-        detail=DETAIL,
-    )
+    limits = view_of(problem.scene, seen, plane, around=0.25)
+    plot_state(problem, ax=ax, plane=plane, limits=limits, detail=DETAIL)
     ax.set_title(title, fontsize=10)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()

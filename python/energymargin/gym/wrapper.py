@@ -6,9 +6,10 @@ that `env` is in now. Everything else follows from it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import nan
-from typing import Any, Literal, Protocol, TypeVar
+from typing import Any, Literal, TypeVar
 
 import gymnasium
 import numpy as np
@@ -42,18 +43,12 @@ ObsType = TypeVar("ObsType")
 ActType = TypeVar("ActType")
 
 
-class ProblemOf(Protocol):
-    """What the wrapper asks about the state that an environment is in."""
-
-    def __call__(self, env: gymnasium.Env[Any, Any], /) -> Problem | None:
-        """The problem at that state; None where there is nothing to ask."""
-        ...
+ProblemOf = Callable[..., Problem | None]
+"""Called with an environment, and for a filter with an action; returns the question about the
+environment's state, or None where there is nothing to ask."""
 
 
-class CaptureWrapper(
-    gymnasium.Wrapper[ObsType, ActType, ObsType, ActType],
-    RecordConstructorArgs,
-):
+class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorArgs):
     """Puts the score of each state into `info`, if asked into the reward, and filters actions.
 
     `info["capture"]` of `reset` and `step` has "score" and, of a probability, "low" and "high", its
@@ -112,20 +107,8 @@ class CaptureWrapper(
         Raises ValueError on a bad argument: a metric that is no likelihood in the reward, a
         `problem_of` that takes no action with candidates.
         """
-        RecordConstructorArgs.__init__(
-            self,
-            _disable_deepcopy=True,
-            problem_of=problem_of,
-            metric=metric,
-            settings=settings,
-            disturbance=disturbance,
-            reward_weight=reward_weight,
-            shaping=shaping,
-            discount=discount,
-            candidates=candidates,
-            confidence=confidence,
-            threads=threads,
-        )
+        given = {n: v for n, v in locals().items() if n not in ("self", "env", "__class__")}
+        RecordConstructorArgs.__init__(self, _disable_deepcopy=True, **given)
         super().__init__(env)
         self._problem_of: Any = function_of("problem_of", problem_of, "env")
         if candidates is not None:
@@ -134,7 +117,9 @@ class CaptureWrapper(
         self._metric = metric
         self._weight = _checked_weight(reward_weight, metric)
         self._shaping = one_of("shaping", shaping, SHAPINGS)
-        self._discount = _share("discount", discount)
+        if not 0 <= discount <= 1:
+            raise ValueError(f"discount is {discount!r}, expected a number from 0 to 1")
+        self._discount = float(discount)
         self._settings = SearchSettings() if settings is None else settings
         self._disturbance = disturbance
         self._threads = core_count("threads", threads)
@@ -198,14 +183,14 @@ class CaptureWrapper(
         others = candidates_of(self._candidates, self._observation, action, self._drawing())
         actions, seed = [action, *others], self._seed()
         problem = self._problem_of(self.env, action)
+
+        def problem_of(number: int) -> Problem:
+            asked: Problem = self._problem_of(self.env, actions[number]) if number else problem
+            return asked
+
         if problem is None:
             choice = Choice(0, np.full(len(actions), nan))
         else:
-
-            def problem_of(number: int) -> Problem:
-                asked: Problem = self._problem_of(self.env, actions[number]) if number else problem
-                return asked
-
             choice = self._safest.of(len(actions), problem_of, seed)
         told = {
             "chosen": choice.number,
@@ -244,27 +229,17 @@ def score_of(
     """
     chosen_metrics([problem], [metric])
     settings = replace(settings, common_random_numbers=True)
-    if metric not in TIMED:
-        found = metric_search(problem, metric, settings, 0, threads=threads)
-        return {"score": value_of(metric, found)}
+    of_rollouts: dict[str, Any] = {"undisturbed": False, "most_diverged": ANY}
+    timed = of_rollouts if metric in TIMED else {}
     found = metric_search(
-        problem,
-        metric,
-        settings,
-        disturbance=disturbance,
-        threads=threads,
-        undisturbed=False,
-        most_diverged=ANY,
+        problem, metric, settings, 0, disturbance=disturbance, threads=threads, **timed
     )
+    if metric not in TIMED:
+        return {"score": value_of(metric, found)}
     if is_unknown(found):
         return {**dict.fromkeys(("score", "low", "high"), nan), "diverged": found.diverged}
     low, high = found.interval(which=SIDES[metric])
-    return {
-        "score": value_of(metric, found),
-        "low": low,
-        "high": high,
-        "diverged": found.diverged,
-    }
+    return {"score": value_of(metric, found), "low": low, "high": high, "diverged": found.diverged}
 
 
 def _candidates(candidates: Candidates | int | None, space: spaces.Space[Any]) -> Candidates | None:
@@ -272,10 +247,8 @@ def _candidates(candidates: Candidates | int | None, space: spaces.Space[Any]) -
     if candidates is None:
         return None
     if callable(candidates):
-        function: Candidates = function_of(
-            "candidates", candidates, "observation", "action", "random"
-        )
-        return function
+        function_of("candidates", candidates, "observation", "action", "random")
+        return candidates
     count = whole_number("candidates", candidates, 1)
     if not (isinstance(space, spaces.Box) and space.is_bounded()):
         raise ValueError(
@@ -295,9 +268,3 @@ def _checked_weight(weight: float, metric: str | None) -> float:
             "reward: an effort may be infinite, and a force score has no bound"
         )
     return number
-
-
-def _share(name: str, value: float) -> float:
-    if 0 <= value <= 1:
-        return float(value)
-    raise ValueError(f"{name} is {value!r}, expected a number from 0 to 1")

@@ -17,12 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import (
-    Cancel,
-    CaptureProbability,
-    Problem,
-    disturbances,
-)
+from energymargin._core import Cancel, CaptureProbability, Problem, disturbances
 from energymargin.checks import (
     core_count,
     function_of,

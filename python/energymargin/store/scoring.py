@@ -14,7 +14,7 @@ import numpy as np
 from energymargin import datasets, parallel
 from energymargin._core import Cancel, Problem
 from energymargin.beliefs.belief import Belief
-from energymargin.beliefs.gathering import ParticleSource, Sharing
+from energymargin.beliefs.scoring import ParticleSource, Sharing
 from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError, left_out_text

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Cancel
 from energymargin.beliefs import Belief, Uncertainty
-from energymargin.beliefs.scores import score_beliefs
+from energymargin.beliefs.scoring import score_beliefs
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import generate
 from energymargin.limits import Limit

@@ -1,0 +1,272 @@
+"""The scoring of beliefs: particles go out to workers, and the rows of a belief are gathered.
+
+A belief costs as many simulation steps as a problem: the nodes of a tree are shared out among the
+particles, and each rollout of a probability has a particle of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import count, takewhile
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from energymargin._core import Cancel, stream
+from energymargin.beliefs.belief import Belief, Particles
+from energymargin.beliefs.scores import BeliefScore, BeliefScores
+from energymargin.beliefs.uncertainty import MOST_PARTICLES, PARTICLES
+from energymargin.checks import whole_number
+from energymargin.executors import Executor, Row
+from energymargin.executors.choice import chosen_executor
+from energymargin.executors.rows import Work, given_up, score_chunk
+from energymargin.limits import Limit
+from energymargin.metrics import TIMED
+from energymargin.parallel import run
+from energymargin.scoring import ScoreError
+from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+# Particle j of problem i has the stream of index i + j * 2^32: the first has that of the problem.
+PARTICLE = 2**32
+
+
+class Sharing:
+    """How the steps of one problem are shared out among the particles of a belief."""
+
+    def __init__(self, particles: int, settings: SearchSettings) -> None:
+        """`settings`: of the problem. Raises ValueError on particles below 1."""
+        self.particles = whole_number("particles", particles, 1, MOST_PARTICLES)
+        self.whole = settings
+        self.settings = replace(
+            settings, nodes=max(1, settings.nodes // self.particles), rollouts=1
+        )
+        """Settings of a particle."""
+
+    def count(self, metric: str) -> int:
+        """Particles of a metric."""
+        return self.whole.rollouts if metric in TIMED else self.particles
+
+    def require(self, metrics: Sequence[str]) -> None:
+        """Raises ValueError on metrics that cannot be shared out with these settings."""
+        searched = set(metrics) - {*TIMED, "force"}
+        if searched and self.whole.nodes < self.particles:
+            raise ValueError(
+                f"nodes is {self.whole.nodes}, expected one at least for each of "
+                f"{self.particles} particles"
+            )
+        if self.whole.common_random_numbers and set(metrics) & set(TIMED):
+            raise ValueError(
+                "common_random_numbers is True, expected False with a belief: all of its particles "
+                "would meet one disturbance"
+            )
+
+
+@dataclass(eq=False)
+class _Gathered:
+    """A belief whose particles are scored."""
+
+    asked: Work
+    """Its problem, and what is asked of it."""
+    particles: Particles
+    sharing: Sharing
+    rows: dict[int, Row] = field(default_factory=dict)
+    """By the number of the particle."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether every particle has its scores."""
+        return len(self.rows) == len(self.particles)
+
+    def scores(self) -> BeliefScores:
+        """Those of the particles up to the first one that is missing."""
+        there = [self.rows[number] for number in takewhile(self.rows.__contains__, count())]
+        metrics = self.asked.metrics if there else ()
+        return BeliefScores({m: self._score(m, there) for m in metrics}, self.complete)
+
+    def _score(self, metric: str, there: Sequence[Row]) -> BeliefScore:
+        rows = there[: self.sharing.count(metric)]
+        curves = [row.curves[metric] for row in rows if metric in row.curves]
+        return BeliefScore(
+            metric,
+            np.array([row.scores.get(metric, np.nan) for row in rows]),
+            self.particles.first(len(rows)),
+            sum(row.times.get(metric, 0.0) for row in rows),
+            (curves[0][0], np.mean([curve for _, curve in curves], axis=0)) if curves else None,
+        )
+
+    def row(self) -> Row:
+        """All of them as one row, or the error of a particle."""
+        index, rows = self.asked.index, [self.rows[number] for number in sorted(self.rows)]
+        for number, row in enumerate(rows):
+            if row.error:
+                return Row(index, error=f"particle {number}: {row.error}")
+        scores = self.scores()
+        return Row(
+            index,
+            scores={metric: score.mean for metric, score in scores.items()},
+            particles={metric: score.values for metric, score in scores.items()},
+            times={metric: score.seconds for metric, score in scores.items()},
+            curves={metric: s.curve for metric, s in scores.items() if s.curve is not None},
+            steps=sum(row.steps for row in rows),
+            unconverged=sum(row.unconverged for row in rows),
+            lost_time=sum(row.lost_time for row in rows),
+            warnings=tuple(dict.fromkeys(text for row in rows for text in row.warnings)),
+        )
+
+
+class ParticleSource:
+    """Batches of work: the particles of beliefs, drawn when they are needed."""
+
+    def __init__(
+        self,
+        batches: Iterable[Sequence[Work]],
+        belief: Callable[[int], Belief],
+        sharing: Sharing,
+        *,
+        keep: bool = True,
+    ) -> None:
+        """The beliefs about the problems of some batches, by their indices; `keep` what is gathered
+        of them, for `found`."""
+        self._batches, self._belief, self._sharing = batches, belief, sharing
+        self._keep = keep
+        self._failed: list[Row] = []
+        self._beliefs: dict[int, _Gathered] = {}
+
+    def __iter__(self) -> Iterator[list[Work]]:
+        """The particles of one belief after the other."""
+        for batch in self._batches:
+            if not batch:
+                yield []
+            for asked in batch:
+                yield list(self._work(asked))
+
+    def gathered(self, rows: Sequence[Row]) -> list[Row]:
+        """The rows of beliefs that are complete by these rows of particles, or failed."""
+        done, self._failed = self._failed, []
+        for row in rows:
+            index, number = row.index % PARTICLE, row.index // PARTICLE
+            belief = self._beliefs[index]
+            belief.rows[number] = row
+            if belief.complete:
+                done.append(belief.row())
+                if not self._keep:
+                    del self._beliefs[index]
+        return done
+
+    def found(self) -> dict[int, BeliefScores]:
+        """By index, the scores of each belief with a particle."""
+        every = {index: belief.scores() for index, belief in self._beliefs.items()}
+        return {index: scores for index, scores in every.items() if scores}
+
+    def _work(self, asked: Work) -> Iterator[Work]:
+        whole_number("index", asked.index, 0, PARTICLE - 1)
+        most = max(map(self._sharing.count, asked.metrics))
+        try:
+            seed = stream(self._sharing.whole.seed, asked.index)
+            particles = self._belief(asked.index).particles(most, seed=seed)
+        except ValueError as error:
+            self._failed.append(Row(asked.index, error=str(error)))
+            return
+        self._beliefs[asked.index] = _Gathered(asked, particles, self._sharing)
+        for number, problem in enumerate(particles.problems):
+            metrics = tuple(m for m in asked.metrics if number < self._sharing.count(m))
+            yield Work(asked.index + number * PARTICLE, problem, metrics)
+
+
+def score_belief(
+    belief: Belief,
+    metrics: Sequence[str] | None = None,
+    *,
+    particles: int = PARTICLES,
+    settings: SearchSettings | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+    **loose: Unpack[LooseSettings],
+) -> BeliefScores:
+    """Scores of a belief, at as many simulation steps as those of its problem.
+
+    Args:
+        belief: what is scored.
+        metrics: of METRICS; None takes all that its problem has.
+        particles: draws of the belief. Each has a tree of nodes / particles nodes, rounded down.
+        settings: of the searches and probabilities. Each of the `rollouts` of a probability has a
+            particle of its own.
+        threads: None takes all cores that this process may use. Scores do not depend on them.
+        executor: in place of threads, as of `em.score`.
+        progress: progress(done, total) counts particles.
+        timeout: after so many seconds the particles count that are finished, up to the first that
+            is not, and `complete` is False. TimeoutError is raised if a metric has none.
+        cancel: the same once it is set, with Cancelled.
+        loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
+
+    Raises ValueError on bad arguments, fewer nodes than particles, and common random numbers, which
+    would be one number for all particles; ScoreError if the simulation of a particle failed.
+    """
+    limit = Limit(timeout, cancel)
+    found = score_beliefs(
+        [belief],
+        metrics,
+        particles=particles,
+        settings=chosen_settings(settings, **loose),
+        threads=threads,
+        executor=executor,
+        progress=progress,
+        limit=limit,
+    )
+    if not found:
+        limit.require("a particle has all its scores")
+    return found[0]
+
+
+def score_beliefs(
+    beliefs: Sequence[Belief],
+    metrics: Sequence[str] | None,
+    *,
+    particles: int,
+    settings: SearchSettings,
+    indices: Sequence[int] | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    limit: Limit,
+) -> dict[int, BeliefScores]:
+    """The scores of many, by index; those are left out that have no particle before the limit.
+
+    `indices`: as of `em.score`, each below 2^32. All else, and errors: as `score_belief`.
+    """
+    strange = [belief for belief in beliefs if not isinstance(belief, Belief)]
+    if strange:
+        raise ValueError(f"beliefs has {strange[0]!r}, expected em.Beliefs alone")
+    problems = [belief.problem for belief in beliefs]
+    metrics = chosen_metrics(problems, metrics, settings)
+    executor = chosen_executor(executor, threads)
+    sharing = Sharing(particles, settings)
+    sharing.require(metrics)
+    numbers = range(len(beliefs)) if indices is None else indices
+    by_index = dict(zip(numbers, beliefs, strict=True))
+    asked = [Work(index, belief.problem, tuple(metrics)) for index, belief in by_index.items()]
+    source = ParticleSource([asked], by_index.__getitem__, sharing)
+    total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
+    errors: dict[int, str] = {}
+
+    def deliver(rows: Sequence[Row]) -> None:
+        nonlocal done
+        done += len(rows)
+        errors.update({row.index: row.error for row in source.gathered(rows) if row.error})
+        if progress is not None and rows:
+            progress(done, total)
+
+    chunk = partial(score_chunk, sharing.settings)
+    with executor.workers() as workers:
+        run(workers, chunk, source, deliver, limit, give_up=given_up)
+    if errors:
+        raise ScoreError(errors, len(beliefs))
+    return source.found()
