@@ -16,7 +16,6 @@ from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.actions.choosing import (
     LEAST_CONFIDENCE,
     Candidates,
-    Choice,
     SafestAction,
     candidates_of,
     require_finite,
@@ -115,6 +114,13 @@ class Guard(Closing):
     ends a call within 0.2 s. Use it in a `with` statement, or `close` it: it closes its monitor.
     """
 
+    monitor: Monitor
+    """The monitor."""
+    last: Decision | None
+    """The last decision; None before the first one and after `reset`."""
+    counters: GuardCounters
+    """Decisions since the guard began, by source and reason."""
+
     def __init__(
         self,
         policy: Callable[[Any], Any],
@@ -174,7 +180,7 @@ class Guard(Closing):
             raise ValueError(f"monitor is {monitor!r}, expected an em.Monitor")
         if monitor.rule is None:
             raise ValueError("monitor has no alarm, expected one with alarm=")
-        self._monitor = monitor
+        self.monitor = monitor
         self._fallback = function_or_none("fallback", fallback, "observation")
         self._problem_of = function_or_none("problem_of", problem_of, "state", "time", "action")
         self._candidates = function_or_none(
@@ -188,39 +194,33 @@ class Guard(Closing):
         if least and fallback is None:
             raise ValueError(f"least is {least!r} without a fallback, expected 0 or a fallback")
         self._max_age = None if max_age is None else not_negative_number("max_age", max_age)
-        self._unknown = _checked_unknown(unknown, fallback)
+        if unknown == "fallback" and fallback is None:
+            raise ValueError("unknown is 'fallback' without a fallback, expected 'ask' or 'policy'")
+        usual = "ask" if fallback is None else "fallback"
+        self._unknown = one_of("unknown", usual if unknown is None else unknown, UNKNOWN)
         check_disturbance(disturbance)
-        if problem_of is None:
-            _require_nothing_asked(candidates, least, disturbance, self._unknown)
+        of_use_with_it = {
+            "candidates": candidates,
+            "least": least or None,
+            "disturbance": disturbance,
+            "unknown": "ask" if self._unknown == "ask" else None,
+        }
+        for name, value in of_use_with_it.items() if problem_of is None else ():
+            if value is not None:
+                raise ValueError(
+                    f"{name} is {shown(value)} without problem_of, expected a function (state, "
+                    "time, action) too"
+                )
         self._settings = SearchSettings(rollouts=rollouts, seed=seed)
         self._cancel = Cancel()
+        cores = core_count("threads", threads)
         self._safest = SafestAction(
-            self._settings,
-            disturbance,
-            confidence,
-            least,
-            core_count("threads", threads),
-            self._cancel,
+            self._settings, disturbance, confidence, least, cores, self._cancel
         )
         self._on_decision = function_or_none("on_decision", on_decision, "decision")
         self._random = np.random.default_rng(self._settings.seed)
-        self._last: Decision | None = None
-        self._counters = GuardCounters(0, 0, 0, 0, 0, 0, 0)
-
-    @property
-    def monitor(self) -> Monitor:
-        """The monitor."""
-        return self._monitor
-
-    @property
-    def last(self) -> Decision | None:
-        """The last decision; None before the first one and after `reset`."""
-        return self._last
-
-    @property
-    def counters(self) -> GuardCounters:
-        """Decisions since the guard began, by source and reason."""
-        return self._counters
+        self.last = None
+        self.counters = GuardCounters(0, 0, 0, 0, 0, 0, 0)
 
     def __call__(self, observation: Any, *, time: float, state: ArrayLike) -> Any:
         """The action to take at an observation, in the state of shape (n,) at a time [s].
@@ -228,13 +228,13 @@ class Guard(Closing):
         Raises ValueError on a state that is no vector, a time that does not rise (`reset` begins
         anew), or an action that is not finite, RuntimeError once the guard is closed.
         """
-        self._monitor.push(time, state)
+        self.monitor.push(time, state)
         if self._max_age is None:
-            self._monitor.wait()
+            self.monitor.wait()
         action = self._policy(observation)
         decision = self._decided(float(time), np.array(state, dtype=float), observation, action)
-        self._last = decision
-        self._counters = self._counters.after(decision)
+        self.last = decision
+        self.counters = self.counters.after(decision)
         if self._on_decision is not None:
             self._on_decision(decision)
         return decision.action
@@ -244,18 +244,18 @@ class Guard(Closing):
         if seed is not None:
             self._settings = SearchSettings(rollouts=self._settings.rollouts, seed=seed)
         self._random = np.random.default_rng(self._settings.seed)
-        self._last = None
-        self._monitor.reset()
+        self.last = None
+        self.monitor.reset()
 
     def close(self) -> None:
         """Closes the monitor, within 0.2 s. A call that asks its actions raises Cancelled."""
         self._cancel.set()
-        self._monitor.close()
+        self.monitor.close()
 
     def _decided(
         self, time: float, state: NDArray[np.float64], observation: Any, action: Any
     ) -> Decision:
-        reading = self._monitor.latest
+        reading = self.monitor.latest
         reason = self._reason(time, reading)
         decision = partial(Decision, time, reading=reading)
         try:
@@ -273,12 +273,14 @@ class Guard(Closing):
         if self._problem_of is None or what == "fallback":
             return decision("fallback", reason, *others)
         try:
-            actions = [
-                action,
-                *candidates_of(self._candidates, observation, action, self._random),
-                *others,
-            ]
-            choice = self._choice(time, state, actions)
+            more = candidates_of(self._candidates, observation, action, self._random)
+            actions = [action, *more, *others]
+            choice = self._safest.of(
+                len(actions),
+                lambda number: self._problem_of(state, time, actions[number]),
+                seed=int(self._random.integers(2**63)),
+                otherwise=len(actions) - 1 if others else 0,
+            )
         except (Cancelled, MemoryError):
             raise
         except Exception as error:
@@ -286,8 +288,11 @@ class Guard(Closing):
                 raise
             _log.warning("the actions at %g s have no probabilities: %s", time, error)
             return decision("fallback", reason, *others, error=error)
+        source: Source = "candidate" if choice.number else "policy"
+        if others and choice.number == len(actions) - 1:
+            source = "fallback"
         return decision(
-            self._source(choice.number, len(actions)),
+            source,
             reason,
             actions[choice.number],
             probabilities=choice.probabilities,
@@ -301,48 +306,7 @@ class Guard(Closing):
             return "unknown"
         return "alarm" if reading.alarm else "fine"
 
-    def _choice(self, time: float, state: NDArray[np.float64], actions: list[Any]) -> Choice:
-        """Among the policy's action, the candidates, and last the fallback's."""
-        return self._safest.of(
-            len(actions),
-            lambda number: self._problem_of(state, time, actions[number]),
-            seed=int(self._random.integers(2**63)),
-            otherwise=0 if self._fallback is None else len(actions) - 1,
-        )
-
-    def _source(self, number: int, count: int) -> Source:
-        if number == 0:
-            return "policy"
-        is_last = self._fallback is not None and number == count - 1
-        return "fallback" if is_last else "candidate"
-
     def _fallback_action(self, observation: Any) -> Any:
         action = self._fallback(observation)
         require_finite("fallback", action)
         return action
-
-
-def _require_nothing_asked(
-    candidates: Candidates | None, least: float, disturbance: Any, unknown: str
-) -> None:
-    """Raises ValueError on an argument that is of no use where no action is asked."""
-    of_no_use = {
-        "candidates": candidates,
-        "least": least or None,
-        "disturbance": disturbance,
-        "unknown": "ask" if unknown == "ask" else None,
-    }
-    for name, value in of_no_use.items():
-        if value is not None:
-            raise ValueError(
-                f"{name} is {shown(value)} without problem_of, expected a function (state, time, "
-                "action) too"
-            )
-
-
-def _checked_unknown(unknown: str | None, fallback: object) -> str:
-    if unknown is None:
-        return "ask" if fallback is None else "fallback"
-    if unknown == "fallback" and fallback is None:
-        raise ValueError("unknown is 'fallback' without a fallback, expected 'ask' or 'policy'")
-    return one_of("unknown", unknown, UNKNOWN)

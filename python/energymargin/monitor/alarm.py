@@ -56,6 +56,16 @@ class Alarm:
         whole_number("window", self.window, 1)
         whole_number("count", self.count, 1, self.window)
 
+    def holds_for(self) -> Conditions | None:
+        """What a threshold from data holds for; None of another. ValueError where that is not
+        known."""
+        if self.from_data and self.conditions is None:
+            raise ValueError(
+                f"alarm is of a threshold of {self.on:g} that does not say what it holds for, "
+                "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
+            )
+        return self.conditions if self.from_data else None
+
     def after(self, recent: Sequence[float], *, is_on: bool) -> bool:
         """Whether it is on after the `recent` values, the last one last, if it was `is_on` before.
 

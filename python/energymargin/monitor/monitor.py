@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import atexit
 import bisect
-import contextlib
 import logging
 import math
 import threading
 import time as clock
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -21,6 +20,7 @@ from energymargin._core import Cancel, CaptureProbability, Problem, disturbances
 from energymargin.checks import (
     core_count,
     function_of,
+    function_or_none,
     not_negative_number,
     positive_number,
     whole_number,
@@ -28,7 +28,7 @@ from energymargin.checks import (
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, is_unknown
 from energymargin.monitor.alarm import Alarm, Threshold
-from energymargin.monitor.conditions import Conditions, Pace
+from energymargin.monitor.conditions import Pace
 from energymargin.searches import SearchSettings, metric_search
 
 LONGEST_CLOSE = 0.2  # s
@@ -105,6 +105,9 @@ class Monitor(Closing):
     `on_reading`. Use it in a `with` statement, or `close` it.
     """
 
+    rule: Alarm | None
+    """When the alarm goes on and off; None if it never does."""
+
     def __init__(
         self,
         problem_of: ProblemOf,
@@ -145,12 +148,14 @@ class Monitor(Closing):
         Raises ValueError on bad arguments.
         """
         self._problem_of: ProblemOf = function_of("problem_of", problem_of, "state", "time")
-        self._alarm = _alarm_of(alarm)
+        if isinstance(alarm, Threshold):
+            alarm = alarm.alarm()
+        self.rule = alarm if alarm is None or isinstance(alarm, Alarm) else Alarm(alarm)
         self._period = positive_number("period", period)
         self._pace = Pace(rollouts, self._period)
         self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
         self._settings = SearchSettings(seed=seed, common_random_numbers=True)
-        self._conditions = _conditions_of(self._alarm)
+        self._conditions = None if self.rule is None else self.rule.holds_for()
         if self._conditions is not None:
             self._conditions.require(rollouts, self._period, self._disturbance)
         count = whole_number("workers", workers, 1)
@@ -158,9 +163,7 @@ class Monitor(Closing):
         self._most_waiting = whole_number("waiting", waiting, 1)
         self._trend_window = positive_number("trend_window", trend_window)
         self._kept = whole_number("kept", kept, 1)
-        if not (on_reading is None or callable(on_reading)):
-            raise ValueError(f"on_reading is {on_reading!r}, expected a function of a Reading")
-        self._on_reading = on_reading
+        self._on_reading = function_or_none("on_reading", on_reading, "reading")
 
         self._lock = threading.Condition()
         self._delivery = threading.RLock()  # readings come one after the other
@@ -172,7 +175,7 @@ class Monitor(Closing):
         self._last_error = ""
         self._closed = False
         self._newest = self._followed = -math.inf  # times of states: pushed, known to the alarm
-        self._recent: deque[float] = deque(maxlen=1 if self._alarm is None else self._alarm.window)
+        self._recent: deque[float] = deque(maxlen=1 if self.rule is None else self.rule.window)
         self._is_on = False
         self._workers = [
             threading.Thread(target=self._work, name=f"energymargin monitor {k}", daemon=True)
@@ -189,9 +192,10 @@ class Monitor(Closing):
         anew), RuntimeError once the monitor is closed. A state that makes no problem is a reading
         with an error.
         """
-        finite = False
-        with contextlib.suppress(TypeError):
+        try:
             finite = math.isfinite(time)
+        except TypeError:
+            finite = False
         if not finite:
             raise ValueError(f"time is {time!r}, expected a finite number")
         vector = np.array(state, dtype=float)
@@ -229,19 +233,12 @@ class Monitor(Closing):
     @property
     def counters(self) -> Counters:
         """How many states came, and what became of them."""
-        with self._lock:
-            return self._counts
+        return self._counts
 
     @property
     def alarm(self) -> bool:
         """Whether the alarm is on."""
-        with self._lock:
-            return self._is_on
-
-    @property
-    def rule(self) -> Alarm | None:
-        """When the alarm goes on and off; None if it never does."""
-        return self._alarm
+        return self._is_on
 
     def wait(self, timeout: float | None = None) -> bool:
         """Waits until no state waits and none is scored; whether that came within `timeout` [s]."""
@@ -257,15 +254,18 @@ class Monitor(Closing):
         with self._lock:
             self._cancel.set()
             self._cancel = Cancel()
-            self._forget()
+            self._drop()
+            self._history.clear()
+            self._newest = self._followed = -math.inf
+            self._recent.clear()
+            self._is_on = False
 
     def close(self) -> None:
         """Ends the workers within 0.2 s. States without a reading are dropped."""
         with self._lock:
             self._closed = True
             self._cancel.set()
-            self._count(dropped=len(self._waiting))
-            self._waiting.clear()
+            self._drop()
             self._lock.notify_all()
         end = clock.monotonic() + LONGEST_CLOSE
         for worker in self._workers:
@@ -273,17 +273,14 @@ class Monitor(Closing):
                 worker.join(max(end - clock.monotonic(), 0.0))
         atexit.unregister(self.close)
 
-    def _forget(self) -> None:
+    def _drop(self) -> None:
+        """The states that wait."""
         self._count(dropped=len(self._waiting))
         self._waiting.clear()
-        self._history.clear()
-        self._newest = self._followed = -math.inf
-        self._recent.clear()
-        self._is_on = False
 
     def _count(self, **more: int) -> None:
-        own = self._counts._asdict()
-        self._counts = Counters(**own | {name: own[name] + more[name] for name in more})
+        counts = self._counts
+        self._counts = counts._replace(**{n: getattr(counts, n) + more[n] for n in more})
 
     def _work(self) -> None:
         while (pushed := self._next()) is not None:
@@ -334,30 +331,33 @@ class Monitor(Closing):
                     self._count(dropped=1)
                     return
                 reading = self._noted(pushed, score)
-            self._call(reading)
+            try:
+                if self._on_reading is not None:
+                    self._on_reading(reading)
+            except Exception as error:
+                self._warn("on_reading failed", _text(error))
             if math.isnan(reading.value):
-                self._warn(f"the state at {reading.time:g} s has no score", _why(reading))
+                diverged = f"{reading.diverged} of its rollouts diverged"
+                why = diverged if reading.error is None else _text(reading.error)
+                self._warn(f"the state at {reading.time:g} s has no score", why)
 
     def _noted(self, pushed: _Pushed, score: CaptureProbability | Exception) -> Reading:
         """The reading, once alarm, history and counters know it."""
         lateness = clock.monotonic() - pushed.came
         late = lateness > self._period
-        unknown = (pushed.time, math.nan, UNKNOWN, 0, math.nan, self._is_on, lateness, late)
-        if isinstance(score, Exception):
-            reading = Reading(*unknown, error=score)
-            self._count(failed=1)
-        elif is_unknown(score):
-            reading = Reading(*unknown, score)
+        failed = isinstance(score, Exception)
+        if isinstance(score, Exception) or is_unknown(score):
+            value, interval, rollouts, trend = math.nan, UNKNOWN, 0, math.nan
             self._count(failed=1)
         else:
-            value = float(score.captured)
+            value, interval, rollouts = float(score.captured), score.interval(), score.rollouts
             self._follow(pushed.time, value)
-            reading = Reading(
-                *(pushed.time, value, score.interval(), score.rollouts, math.nan),
-                *(self._is_on, lateness, late, score),
-            )
-            reading = replace(reading, trend=self._trend(reading))
+            trend = self._trend(pushed.time, value)
             self._count(scored=1, late=int(late))
+        reading = Reading(
+            *(pushed.time, value, interval, rollouts, trend, self._is_on, lateness, late),
+            *((None, score) if failed else (score, None)),
+        )
         bisect.insort(self._history, reading, key=lambda known: known.time)
         del self._history[: -self._kept]
         return reading
@@ -367,24 +367,15 @@ class Monitor(Closing):
         if time > self._followed:
             self._followed = time
             self._recent.append(value)
-            if self._alarm is not None:
-                self._is_on = self._alarm.after(self._recent, is_on=self._is_on)
+            if self.rule is not None:
+                self._is_on = self.rule.after(self._recent, is_on=self._is_on)
 
-    def _trend(self, reading: Reading) -> float:
-        """Slope of this reading and those of the time before it [1/s]."""
-        first = reading.time - self._trend_window
-        near = [r for r in self._history if first <= r.time < reading.time]
-        near = [r for r in near if not math.isnan(r.value)]
-        near.append(reading)
-        return _slope([r.time for r in near], [r.value for r in near])
-
-    def _call(self, reading: Reading) -> None:
-        if self._on_reading is None:
-            return
-        try:
-            self._on_reading(reading)
-        except Exception as error:
-            self._warn("on_reading failed", _text(error))
+    def _trend(self, time: float, value: float) -> float:
+        """Slope of this value and those of the time before it [1/s]."""
+        first = time - self._trend_window
+        near = [(r.time, r.value) for r in self._history if first <= r.time < time]
+        near = [(at, known) for at, known in near if not math.isnan(known)]
+        return _slope(*np.array([*near, (time, value)]).T)
 
     def _warn(self, what: str, text: str) -> None:
         """Logs a fault, and the same one again only after another."""
@@ -393,39 +384,12 @@ class Monitor(Closing):
             _log.warning("%s: %s", what, text)
 
 
-def _why(reading: Reading) -> str:
-    """Why it has no value."""
-    if reading.error is not None:
-        return _text(reading.error)
-    return f"{reading.diverged} of its rollouts diverged"
-
-
 def _text(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _alarm_of(alarm: Alarm | Threshold | float | None) -> Alarm | None:
-    if isinstance(alarm, Threshold):
-        return alarm.alarm()
-    return alarm if alarm is None or isinstance(alarm, Alarm) else Alarm(alarm)
-
-
-def _conditions_of(alarm: Alarm | None) -> Conditions | None:
-    """What the threshold of an alarm holds for; None of an alarm without one. ValueError where that
-    is not known."""
-    if alarm is None or not alarm.from_data:
-        return None
-    if alarm.conditions is None:
-        raise ValueError(
-            f"alarm is of a threshold of {alarm.on:g} that does not say what it holds for, "
-            "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
-        )
-    return alarm.conditions
-
-
-def _slope(times: Sequence[float], values: Sequence[float]) -> float:
-    """Slope of the line of least squares through values at times [s]; NaN below two times."""
-    t, y = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
+def _slope(t: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    """Slope of the line of least squares through values y at times t [s]; NaN below two times."""
     if len(t) < 2 or np.ptp(t) == 0:
         return float("nan")
     t = t - t.mean()
