@@ -23,6 +23,7 @@ from energymargin.checks import whole_number
 from energymargin.plausibility import PlausibilityWarning
 from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
+from energymargin.scenes.corners import shape_parts
 
 # An overlap that may be left, as a share of the smallest half extent of what was moved; Problems
 # refuse a quarter.
@@ -87,6 +88,9 @@ class Belief:
     Raises ValueError on what cannot be and on bodies that the scene does not have.
     """
 
+    sources: list[Source]
+    """What is not known for sure; a standard deviation of 0 is."""
+
     def __init__(
         self,
         problem: Problem,
@@ -110,21 +114,16 @@ class Belief:
         self.problem = problem
         self.uncertainty = uncertainty
         self._question: Question = problem.with_state if question is None else question
-        self._sources = uncertainty.sources(problem.scene)
+        self.sources = uncertainty.sources(problem.scene)
 
     def __repr__(self) -> str:
         """What is not known."""
-        return f"Belief({', '.join(source.name for source in self._sources) or 'known exactly'})"
-
-    @property
-    def sources(self) -> list[Source]:
-        """What is not known for sure; a standard deviation of 0 is."""
-        return list(self._sources)
+        return f"Belief({', '.join(source.name for source in self.sources) or 'known exactly'})"
 
     def with_sources(self, sources: Sequence[Source]) -> Belief:
         """This belief with other sources, such as posteriors of its own."""
         changed = Belief(self.problem, uncertainty=self.uncertainty, question=self._question)
-        changed._sources = list(sources)
+        changed.sources = list(sources)
         return changed
 
     def particles(self, count: int, *, seed: int = 0) -> Particles:
@@ -133,30 +132,27 @@ class Belief:
         Raises ValueError if hardly any draw can be, as where every pose overlaps the scene.
         """
         count = whole_number("count", count, 1)
-        problems: list[Problem] = []
-        points, separated, redrawn = [], 0, 0
-        for point in _points(self.dimension, count, seed):
+        made: list[tuple[Problem, bool, NDArray[np.float64]]] = []
+        points, redrawn = _points(self.dimension, count, seed), 0
+        while len(made) < count:
+            point = next(points)
             found = self.particle(point)
-            if found is None:
-                redrawn += 1
-                if redrawn >= TRIES * count:
-                    raise ValueError(
-                        f"{redrawn} of {redrawn + len(problems)} draws of the belief have no place "
-                        "or a friction or mass below 0, expected smaller errors"
-                    )
+            if found is not None:
+                made.append((*found, point))
                 continue
-            problem, moved = found
-            problems.append(problem)
-            points.append(point)
-            separated += moved
-            if len(problems) == count:
-                break
-        return Particles(problems, np.array(points), self.sources, separated, redrawn)
+            redrawn += 1
+            if redrawn >= TRIES * count:
+                raise ValueError(
+                    f"{redrawn} of {redrawn + len(made)} draws of the belief have no place or a "
+                    "friction or mass below 0, expected smaller errors"
+                )
+        problems, moved, drawn = zip(*made, strict=True)
+        return Particles(list(problems), np.array(drawn), self.sources, sum(moved), redrawn)
 
     @property
     def dimension(self) -> int:
         """D, the independent numbers behind a draw."""
-        return sum(len(source.inputs) for source in self._sources)
+        return sum(len(source.inputs) for source in self.sources)
 
     def particle(self, point: NDArray[np.float64]) -> tuple[Problem, bool] | None:
         """The problem at a point of the open unit cube, shape (D,), and whether its bodies were
@@ -179,19 +175,19 @@ class Belief:
 
     def _values(self, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         """Values of each source at points of the unit cube, shape (N, D)."""
-        ends = np.cumsum([len(source.inputs) for source in self._sources])
-        columns = np.split(points, ends[:-1], axis=1) if self._sources else []
-        return [source.values(own) for source, own in zip(self._sources, columns, strict=True)]
+        ends = np.cumsum([len(source.inputs) for source in self.sources])
+        columns = np.split(points, ends[:-1], axis=1) if self.sources else []
+        return [source.values(own) for source, own in zip(self.sources, columns, strict=True)]
 
     @cached_property
     def _place(self) -> _Place:
-        return _Place(World(self.problem.scene), self.problem, self._sources)
+        return _Place(self.problem, self.sources)
 
     def _made(self, draws: list[NDArray[np.float64]]) -> tuple[Problem, bool] | None:
         """The problem with a draw of each source, as `particle`."""
         state = np.array(self.problem.state)
         changes: list[tuple[Source, float]] = []
-        for source, values in zip(self._sources, draws, strict=True):
+        for source, values in zip(self.sources, draws, strict=True):
             if source.quantity in ERRORS:
                 _add_error(state[self.problem.scene.slice(source.body)], source.quantity, values)
             elif values[0] < 0 or (source.quantity == "mass" and values[0] == 0):
@@ -221,18 +217,20 @@ def _points(dimension: int, count: int, seed: int) -> Iterator[NDArray[np.float6
 class _Place:
     """Where bodies with errors of their pose can be: nothing overlaps more than at the start."""
 
-    def __init__(self, world: World, problem: Problem, sources: list[Source]) -> None:
-        self._world = world
-        self._bodies = [source.body for source in sources if source.quantity == "pose"]
+    def __init__(self, problem: Problem, sources: Sequence[Source]) -> None:
+        self._world = World(problem.scene)
+        poses = [source for source in sources if source.quantity == "pose"]
+        self._bodies = [source.body for source in poses]
         # Bodies are separated along the axes on which their place is not known.
-        along = np.zeros(3)
-        for source in sources:
-            if source.quantity == "pose":
-                along += np.abs(source.values(np.full((1, len(source.inputs)), 0.9))[0, :3]) > 0
-        self._directions = (along > 0).astype(float) if along.any() else np.ones(3)
-        self._most = self._overlap(problem.state) if self._bodies else 0.0
-        if self._bodies:
-            self._most = max(self._most, LEFT * _smallest(problem, self._bodies))
+        errors = [source.values(np.full((1, len(source.inputs)), 0.9))[0, :3] for source in poses]
+        along = np.any(errors, axis=0) if poses else np.zeros(3, bool)
+        self._directions = along.astype(float) if along.any() else np.ones(3)
+        self._most = 0.0
+        if poses:
+            shapes = [body.shape for body in problem.scene.bodies if body.name in self._bodies]
+            corners = [part for shape in shapes for part in shape_parts(shape)]
+            smallest = min(float(np.ptp(part, axis=0).min()) / 2 for part in corners)
+            self._most = max(self._overlap(problem.state), LEFT * smallest)
 
     def of(self, state: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool] | None:
         """The state, or another in which its bodies are apart, and whether it is another; None if
@@ -252,15 +250,6 @@ class _Place:
         own = set(self._bodies)
         contacts = self._world.contacts(state)
         return max([0.0, *(-c.distance for c in contacts if own & {c.body_a, c.body_b})])
-
-
-def _smallest(problem: Problem, bodies: list[str]) -> float:
-    """The smallest half extent of these bodies [m]."""
-    from energymargin.scenes.corners import shape_parts
-
-    shapes = [body.shape for body in problem.scene.bodies if body.name in bodies]
-    corners = [part for shape in shapes for part in shape_parts(shape)]
-    return min(float(np.ptp(part, axis=0).min()) / 2 for part in corners)
 
 
 def _add_error(body: NDArray[np.float64], quantity: str, error: NDArray[np.float64]) -> None:
@@ -311,16 +300,21 @@ def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonPar
     Raises ValueError on beliefs in which something else is uncertain, and if hardly any draw can be
     for all of them.
     """
-    _check_alike(beliefs)
+    first, *others = (_said(belief.sources) for belief in beliefs)
+    for number, other in enumerate(others, 1):
+        if other != first:
+            raise ValueError(
+                f"uncertainty is of {first} in problem number 0, of {other} in number {number}, "
+                "expected the same bodies in the same order"
+            )
     random, refused = np.random.default_rng(seed), np.zeros(len(beliefs), dtype=int)
     number = made = 0
     while number - made < TRIES * (made + AT_FIRST):
         point = np.clip(random.random(beliefs[0].dimension), *OPEN)
         found = [belief.particle(point) for belief in beliefs]
-        problems = tuple(one[0] for one in found if one is not None)
-        if len(problems) == len(beliefs):
+        if None not in found:
             made += 1
-            yield CommonParticle(number, problems)
+            yield CommonParticle(number, tuple(one[0] for one in found if one is not None))
         refused += [one is None for one in found]
         number += 1
     raise ValueError(
@@ -329,15 +323,5 @@ def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonPar
     )
 
 
-def _check_alike(beliefs: Sequence[Belief]) -> None:
-    first, *others = ([(s.name, s.inputs) for s in belief.sources] for belief in beliefs)
-    for number, other in enumerate(others, 1):
-        if other != first:
-            raise ValueError(
-                f"uncertainty is of {_said(first)} in problem number 0, of {_said(other)} in "
-                f"number {number}, expected the same bodies in the same order"
-            )
-
-
-def _said(sources: Sequence[tuple[str, tuple[str, ...]]]) -> str:
-    return ", ".join(f"{name} ({', '.join(inputs)})" for name, inputs in sources) or "nothing"
+def _said(sources: Sequence[Source]) -> str:
+    return ", ".join(f"{one.name} ({', '.join(one.inputs)})" for one in sources) or "nothing"

@@ -80,7 +80,7 @@ class Uncertainty:
         given = self.given
         if not given:
             raise ValueError(
-                f"nothing is uncertain, expected one at least of {_listed(QUANTITIES)}"
+                f"nothing is uncertain, expected one at least of {', '.join(QUANTITIES)}"
             )
         for quantity, value in given.items():
             for name, one in _by_body(quantity, value):
@@ -120,7 +120,10 @@ class Uncertainty:
                 _check_body(scene, bodies, quantity, name)
             pairs = {n: one for n, one in known.items() if isinstance(one, Mapping)}
             alone = {n: one for n, one in known.items() if n not in pairs}
-            sources += [_source(quantity, bodies[n], alone[n]) for n in bodies if n in alone]
+            for name, body in bodies.items():
+                if name in alone:
+                    center = getattr(body, quantity) if quantity in VALUES else 0.0
+                    sources.append(_source(quantity, name, alone[name], center))
             if quantity == "friction":
                 sources += _pair_sources(scene, pairs, list(alone))
         return [source for source in sources if source.inputs]
@@ -141,13 +144,9 @@ class Uncertainty:
         unknown = set(plain) - set(QUANTITIES) if isinstance(plain, dict) else {shown(plain)}
         if unknown:
             raise ValueError(
-                f"uncertainty has {sorted(unknown)[0]!r}, expected some of {_listed(QUANTITIES)}"
+                f"uncertainty has {sorted(unknown)[0]!r}, expected some of {', '.join(QUANTITIES)}"
             )
         return Uncertainty(**{quantity: _from_plain(value) for quantity, value in plain.items()})
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names)
 
 
 def _by_body(quantity: str, value: Any) -> list[tuple[str, Any]]:
@@ -240,9 +239,7 @@ def normal_root(value: Any) -> NDArray[np.float64] | None:
 def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: str) -> None:
     body = bodies.get(name)
     if body is None:
-        raise ValueError(
-            f"{quantity} names the body {name!r}, expected one of {_listed(list(bodies))}"
-        )
+        raise ValueError(f"{quantity} names the body {name!r}, expected one of {', '.join(bodies)}")
     if quantity != "friction" and body.fixed:
         raise ValueError(
             f"{quantity} names the body {name!r}, which is fixed, expected one that moves"
@@ -251,19 +248,16 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
         scene.slice(name)  # which a link does not have, and says so
 
 
-def _source(quantity: str, body: Body, value: Any) -> Source:
+def _source(quantity: str, body: str, value: Any, center: float = 0.0) -> Source:
+    """`center`: the problem's own coefficient or mass."""
     if quantity in VALUES:
-        return _value_source(quantity, body.name, value, float(getattr(body, quantity)))
+        return _of_columns(quantity, body, value, {quantity: _quantiles(value, center)})
     if _is_covariance(value):
         root = _covariance(quantity, value)
         names = tuple(f"axis {k + 1}" for k in range(root.shape[1]))
-        return Source(quantity, body.name, names, lambda u: standard_normal(u) @ root.T, value)
+        return Source(quantity, body, names, lambda u: standard_normal(u) @ root.T, value)
     axes = dict(zip(AXES[quantity], (_quantiles(one, 0.0) for one in value), strict=True))
-    return _of_columns(quantity, body.name, value, axes)
-
-
-def _value_source(quantity: str, body: str, value: Any, center: float) -> Source:
-    return _of_columns(quantity, body, value, {quantity: _quantiles(value, center)})
+    return _of_columns(quantity, body, value, axes)
 
 
 def _pair_sources(
@@ -286,7 +280,7 @@ def _pair_sources(
     for (a, b), coefficient in scene.pair_frictions.items():
         one = named.get(frozenset((a, b)))
         if one is not None:
-            sources.append(replace(_value_source("friction", a, one, coefficient), other=b))
+            sources.append(replace(_source("friction", a, one, coefficient), other=b))
         elif a in alone or b in alone:
             name, other = (a, b) if a in alone else (b, a)
             raise ValueError(
@@ -329,10 +323,6 @@ def standard_normal(u: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(ndtri(u))
 
 
-def _is_by_body(plain: Any) -> bool:
-    return isinstance(plain, dict) and not {"distribution", "covariance"} & set(plain)
-
-
 def _to_plain(quantity: str, value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: _to_plain(quantity, one) for name, one in value.items()}
@@ -360,16 +350,17 @@ def _distribution_to_plain(value: Any) -> dict[str, Any]:
 def _from_plain(plain: Any) -> Any:
     if isinstance(plain, list):
         return [_from_plain(one) for one in plain]
-    if _is_by_body(plain):
-        return {name: _from_plain(one) for name, one in plain.items()}
     if not isinstance(plain, dict):
         return plain
     if "covariance" in plain:
         return plain["covariance"]
-    name = plain["distribution"]
-    distribution = _of_scipy(name)
+    if "distribution" not in plain:
+        return {name: _from_plain(one) for name, one in plain.items()}
+    distribution = _of_scipy(plain["distribution"])
     if distribution is None:
-        raise ValueError(f"distribution is {name!r}, expected the name of one of scipy.stats")
+        raise ValueError(
+            f"distribution is {plain['distribution']!r}, expected the name of one of scipy.stats"
+        )
     return distribution(*plain.get("args", ()), **plain.get("kwds", {}))
 
 
