@@ -74,24 +74,24 @@ class SearchSettings:
     """Each problem has a stream of its own: the tree of problem i has the seed stream(seed, i)."""
     nodes_per_edge: int = setting(
         1,
-        "Of capture and success: the most states of a rollout that are nodes. More of them take "
+        "Capture and success: the most states of a rollout that are nodes. More of them take "
         "fewer rollouts.",
     )
     """Most nodes of a rollout in the trees of capture and success, as in `capture_score`."""
     least_likelihood: float = setting(
         0.0,
-        "Of capture and success: a rollout ends where its likelihood falls to this share of the "
+        "Capture and success: a rollout ends where its likelihood falls to this share of the "
         "root's.",
     )
     """Likelihood at which a rollout ends, as a share of the root's, as in `capture_score`."""
     stop_at_escape: bool = setting(
-        False, "Of the efforts: a rollout ends where it is seen outside of the capture set."
+        False, "Efforts: a rollout ends where it is seen outside of the capture set."
     )
     """Whether rollouts of the efforts end at an escape, as in `escape_effort`."""
-    rollouts: int = setting(30, "Of each probability: more make its interval narrower.")
+    rollouts: int = setting(30, "Rollouts of each probability: more make its interval narrower.")
     """Rollouts of each probability, as in `capture_probability`."""
     strength: float = setting(
-        1.0, "Of the disturbance of the probabilities: a share of the task's bounds.", shown="1"
+        1.0, "Strength of the probabilities' disturbance, a share of the task's bounds.", shown="1"
     )
     """Strength of the disturbance of the probabilities, as in `em.disturbances.Uniform`."""
     objects: int | None = setting(None, "Objects that are disturbed at a time; all if not given.")
@@ -99,13 +99,14 @@ class SearchSettings:
     common_random_numbers: bool = setting(
         False,
         "All states meet the same disturbances (common random numbers), to be compared.",
+        flag="--common",
     )
     """Whether every problem draws the disturbances of its probability from the seed itself, and not
     from its own stream, so that problems are compared under the same disturbances."""
     search: Search | None = setting(
         None,
-        "Of the efforts: improved finds cheaper escapes, published is the paper's search. If not "
-        "given improved with a horizon, published without, where it alone ranks.",
+        "Efforts: improved finds cheaper escapes, published is the paper's search. If not given, "
+        "improved with a horizon, and published without, where it alone ranks.",
     )
     """Search of the efforts, as in `escape_effort`: "improved", or "published", the paper's; None:
     that which ranks, "improved" of problems with a horizon and "published" of others."""

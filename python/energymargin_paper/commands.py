@@ -14,6 +14,7 @@ from energymargin.cli.fields import changed, in_words, keyword, option
 from energymargin.cli.options import OverwriteFolderOption, ThreadsOption
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
+from energymargin.settings import flag_of
 from energymargin_paper.study import Study
 
 __all__ = ["command", "make"]
@@ -94,7 +95,7 @@ def _folder(study: Study[Any, Any]) -> Any:
 def _quick(study: Study[Any, Any]) -> Any:
     """Its help says what is less in it."""
     less = [
-        f"--{setting.name.replace('_', '-')} {in_words(own)}"
+        f"{flag_of(setting)} {in_words(own)}"
         for setting in fields(study.quick)
         if (own := getattr(study.quick, setting.name)) != getattr(study.settings, setting.name)
     ]

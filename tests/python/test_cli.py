@@ -58,15 +58,13 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
 def test_evaluate_takes_horizons_draws_and_files_by_their_suffix(folder):
     few = ["--draws", 9, "--among", "all"]
     assert run("score", "push.h5", "-o", "few.db", "--nodes", 5, cwd=folder).returncode == 0
-    done = run(
-        "evaluate", "few.db", *few, "--horizon", 1, "--horizon", 3, "-o", "h.csv", cwd=folder
-    )
+    done = run("evaluate", "few.db", *few, "--frames", 1, "--frames", 3, "-o", "h.csv", cwd=folder)
     assert done.returncode == 0, done.stderr
     lines = (folder / "h.csv").read_text().splitlines()[1:]
     assert {line.split(",")[2] for line in lines} == {"1", "3", ""}
     refused(run("evaluate", "few.db", "-o", "h.txt", cwd=folder), "h.txt", ".md or .csv")
     refused(run("evaluate", "few.db", "--draws", 0, cwd=folder), "draws is 0")
-    refused(run("evaluate", "few.db", "--horizon", -1, cwd=folder), "horizon is -1")
+    refused(run("evaluate", "few.db", "--frames", -1, cwd=folder), "frames is -1")
 
 
 @pytest.mark.parametrize("place", [0, 2])

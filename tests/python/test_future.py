@@ -258,7 +258,7 @@ def test_more_objects_than_there_are_is_said_before_anything_is_computed(dataset
 @pytest.mark.parametrize(
     ("metric", "future", "words"),
     [
-        ("probability", None, "asks about a while: .*--horizon FRAMES.*Future"),
+        ("probability", None, "asks about a while: .*--frames N.*Future"),
         ("capture", Future(1), "asks about states as they are: score it without a horizon"),
     ],
 )
@@ -404,7 +404,7 @@ def folder(tmp_path_factory, dataset):
 
 
 def test_the_command_scores_the_future_and_what_has_no_clock_in_two_runs(folder, dataset):
-    asked = ["--metrics", "probability,capture,effort/est,force", "--horizon", 1]
+    asked = ["--metrics", "probability,capture,effort/est,force", "--frames", 1]
     options = ["--nodes", 20, "--seed", 3, "--rollouts", 6, "--strength", 0.5, "--common"]
     for _ in range(2):
         done = command("score", "topple.h5", "-o", "two.db", *asked, *options, cwd=folder)
@@ -437,7 +437,7 @@ def test_the_command_scores_the_future_and_what_has_no_clock_in_two_runs(folder,
 
 
 def test_by_default_all_metrics_with_a_horizon_are_asked(folder):
-    options = ["--horizon", 2, "--plan", "hold", "--check", 0.05, "--dwell", 0.1]
+    options = ["--frames", 2, "--plan", "hold", "--check", 0.05, "--dwell", 0.1]
     options += ["--nodes", 5, "--rollouts", 2]
     done = command("score", "topple.h5", "-o", "all.db", *options, cwd=folder)
     asked = "(horizon 2 frames, plan hold, check 0.05 s, dwell 0.1 s)"
@@ -449,19 +449,19 @@ def test_by_default_all_metrics_with_a_horizon_are_asked(folder):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--plan", "hold"], "--plan is hold, but there is no horizon .*add --horizon FRAMES"),
-        (["--horizon", 0], "--horizon is 0, expected a whole number of at least 1"),
-        (["--horizon", 1, "--plan", "fly"], "--plan is 'fly', expected script, hold or none"),
-        (["--metrics", "probability"], "asks about a while: give its horizon, --horizon FRAMES"),
-        (["--check", 0.1], "--check is 0.1, but a state as it is .*add --horizon FRAMES"),
-        (["--dwell", 0.1], "--dwell is 0.1, but a state as it is .*add --horizon FRAMES"),
-        (["--horizon", 1, "--check", 0], "--check is 0.0, expected a positive number"),
-        (["--horizon", 1, "--dwell", -1], "--dwell is -1.0, expected a finite number"),
-        (["--horizon", 1, "--strength", -1], "strength is -1.0, expected a finite number"),
-        (["--horizon", 1, "--objects", 0], "objects is 0, expected a whole number from 1"),
-        (["--horizon", 1, "--objects", 3], "objects is 3, expected from 1 to the scene's 1"),
-        (["--horizon", 1, "--rollouts", 0], "rollouts is 0, expected a whole number"),
-        (["--horizon", 1, "--metrics", "capture,beauty"], "metrics is 'beauty'"),
+        (["--plan", "hold"], "--plan is hold, expected --frames beside it"),
+        (["--frames", 0], "frames is 0, expected a whole number of at least 1"),
+        (["--frames", 1, "--plan", "fly"], "plan is 'fly', expected 'script', 'hold' or None"),
+        (["--metrics", "probability"], "asks about a while: give its horizon, --frames N"),
+        (["--check", 0.1], "--check is 0.1, expected --frames beside it"),
+        (["--dwell", 0.1], "--dwell is 0.1, expected --frames beside it"),
+        (["--frames", 1, "--check", 0], "check is 0.0, expected a positive number"),
+        (["--frames", 1, "--dwell", -1], "dwell is -1.0, expected a finite number"),
+        (["--frames", 1, "--strength", -1], "strength is -1.0, expected a finite number"),
+        (["--frames", 1, "--objects", 0], "objects is 0, expected a whole number from 1"),
+        (["--frames", 1, "--objects", 3], "objects is 3, expected from 1 to the scene's 1"),
+        (["--frames", 1, "--rollouts", 0], "rollouts is 0, expected a whole number"),
+        (["--frames", 1, "--metrics", "capture,beauty"], "metrics is 'beauty'"),
     ],
 )
 def test_what_the_command_cannot_ask_is_one_line_and_leaves_no_file(folder, options, words):

@@ -115,7 +115,7 @@ def test_score_counts_it_and_gives_the_others_the_same_bits(scored, good, tmp_pa
     for metric, values in found.items():
         assert np.isnan(values[PUSHED])
         assert np.array_equal(values[rest], whole[metric][rest]), metric
-    ahead = run_here("score", "push.h5", "--horizon", 1, "--metrics", "probability", cwd=own)
+    ahead = run_here("score", "push.h5", "--frames", 1, "--metrics", "probability", cwd=own)
     assert ahead.returncode == 0 and "7 states are scored" in " ".join(ahead.stderr.split())
 
 

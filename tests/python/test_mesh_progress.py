@@ -10,7 +10,7 @@ from urdf_files import INERTIAL, built, chain, joint, link
 import energymargin as em
 from energymargin.bars import bar, bars_by
 from energymargin.cli import application
-from energymargin.cli.progress import inner_bar, progress_bar
+from energymargin.cli.progress import progress_bar
 from energymargin.meshes import mesh
 
 
@@ -62,7 +62,7 @@ def test_within_another_bar_it_is_a_row_until_its_end(tmp_path):
     file, text = angle(tmp_path), io.StringIO()
     console = Console(file=text, force_terminal=True, width=100)
     with (
-        bars_by(lambda title, unit: inner_bar(console, title, unit)),
+        bars_by(lambda title, unit: progress_bar(console, title, unit)),
         progress_bar(console, "Reading", "files") as update,
     ):
         update(0, 1)

@@ -48,6 +48,16 @@ def test_every_command_that_writes_a_file_has_overwrite():
     assert {name for name in writing if "--overwrite" not in options[name]} == GOES_ON
 
 
+def test_every_option_of_every_command_says_what_it_does():
+    silent = {
+        (name, each.name)
+        for name, one in commands().items()
+        for each in one.params
+        if not each.help
+    }
+    assert not silent
+
+
 @pytest.mark.parametrize(
     ("words", "file"),
     [

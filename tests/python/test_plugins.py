@@ -68,7 +68,7 @@ def test_an_installed_task_is_generated_scored_and_evaluated_like_our_own(folder
 
 def test_an_installed_task_without_a_plan_is_asked_about_the_future_with_hold_or_none(folder):
     run(folder, "generate", "shelf", "--trajectories", 2, "--frames", 4, "-o", "few.h5")
-    asked = ["score", "few.h5", "--horizon", 1, "--metrics", "probability", "--rollouts", 2]
+    asked = ["score", "few.h5", "--frames", 1, "--metrics", "probability", "--rollouts", 2]
     for plan in ("hold", "none"):
         run(folder, *asked, "--plan", plan)
     shown = run(folder, "export", "few-scores.db")

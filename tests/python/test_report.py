@@ -221,7 +221,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
     assert "No picture" not in page.text and "Not the tree" not in page.text
     assert all(page.row("probability")) and page.row("probability/success")[1:] == [[]] * 5
     (command,) = re.findall(r"energymargin score .*? --strength 2\.0", page.text)
-    assert "--horizon 2 --plan hold" in command and "--common" in command
+    assert "--frames 2 --plan hold" in command and "--common" in command
     done = run(*shlex.split(command)[1:], cwd=own)
     assert done.returncode == 0, done.stderr
     with ScoreStore(path) as store:

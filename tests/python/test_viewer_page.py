@@ -397,12 +397,12 @@ def test_a_screenshot_has_the_size_and_the_scene(tmp_path):
         (("push", "--size", "big", "-o", "x.png"), "--size is 'big', expected"),
         (("push", "--size", "9x9"), "expected 100 to 8192 pixels"),
         (("push", "-o", "no/where.png"), "there is no folder no"),
-        (("push", "-o", "push.jpg"), "expected a file that ends in .png"),
+        (("push", "-o", "push.jpg"), "expected a name with .png"),
         (("push", "-p", "colour=1"), "colour"),
         (("push", "--port", "0"), "port is 0, expected 1 to 65535"),
-        (("push", "--plan", "hold"), "there is no horizon over which it would be followed"),
-        (("push", "--horizon", "0"), "--horizon is 0"),
-        (("push", "--horizon", "2", "--plan", "dance"), "expected script, hold or none"),
+        (("push", "--plan", "hold"), "--plan is hold, expected --frames beside it"),
+        (("push", "--frames", "0"), "frames is 0"),
+        (("push", "--frames", "2", "--plan", "dance"), "expected 'script', 'hold' or None"),
     ],
 )
 def test_wrong_options_are_one_line(arguments, message, tmp_path):

@@ -6,16 +6,11 @@ and the options alone, and may bring a command themselves.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from energymargin.cli.application import app, main
-
-__all__ = ["app", "main"]
+from typing import Any
 
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
+    if name not in ("app", "main"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from energymargin.cli import application
 

@@ -16,12 +16,13 @@ from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from energymargin.bars import bars_by
 from energymargin.cli.demo import demo
 from energymargin.cli.evaluate import evaluate
 from energymargin.cli.export import export
+from energymargin.cli.fields import described
 from energymargin.cli.generate import generate
 from energymargin.cli.importing import import_recordings
 from energymargin.cli.rank import rank
@@ -34,8 +35,8 @@ from energymargin.cli.terminal import (
     err,
     leave,
     say,
-    say_stopped,
     shown_warnings,
+    warn,
 )
 from energymargin.cli.view import view_command
 from energymargin.interrupts import interrupted, remembered_interrupts
@@ -60,30 +61,28 @@ class _Commands(TyperGroup):
         return super().parse_args(ctx, args)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return [*super().list_commands(ctx), *_registered_names()]
+        registered = {entry.name for entry in entry_points(group=GROUP)}
+        return [*super().list_commands(ctx), *sorted(registered)]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         return super().get_command(ctx, cmd_name) or _registered_command(cmd_name)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         with remembered_interrupts(), bars_by(_bar), shown_warnings():
-            return self._invoke(ctx)
-
-    def _invoke(self, ctx: typer.Context) -> Any:
-        try:
-            return super().invoke(ctx)
-        except typer.Exit:  # how --help ends: a RuntimeError, but no error
-            raise
-        except BaseException as error:
-            if isinstance(error, KeyboardInterrupt) or interrupted():
-                say_stopped()
-                raise typer.Exit(INTERRUPTED) from None
-            if isinstance(error, ERRORS):
-                if ctx.params["traceback"]:
-                    err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
-                say(f"[red]error:[/] {escape(_one_line(error))}")
-                raise typer.Exit(BAD_INPUT) from None
-            raise
+            try:
+                return super().invoke(ctx)
+            except typer.Exit:  # how --help ends: a RuntimeError, but no error
+                raise
+            except BaseException as error:
+                if isinstance(error, KeyboardInterrupt) or interrupted():
+                    warn("stopped")
+                    raise typer.Exit(INTERRUPTED) from None
+                if isinstance(error, ERRORS):
+                    if ctx.params["traceback"]:
+                        err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
+                    say(f"[red]error:[/] {escape(_one_line(error))}")
+                    raise typer.Exit(BAD_INPUT) from None
+                raise
 
 
 app = typer.Typer(
@@ -109,9 +108,9 @@ app = typer.Typer(
 
 
 def _bar(title: str, unit: str) -> AbstractContextManager[Callable[[int, int], None]]:
-    from energymargin.cli.progress import inner_bar
+    from energymargin.cli.progress import progress_bar
 
-    return inner_bar(err, title, unit)
+    return progress_bar(err, title, unit)
 
 
 def _show_version(wanted: bool) -> None:
@@ -140,20 +139,10 @@ def _options(
     pass
 
 
-COMMANDS: dict[str, Callable[..., None]] = {
-    "demo": demo,
-    "tasks": tasks,
-    "generate": generate,
-    "import": import_recordings,
-    "score": score,
-    "evaluate": evaluate,
-    "export": export,
-    "rank": rank,
-    "report": report,
-    "view": view_command,
-}
-for name, command in COMMANDS.items():
-    app.command(name)(command)
+for command in (demo, tasks, generate, score, evaluate, export, rank, report):
+    app.command()(described(command))
+app.command("import")(described(import_recordings))
+app.command("view")(described(view_command))
 
 
 def main() -> None:
@@ -178,11 +167,6 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())
 
 
-def _registered_names() -> list[str]:
-    """The names that `_registered_command` knows, sorted."""
-    return sorted({entry.name for entry in entry_points(group=GROUP)})
-
-
 def _registered_command(name: str) -> Any:
     """The command of that name; None if there is none. A command whose package cannot be imported
     says so when it is called."""
@@ -190,22 +174,21 @@ def _registered_command(name: str) -> Any:
         try:
             command: Any = typer.main.get_command(entry.load())
         except ImportError as error:
-            command = typer.main.get_command(_unusable(entry, error))
+            command = _unusable(entry, error)
         command.name = name
         return command
     return None
 
 
-def _unusable(entry: EntryPoint, error: ImportError) -> typer.Typer:
-    """An app that takes whatever it is given, and raises ImportError."""
-    app = typer.Typer(add_completion=False)
+def _unusable(entry: EntryPoint, error: ImportError) -> TyperCommand:
+    """A command that takes whatever it is given, and raises ImportError."""
     package = entry.module.partition(".")[0]
     need = f"needs the package {package}, which cannot be imported"
     way_out = f"({error}): install {package}, or energymargin as a whole"
-    anything = {"allow_extra_args": True, "ignore_unknown_options": True}
 
-    @app.command(help=f"This command {need}.", context_settings=anything)
     def refuse() -> None:
         raise ImportError(f"`energymargin {entry.name}` {need} {way_out}")
 
-    return app
+    anything = {"allow_extra_args": True, "ignore_unknown_options": True}
+    help = f"This command {need}."
+    return TyperCommand(entry.name, callback=refuse, help=help, context_settings=anything)

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
-import typer
 from rich.markup import escape
 
+from energymargin.bars import bar
 from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import changed, options_of
-from energymargin.cli.options import (
-    OverwriteFolderOption,
-    ThreadsOption,
-    chosen_executor,
-)
+from energymargin.cli.options import OverwriteFolderOption, ThreadsOption, chosen_executor
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
-from energymargin.cli.terminal import err, say
+from energymargin.cli.terminal import say
 from energymargin.searches import SearchSettings
-
-if TYPE_CHECKING:
-    from energymargin.datasets import Dataset
 
 TASK = "push"
 FRAMES = 10
@@ -33,10 +26,8 @@ SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 @options_of(SEARCH, "nodes", "seed")
 def demo(
     *,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
-        "out"
-    ),
-    trajectories: Annotated[int, typer.Option(help="How many trajectories.")] = 50,
+    output: Path = Path("out"),
+    trajectories: int = 50,
     threads: ThreadsOption = None,
     overwrite: OverwriteFolderOption = False,
     **given: Any,
@@ -44,14 +35,24 @@ def demo(
     """The whole way on planar pushing: scores, table, pictures. Stopped, it goes on from there.
 
     Example: `energymargin demo -o out`
+
+    Args:
+        output: Folder for all files.
+        trajectories: How many trajectories.
     """
-    if find_spec("matplotlib") is None:  # before the scores are computed
-        raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
+    from energymargin import tasks
+    from energymargin.datasets.generation import load_or_generate
     from energymargin.store.scoring import dataset_metrics
 
+    if find_spec("matplotlib") is None:  # before the scores are computed
+        raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
     require_own_folder(output, overwrite=overwrite)
     settings = changed(SEARCH, given)
-    dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, settings.seed)
+    with bar(f"Generating {TASK}", "trajectories") as progress:
+        dataset = load_or_generate(
+            *(output / f"{TASK}.h5", tasks.make(TASK), trajectories, FRAMES, settings.seed),
+            progress=progress,
+        )
     database = output / f"{TASK}-scores.db"
     metrics = dataset_metrics(dataset, None, settings)
     with scored_run(dataset, database, settings, metrics, chosen_executor(threads)) as (run, _):
@@ -64,14 +65,3 @@ def demo(
     figure_along(dataset, labelled).savefig(output / "scores.png")
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
     say(f"In {escape(str(output))}/: {', '.join(written)}")
-
-
-def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
-    """The demo's dataset: that of the file, if it is the same."""
-    from energymargin import tasks as registry
-    from energymargin.cli.progress import progress_bar
-    from energymargin.datasets.generation import load_or_generate
-
-    task = registry.make(TASK)
-    with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
-        return load_or_generate(path, task, trajectories, FRAMES, seed, progress=progress)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any, Literal
 
 from energymargin.cli.options import (
     BootstrapSeedOption,
@@ -25,47 +23,15 @@ if TYPE_CHECKING:
     from energymargin.evaluation import Among, Evaluation, LabelledScores
 
 
-OutputsOption = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Write the table to a .md file, or every number to a .csv file; may be repeated.",
-    ),
-]
-HorizonsOption = Annotated[
-    list[int] | None,
-    typer.Option(
-        help="How many frames the label looks ahead; may be repeated.",
-        metavar="FRAMES",
-        show_default="0 to 5",
-    ),
-]
-AmongOption = Annotated[
-    str | None,
-    typer.Option(
-        help="Compare all states, or those that are captured now; if not given, a table of each.",
-        metavar="all|captured",
-    ),
-]
-ClippedOption = Annotated[
-    bool,
-    typer.Option(
-        "--clipped",
-        help="Let a horizon end with its trajectory, instead of leaving such states out.",
-    ),
-]
-
-
 def evaluate(
     scores: ScoresArgument,
     *,
-    output: OutputsOption = None,
+    output: list[Path] | None = None,
     run: RunOption = None,
-    horizon: HorizonsOption = None,
+    frames: list[int] | None = None,
     last: LastOption = 5,
-    among: AmongOption = None,
-    clipped: ClippedOption = False,
+    among: Literal["all", "captured"] | None = None,
+    clipped: bool = False,
     draws: DrawsOption = 1000,
     seed: BootstrapSeedOption = 0,
     overwrite: OverwriteOption = False,
@@ -76,64 +42,49 @@ def evaluate(
     which is what foresight means.
 
     Example: `energymargin evaluate push-scores.db -o table.md`
+
+    Args:
+        output: Write the table to a .md file, or every number to a .csv file; may be repeated.
+        frames: How many frames the label looks ahead, 0 to 5 if not given; may be repeated.
+        among: Compare all states, or those that are captured now; if not given, a table of each.
+        clipped: Let a horizon end with its trajectory, instead of leaving such states out.
     """
-    from energymargin.checks import one_of, whole_number
-    from energymargin.evaluation.labelled import AMONG, HORIZONS
     from energymargin.store import ScoreStore
 
-    outputs = output or []
-    for path in outputs:
-        if path.suffix not in WRITERS:
-            raise ValueError(f"--output is {path}, expected a name with {' or '.join(WRITERS)}")
-        require_free(path, overwrite=overwrite)
-    whole_number("last", last, 1)
-    if among is not None:
-        one_of("among", among, AMONG)
-    which = [choice for choice in AMONG if among in (None, choice)]
+    for path in output or []:
+        require_free(path, overwrite=overwrite, suffixes=WRITERS)
     with ScoreStore(scores) as store:
         labelled = store.run(run).labelled_scores()
-    print_evaluation(
-        labelled,
-        outputs,
-        among=which,
-        frames=[whole_number("horizon", frames, 0) for frames in horizon or HORIZONS],
-        draws=draws,
-        seed=seed,
-        last=last,
-        clipped=clipped,
-    )
+    options: dict[str, Any] = {"frames": frames} if frames else {}
+    options |= {"last": last, "clipped": clipped, "draws": draws, "seed": seed}
+    print_evaluation(labelled, output or [], among, **options)
 
 
 def print_evaluation(
     labelled: LabelledScores,
     outputs: Sequence[Path],
-    *,
-    among: Sequence[Among] = ("all", "captured"),
+    among: Among | None = None,
     **options: Any,
 ) -> None:
-    """AUC and AP, on the terminal and into files: a table for each of `among`.
+    """AUC and AP, on the terminal and into files: a table among all states, and one among those
+    that are captured now, unless one of them is chosen.
 
     `options` are those of `evaluation.evaluate`.
     """
-    results = [_evaluated(labelled, among=choice, **options) for choice in among]
+    from energymargin import evaluation
+    from energymargin.cli.progress import share_bar
+    from energymargin.evaluation.labelled import AMONG
+
+    with share_bar(err) as bar:
+        options["progress"] = lambda done, total: bar("AUC and AP", done / total)
+        which = AMONG if among is None else [among]
+        results = [evaluation.evaluate(labelled, among=each, **options) for each in which]
     for number, result in enumerate(results):
         if number:
             out.print()
         out.print(summary(result))
     for path in outputs:
         replace_text(path, WRITERS[path.suffix](results))
-
-
-def _evaluated(labelled: LabelledScores, **options: Any) -> Evaluation:
-    from energymargin import evaluation
-    from energymargin.cli.progress import share_bar
-
-    with share_bar(err) as bar:
-        return evaluation.evaluate(
-            labelled,
-            progress=lambda done, total: bar("AUC and AP", done / total),
-            **options,
-        )
 
 
 def _markdown(results: Sequence[Evaluation]) -> str:

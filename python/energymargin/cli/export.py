@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.markup import escape
 
 from energymargin.cli.options import OverwriteOption, RunOption, ScoresArgument
@@ -15,28 +13,26 @@ from energymargin.cli.terminal import out, say
 
 def export(
     scores: ScoresArgument,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="A .csv or .parquet file; without it, the runs are listed."
-        ),
-    ] = None,
+    *,
+    output: Path | None = None,
     run: RunOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
 
     Example: `energymargin export push-scores.db -o push-scores.csv`
+
+    Args:
+        output: A .csv or .parquet file; without it, the runs are listed.
     """
     from energymargin import store
     from energymargin.store.export import curves_path
 
-    if output is None:
-        with store.ScoreStore(scores) as opened:
+    with store.ScoreStore(scores) as opened:
+        if output is None:
             for listed in opened.runs():
                 out.print(str(listed), soft_wrap=True, highlight=False)
-        return
-    with store.ScoreStore(scores) as opened:
+            return
         chosen = opened.runs() if run is None else [opened.run(run)]
         curves = any(written.has_curves for written in chosen)
     beside = curves_path(output)

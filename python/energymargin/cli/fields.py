@@ -1,4 +1,14 @@
-"""Options of a command that are the fields of its settings, a dataclass made with `setting`."""
+"""Options of a command: its own, from its signature and docstring, and the fields of its settings.
+
+A docstring says what an option does below `Args:`, as that of any function. Other headings are
+those of the command's help:
+
+    Args:
+        data: A dataset, from `energymargin generate`.
+        output: The scores; DATA-scores.db if not given.
+    Where it runs:
+        processes: So many processes instead of threads.
+"""
 
 from __future__ import annotations
 
@@ -10,23 +20,50 @@ from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import typer
 
+from energymargin.settings import flag_of
+
 Command = TypeVar("Command", bound=Callable[..., None])
 Settings = TypeVar("Settings")
 
+SHORT = {"output": "-o"}
+
+
+def described(command: Command) -> Command:
+    """A command whose options have the help in its docstring."""
+    text, _, entries = (inspect.getdoc(command) or "").partition("\n\nArgs:\n")
+    helps: dict[str, str] = {}
+    panels: dict[str, str] = {}
+    panel = name = ""
+    for line in entries.splitlines():
+        if not line.startswith(" "):
+            panel = line.removesuffix(":")
+        elif line.startswith(" " * 8):
+            helps[name] += f" {line.strip()}"
+        else:
+            name, _, helps[name] = line.strip().partition(": ")
+            panels[name] = panel
+    signature = inspect.signature(command, eval_str=True)
+    parameters = [
+        _own(each, helps[each.name], panels[each.name] or None) if each.name in helps else each
+        for each in signature.parameters.values()
+    ]
+    command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    command.__doc__ = text
+    return command
+
 
 def options_of(
-    settings: Any, *names: str, panel: str | None = None, **flags: str
+    settings: Any, *names: str, panel: str | None = None
 ) -> Callable[[Command], Command]:
     """Decorates a command with the options of these fields, which it gets as **given.
 
-    `settings` has their defaults. `panel` is the heading in the command's help, `flags` are options
-    of another name than their field's.
+    `settings` has their defaults. `panel` is the heading in the command's help.
     """
 
     def decorate(command: Command) -> Command:
         signature = inspect.signature(command, eval_str=True)
         named = {own.name: own for own in fields(settings)}
-        added = [option(settings, named[name], panel, flags.get(name)) for name in names]
+        added = [option(settings, named[name], panel) for name in names]
         own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
         signature = signature.replace(parameters=[*own, *added])
         command.__signature__ = signature  # type: ignore[attr-defined]
@@ -40,24 +77,22 @@ def changed(settings: Settings, given: dict[str, Any]) -> Settings:
     types, values = get_type_hints(type(settings)), {}
     for name, value in given.items():
         if value is not None:
-            one = SEVERAL.get(types[name])
-            values[name] = tuple(one(name, word) for word in split(value)) if one else value
+            kind = SEVERAL.get(types[name])
+            several = kind and tuple(as_number(kind, name, word) for word in split(value))
+            values[name] = value if several is None else several
     return replace(settings, **values)  # type: ignore[type-var]
 
 
-def option(
-    settings: Any, setting: Field[Any], panel: str | None = None, flag: str | None = None
-) -> inspect.Parameter:
+def option(settings: Any, setting: Field[Any], panel: str | None = None) -> inspect.Parameter:
     """The option of a field; None is its value if it is not given."""
     default = getattr(settings, setting.name)
     kind, choices = _type(get_type_hints(type(settings))[setting.name])
     shown = setting.metadata["shown"] or (False if default is None else in_words(default))
-    flags = [flag or f"--{setting.name.replace('_', '-')}"]
     info = typer.Option(
-        *(flags if kind is bool or flag else []),
+        flag_of(setting),
         help=setting.metadata["help"],
         show_default=False if kind is bool else shown,
-        metavar="|".join(choices) or None,
+        metavar=choices,
         rich_help_panel=panel,
     )
     return keyword(setting.name, Annotated[kind | None, info])
@@ -79,36 +114,41 @@ def split(words: str) -> list[str]:
     return [word.strip() for word in words.split(",")]
 
 
-def whole(name: str, word: str) -> int:
-    """A whole number. Raises ValueError if the word is none."""
+def as_number(kind: Callable[[str], Any], name: str, word: str) -> Any:
+    """A number of this kind, int or float. Raises ValueError if the word is none."""
     try:
-        return int(word)
+        return kind(word)
     except ValueError:
-        raise ValueError(f"{name} has {word!r}, expected whole numbers") from None
+        what = "whole numbers" if kind is int else "numbers"
+        raise ValueError(f"{name} has {word!r}, expected {what}") from None
 
 
-def real(name: str, word: str) -> float:
-    """A number. Raises ValueError if the word is none."""
-    try:
-        return float(word)
-    except ValueError:
-        raise ValueError(f"{name} has {word!r}, expected numbers") from None
-
-
-# By the type of a setting that has several values: one of them, from the setting's name and a word.
-SEVERAL: dict[Any, Callable[[str, str], Any]] = {
-    tuple[int, ...]: whole,
-    tuple[float, ...]: real,
-    tuple[str, ...]: lambda _name, word: word,
+# The kind of one value, by the type of a setting that has several.
+SEVERAL: dict[Any, Callable[[str], Any]] = {
+    tuple[int, ...]: int,
+    tuple[float, ...]: float,
+    tuple[str, ...]: str,
 }
 
 
-def _type(hint: Any) -> tuple[Any, list[str]]:
-    """What typer reads for a field, which also may be None; and the words that a field may be."""
-    kinds = [kind for kind in get_args(hint) if kind is not NoneType]
+def _own(parameter: inspect.Parameter, text: str, panel: str | None) -> inspect.Parameter:
+    """A parameter of a command as an argument, or if it is a keyword as an option."""
+    kind, choices = _type(parameter.annotation)
+    if parameter.kind is not parameter.KEYWORD_ONLY:
+        info = typer.Argument(help=text)
+    else:
+        flag = f"--{parameter.name.replace('_', '-')}"
+        if parameter.default is True:
+            flag += f"/--no-{flag.removeprefix('--')}"
+        flags = [flag, *filter(None, [SHORT.get(parameter.name)])]
+        info = typer.Option(*flags, help=text, metavar=choices, rich_help_panel=panel)
+    annotation = kind | None if parameter.default is None else kind
+    return parameter.replace(annotation=Annotated[annotation, info])
+
+
+def _type(hint: Any) -> tuple[Any, str | None]:
+    """What typer reads for a hint, which also may be None; and the words that it may be."""
     if NoneType in get_args(hint):
-        (hint,) = kinds
-    if hint in SEVERAL:
-        return str, []
+        (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
     words = [word for word in get_args(hint) if isinstance(word, str)]
-    return (str if words else hint), words
+    return (str if words or hint in SEVERAL else hint), "|".join(words) or None

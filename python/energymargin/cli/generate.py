@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
 import typer
 from rich.markup import escape
 
+from energymargin.bars import bar
 from energymargin.cli.options import (
     PICTURE_NODES,
-    WHERE,
     OverwriteOption,
     ParameterOption,
     SchedulerOption,
@@ -22,43 +22,23 @@ from energymargin.cli.options import (
     require_one,
 )
 from energymargin.cli.places import require_free
-from energymargin.cli.terminal import TIMED_OUT, err, say
+from energymargin.cli.terminal import TIMED_OUT, say
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
 
 
-TaskArgument = Annotated[str, typer.Argument(help="Name of a task, see `energymargin tasks`.")]
-OutputOption = Annotated[
-    Path | None, typer.Option("--output", "-o", help="The dataset; TASK.h5 if not given.")
-]
-TrajectoriesOption = Annotated[int, typer.Option(help="How many trajectories.")]
-FramesOption = Annotated[int, typer.Option(help="How many frames of each are recorded.")]
-PictureOption = Annotated[
-    Path | None,
-    typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
-]
-ProcessesOption = Annotated[
-    int | None,
-    typer.Option(
-        help="Processes; all cores if not given, and there is work for them. The file does not "
-        "depend on it.",
-        rich_help_panel=WHERE,
-    ),
-]
-
-
 def generate(
+    task: str,
     *,
-    task: TaskArgument,
-    output: OutputOption = None,
-    trajectories: TrajectoriesOption = 50,
-    frames: FramesOption = 10,
+    output: Path | None = None,
+    trajectories: int = 50,
+    frames: int = 10,
     seed: SeedOption = 0,
     parameter: ParameterOption = None,
     overwrite: OverwriteOption = False,
-    picture: PictureOption = None,
-    processes: ProcessesOption = None,
+    picture: Path | None = None,
+    processes: int | None = None,
     scheduler: SchedulerOption = None,
     timeout: TimeoutOption = None,
 ) -> None:
@@ -66,73 +46,64 @@ def generate(
     command goes on from there.
 
     Example: `energymargin generate push -o push.h5 --trajectories 50 -p friction=0.3`
+
+    Args:
+        task: Name of a task, see `energymargin tasks`.
+        output: The dataset; TASK.h5 if not given.
+        trajectories: How many trajectories.
+        frames: How many frames of each are recorded.
+        picture: Draw a failed and a successful trajectory with their search trees.
+    Where it runs:
+        processes: Processes; all cores if not given, and there is work for them. The file does not
+            depend on it.
     """
-    from energymargin import tasks as registry
+    from energymargin import datasets, tasks
+    from energymargin.datasets.generation import trajectories_kept
 
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
     require_one(processes=processes, scheduler=scheduler)
     output = output or Path(f"{task}.h5")
-    made = registry.make(task, **parsed(parameter or []))
+    made = tasks.make(task, **parsed(parameter or []))
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture")
-    count = _generate(
-        made,
-        output,
-        trajectories=trajectories,
-        frames=frames,
-        seed=seed,
-        processes=processes,
-        scheduler=scheduler,
-        timeout=timeout,
-    )
-    _finish(output, picture, seed)
-    if count < trajectories:
-        say(
-            f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
-            "with --overwrite the same command goes on from there."
-        )
-        raise typer.Exit(TIMED_OUT)
-
-
-def _finish(output: Path, picture: Path | None, seed: int) -> None:
-    """Draws the picture, if there is to be one, and says what was written."""
-    from energymargin import datasets
-
-    written = escape(str(output))
-    with datasets.open(output) as dataset:
+    try:
+        with bar(f"Generating {made.name}", "trajectories") as progress:
+            dataset = datasets.generate(
+                made,
+                path=output,
+                trajectories=trajectories,
+                frames=frames,
+                seed=seed,
+                processes=processes,
+                executor=None if scheduler is None else cluster(scheduler),
+                progress=progress,
+                timeout=timeout,
+            )
+    except (KeyboardInterrupt, OSError, RuntimeError):
+        if count := trajectories_kept(output):
+            kept = f"{count} of {trajectories} trajectories are kept beside {escape(str(output))}"
+            say(f"{kept}; the same command goes on from there.")
+        raise
+    with dataset:
         if picture is not None:
             from energymargin.plots.datasets import figure_trees
 
             figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
-        say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
+        say_written(dataset, output)
+        if len(dataset.trajectories) < trajectories:
+            say(
+                f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
+                "with --overwrite the same command goes on from there."
+            )
+            raise typer.Exit(TIMED_OUT)
 
 
-def _generate(task: Any, output: Path, *, scheduler: str | None, **options: Any) -> int:
-    """Makes the file; returns how many trajectories it has. If it is stopped, prints how many
-    trajectories the parts beside the file have."""
-    from energymargin import datasets
-    from energymargin.cli.progress import progress_bar
-    from energymargin.datasets.generation import trajectories_kept
-
-    options["executor"] = None if scheduler is None else cluster(scheduler)
-    try:
-        with (
-            progress_bar(err, f"Generating {task.name}", "trajectories") as progress,
-            datasets.generate(task, path=output, progress=progress, **options) as made,
-        ):
-            return len(made.trajectories)
-    except (KeyboardInterrupt, OSError, RuntimeError):
-        count = trajectories_kept(output)
-        if count:
-            stored = f"{count} of {options['trajectories']} trajectories are kept"
-            say(f"{stored} beside {escape(str(output))}; the same command goes on from there.")
-        raise
-
-
-def _counts(dataset: Dataset) -> str:
-    trajectories = (
-        f"{len(dataset.trajectories)} trajectories ({dataset.successes.sum()} successful)"
+def say_written(dataset: Dataset, path: Path, judged: str = "") -> None:
+    """Prints what a dataset's file has, and the command that comes next."""
+    counts = f"{len(dataset.trajectories)} trajectories ({dataset.successes.sum()} successful"
+    say(
+        f"Wrote {counts}{judged}), {dataset.size} states to {escape(str(path))}. "
+        f"Next: [bold]energymargin score {escape(str(path))}[/]"
     )
-    return f"{trajectories}, {dataset.size} states"

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
-from rich.markup import escape
 
-from energymargin.cli.terminal import say
+from energymargin.cli.terminal import warn
 
 if TYPE_CHECKING:
     from energymargin.beliefs.uncertainty import Sampling
     from energymargin.datasets import Future
     from energymargin.executors import Dask, Executor
-    from energymargin.tasks.scripted import Following
 
+PlanWord = Literal["script", "hold", "none"]
 WHERE = "Where it runs"
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
@@ -56,9 +55,15 @@ LastOption = Annotated[
     int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
 ]
 DrawsOption = Annotated[
-    int, typer.Option(help="Of the bootstrap intervals: with many states, fewer are faster.")
+    int, typer.Option(help="Bootstrap resamples of each interval: with many states, fewer do.")
 ]
-BootstrapSeedOption = Annotated[int, typer.Option(help="Of the bootstrap intervals.")]
+BootstrapSeedOption = Annotated[int, typer.Option(help="Seed of the bootstrap intervals.")]
+ProcessesOption = Annotated[
+    int | None,
+    typer.Option(
+        help="So many processes instead of threads: a crash costs little.", rich_help_panel=WHERE
+    ),
+]
 TimeoutOption = Annotated[
     float | None,
     typer.Option(
@@ -72,8 +77,6 @@ SchedulerOption = Annotated[
         rich_help_panel=WHERE,
     ),
 ]
-
-PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none": None}
 
 
 def chosen_executor(
@@ -92,7 +95,7 @@ def cluster(scheduler: str) -> Dask:
     """A Dask cluster; what its workers lack is printed."""
     from energymargin.executors import Dask
 
-    return Dask(scheduler, notice=lambda text: say(f"[yellow]{escape(text)}[/]"))
+    return Dask(scheduler, notice=warn)
 
 
 def require_one(**options: Any) -> None:
@@ -103,27 +106,16 @@ def require_one(**options: Any) -> None:
 
 
 def chosen_future(
-    horizon: int | None,
-    plan: str | None,
-    check: float | None = None,
-    dwell: float | None = None,
+    frames: int | None, plan: PlanWord | None, **times: float | None
 ) -> Future | None:
-    """The Future of these options; None without a horizon. Raises ValueError on an unknown plan, on
-    a number that is out of range, and on options that need a horizon without one."""
-    from energymargin.checks import not_negative_number, positive_number, whole_number
+    """The Future of these options; None without frames. Raises ValueError on what cannot be."""
     from energymargin.datasets import Future
 
-    if plan is not None and plan not in PLANS:
-        raise ValueError(f"--plan is {plan!r}, expected script, hold or none")
-    if horizon is None:
-        _refuse_without_horizon(plan, check=check, dwell=dwell)
+    require_beside("frames", frames, plan=plan, **times)
+    if frames is None:
         return None
-    return Future(
-        whole_number("--horizon", horizon, 1),
-        PLANS[plan or "script"],
-        None if check is None else positive_number("--check", check),
-        0.0 if dwell is None else not_negative_number("--dwell", dwell),
-    )
+    given: dict[str, Any] = {name: time for name, time in times.items() if time is not None}
+    return Future(frames, None if plan == "none" else plan or "script", **given)
 
 
 def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
@@ -131,36 +123,19 @@ def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | Non
     one, and on what is no uncertainty."""
     from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 
+    require_beside("belief", belief, particles=particles)
     if belief is None:
-        if particles is not None:
-            raise ValueError(f"--particles is {particles}, expected --belief beside it")
         return None
     text = belief if belief.lstrip().startswith("{") else Path(belief).read_text()
     return Sampling(Uncertainty.from_json(text), PARTICLES if particles is None else particles)
 
 
-def _refuse_without_horizon(plan: str | None, **times: float | None) -> None:
-    if plan is not None:
-        raise ValueError(
-            f"--plan is {plan}, but there is no horizon over which it would be followed: "
-            "add --horizon FRAMES, or leave --plan out"
-        )
-    for name, value in times.items():
-        if value is not None:
-            raise ValueError(
-                f"--{name} is {value:g}, but a state as it is has no time at which to look: "
-                f"add --horizon FRAMES, or leave --{name} out"
-            )
-
-
-def refuse_probability_settings(given: dict[str, Any]) -> None:
-    """Raises ValueError on a setting of probabilities: without a horizon nothing asks for one."""
-    for name in ("rollouts", "strength", "objects", "common_random_numbers"):
-        if given[name] is not None:
-            what = f"--{name} is {given[name]}"
-            if name == "common_random_numbers":
-                what = "--common is given"
-            raise ValueError(f"{what}, but no probability is asked for: add --horizon FRAMES")
+def require_beside(option: str, value: object, **others: object) -> None:
+    """Raises ValueError if one of the other options is given without this one, its condition."""
+    for name, other in others.items():
+        if value is None and other is not None:
+            flag = name.replace("_", "-")
+            raise ValueError(f"--{flag} is {other}, expected --{option} beside it")
 
 
 def parsed(parameters: list[str]) -> dict[str, Any]:

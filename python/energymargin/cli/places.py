@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from pathlib import Path
 
 from energymargin.replacing import replace_text
@@ -11,8 +12,15 @@ MARK = ".energymargin"
 """The file that marks a folder whose files a command made."""
 
 
-def require_free(path: Path, *, overwrite: bool, option: str = "-o") -> None:
-    """Raises ValueError if the file exists, and is not to be replaced; or if it is a folder."""
+def require_free(
+    path: Path, *, overwrite: bool, option: str = "-o", suffixes: Collection[str] = ()
+) -> None:
+    """Raises ValueError unless a command may write this file: its name ends with one of the
+    suffixes, if there are any, its folder exists, and it does not exist or is to be replaced."""
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise ValueError(f"{option} is {path}, expected a name with {' or '.join(suffixes)}")
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} is {path}, but there is no folder {path.parent}")
     if path.is_dir():
         raise ValueError(f"{path} is a folder: choose another {option}, the name of a file")
     if os.path.lexists(path) and not overwrite:

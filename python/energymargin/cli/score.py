@@ -5,23 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.markup import escape
 
+from energymargin.bars import bar
 from energymargin.cli.fields import changed, options_of, split
 from energymargin.cli.options import (
-    WHERE,
+    PlanWord,
+    ProcessesOption,
     SchedulerOption,
     ThreadsOption,
     TimeoutOption,
     chosen_executor,
     chosen_future,
     chosen_sampling,
-    refuse_probability_settings,
+    require_beside,
 )
-from energymargin.cli.terminal import TIMED_OUT, err, say
+from energymargin.cli.terminal import TIMED_OUT, say, warn
 from energymargin.searches import SearchSettings
 
 if TYPE_CHECKING:
@@ -31,75 +33,7 @@ if TYPE_CHECKING:
     from energymargin.store import Run
 
 SEARCH = SearchSettings()
-OVER_A_HORIZON = "Over a horizon"
-MODELS = "Models known with an error"
-
-DataArgument = Annotated[Path, typer.Argument(help="A dataset, from `energymargin generate`.")]
-OutputOption = Annotated[
-    Path | None, typer.Option("--output", "-o", help="The scores; DATA-scores.db if not given.")
-]
-MetricsOption = Annotated[
-    str | None,
-    typer.Option(help="Which scores, with commas between; all that there are if not given."),
-]
-HorizonOption = Annotated[
-    int | None,
-    typer.Option(
-        help="Ask about the next so many frames of a trajectory, instead of the state as it "
-        "is: probability and efforts. A frame behind the last one counts the mean time "
-        "between frames, so all states are asked the same.",
-        metavar="FRAMES",
-    ),
-]
-PlanOption = Annotated[
-    str | None,
-    typer.Option(
-        help="With --horizon, what the robot does meanwhile. script: the mean of the task's "
-        "script from the frame on, and behind its end what the task says (the default). hold: "
-        "it goes on as it moves, as for recordings. none: it coasts.",
-        metavar="script|hold|none",
-        rich_help_panel=OVER_A_HORIZON,
-    ),
-]
-CheckOption = Annotated[
-    float | None,
-    typer.Option(
-        help="With --horizon, the time between two looks at the capture set [s].",
-        rich_help_panel=OVER_A_HORIZON,
-        show_default="about 1/60",
-    ),
-]
-DwellOption = Annotated[
-    float | None,
-    typer.Option(
-        help="With --horizon, how long the objects have to be outside to be lost [s].",
-        rich_help_panel=OVER_A_HORIZON,
-        show_default="0: one look is enough",
-    ),
-]
-BeliefOption = Annotated[
-    str | None,
-    typer.Option(
-        help="How well the models are known, as JSON or a file of it: friction, mass, pose, "
-        "velocity. Scores are then means over a belief, at as many steps.",
-        metavar="JSON|FILE",
-        rich_help_panel=MODELS,
-    ),
-]
-ParticlesOption = Annotated[
-    int | None,
-    typer.Option(
-        help="With --belief, draws of it for each state.",
-        show_default="16",
-        rich_help_panel=MODELS,
-    ),
-]
-ProcessesOption = Annotated[
-    int | None,
-    typer.Option(
-        help="So many processes instead of threads: a crash costs little.", rich_help_panel=WHERE
-    ),
-]
+PROBABILITY = ("rollouts", "strength", "objects", "common_random_numbers")
 
 
 @options_of(SEARCH, "nodes", "seed")
@@ -107,22 +41,18 @@ ProcessesOption = Annotated[
     *(SEARCH, "search", "stop_at_escape", "nodes_per_edge", "least_likelihood"),
     panel="How trees are grown",
 )
-@options_of(
-    *(SEARCH, "rollouts", "strength", "objects", "common_random_numbers"),
-    panel=OVER_A_HORIZON,
-    common_random_numbers="--common",
-)
+@options_of(SEARCH, *PROBABILITY, panel="Over a horizon")
 def score(
+    data: Path,
     *,
-    data: DataArgument,
-    output: OutputOption = None,
-    metrics: MetricsOption = None,
-    horizon: HorizonOption = None,
-    plan: PlanOption = None,
-    check: CheckOption = None,
-    dwell: DwellOption = None,
-    belief: BeliefOption = None,
-    particles: ParticlesOption = None,
+    output: Path | None = None,
+    metrics: str | None = None,
+    frames: int | None = None,
+    plan: PlanWord | None = None,
+    check: float | None = None,
+    dwell: float | None = None,
+    belief: str | None = None,
+    particles: int | None = None,
     threads: ThreadsOption = None,
     processes: ProcessesOption = None,
     scheduler: SchedulerOption = None,
@@ -137,9 +67,29 @@ def score(
     Is the pose known to a centimetre alone? `energymargin score push.h5 --belief '{"pose": [0.01,
     0.01, 0, 0, 0, 0.05]}'`
 
-    Will it hold for the next five frames? `energymargin score push.h5 --horizon 5 --plan script`
+    Will it hold for the next five frames? `energymargin score push.h5 --frames 5 --plan script`
 
     On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
+
+    Args:
+        data: A dataset, from `energymargin generate`.
+        output: The scores; DATA-scores.db if not given.
+        metrics: Which scores, with commas between; all that there are if not given.
+        frames: Ask about the next so many frames of a trajectory, the horizon, instead of the state
+            as it is: probability and efforts. A frame behind the last one counts the mean time
+            between frames, so all states are asked the same.
+    Over a horizon:
+        plan: With --frames, what the robot does meanwhile. script: the mean of the task's script
+            from the frame on, and behind its end what the task says (the default). hold: it goes on
+            as it moves, as for recordings. none: it coasts.
+        check: With --frames, the time between two looks at the capture set [s]; about 1/60 if not
+            given.
+        dwell: With --frames, how long the objects have to be outside to be lost [s]; 0 if not
+            given: one look is enough.
+    Models known with an error:
+        belief: How well the models are known, as JSON or a file of it: friction, mass, pose,
+            velocity. Scores are then means over a belief, at as many steps.
+        particles: With --belief, draws of it for each state; 16 if not given.
     """
     from energymargin import datasets
     from energymargin.limits import Limit
@@ -147,9 +97,8 @@ def score(
     from energymargin.store.scoring import dataset_metrics
 
     settings = changed(SEARCH, given)
-    if horizon is None:
-        refuse_probability_settings(given)
-    future = chosen_future(horizon, plan, check, dwell)
+    require_beside("frames", frames, **{name: given[name] for name in PROBABILITY})
+    future = chosen_future(frames, plan, check=check, dwell=dwell)
     sampling = chosen_sampling(belief, particles)
     executor = chosen_executor(threads, processes, scheduler)
     output = output or data.with_name(f"{data.stem}-scores.db")
@@ -171,7 +120,7 @@ def score(
                         say(f"[yellow]the time was over:[/] {_progress_text(run)}")
                         raise typer.Exit(TIMED_OUT)
                     _say_scored(run, several=len(runs) > 1, horizon=future is not None)
-            except ScoreError as error:  # of some states alone
+            except ScoreError as error:  # of some states alone: raised after all runs
                 failed = failed or error
     if failed is not None:
         raise failed
@@ -221,7 +170,6 @@ def scored_run(
 ) -> Iterator[tuple[Run, bool]]:
     """Scores what is missing; gives the run of all scores, and whether the time was enough. States
     that cannot be simulated are counted. Ctrl-C says how far it came."""
-    from energymargin.cli.progress import progress_bar
     from energymargin.store import ScoreStore
     from energymargin.store.scoring import begin_run, score_run
 
@@ -229,14 +177,9 @@ def scored_run(
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
         title = f"Scoring, {settings.nodes} nodes" if future is None else f"Scoring, {future}"
         try:
-            with progress_bar(err, title, "states") as progress:
-                complete = score_run(
-                    *(dataset, run),
-                    executor=executor,
-                    progress=progress,
-                    notice=lambda text: say(f"[yellow]{escape(text)}[/]"),
-                    timeout=timeout,
-                )
+            with bar(title, "states") as progress:
+                options: dict[str, Any] = {"progress": progress, "notice": warn, "timeout": timeout}
+                complete = score_run(dataset, run, executor=executor, **options)
         except KeyboardInterrupt:
             say(_progress_text(run))
             raise

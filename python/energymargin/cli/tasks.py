@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 from rich.markup import escape
 
@@ -26,9 +25,6 @@ def tasks() -> None:
     for entry in overview():
         note = Text(entry.note, "red" if entry.broken else "dim")
         what = Text("\n").join(text for text in (Text(entry.summary), note) if text)
-        table.add_row(entry.name, what, escape(_parameters_text(entry.parameters)))
+        parameters = (f"{name}={json.dumps(value)}" for name, value in entry.parameters.items())
+        table.add_row(entry.name, what, escape(", ".join(parameters)))
     out.print(table)
-
-
-def _parameters_text(parameters: dict[str, Any]) -> str:
-    return ", ".join(f"{name}={json.dumps(value)}" for name, value in parameters.items())

@@ -29,9 +29,9 @@ def say(text: str) -> None:
     err.print(text, soft_wrap=True, highlight=False)
 
 
-def say_stopped() -> None:
-    """Prints that Ctrl-C stopped the command."""
-    say("[yellow]stopped[/]")
+def warn(text: str) -> None:
+    """Prints a line as it is, as a warning."""
+    say(f"[yellow]{escape(text)}[/]")
 
 
 def leave(code: int) -> NoReturn:
@@ -47,7 +47,7 @@ def loading() -> AbstractContextManager[None]:
     for some of them would swallow an exception."""
 
     def stop() -> NoReturn:
-        say_stopped()
+        warn("stopped")
         leave(INTERRUPTED)
 
     return on_interrupt(stop)

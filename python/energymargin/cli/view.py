@@ -11,116 +11,46 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.cli.fields import whole
+from energymargin.bars import bar
+from energymargin.cli.fields import as_number
 from energymargin.cli.options import (
     OverwriteOption,
     ParameterOption,
+    PlanWord,
     RunOption,
     chosen_future,
     parsed,
 )
 from energymargin.cli.places import require_free
-from energymargin.cli.terminal import err, leave, loading, say
+from energymargin.cli.terminal import err, leave, loading, say, warn
 
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
 
 SERVED = "How the page is served"
-DRAWN = "A picture instead"
 SIZE = "1400x1250"  # the whole panel is seen
 
 
-SubjectArgument = Annotated[
-    str, typer.Argument(help="A problem file (.json), a dataset (.h5), or a task's name.")
-]
-TrajectoryOption = Annotated[
-    int | None,
-    typer.Option(
-        help="Which trajectory to begin with, from 0; the first that ends outside of its capture "
-        "set if not given, or else the first."
-    ),
-]
-FrameOption = Annotated[
-    int | None,
-    typer.Option(
-        help="Which of its frames, from 0; one a quarter of all before its last loss if not given, "
-        "or else the middle one."
-    ),
-]
-TreeNodesOption = Annotated[
-    int | None,
-    typer.Option(help="Nodes of each search tree, at first: those of --scores, or else 1000."),
-]
-ViewSeedOption = Annotated[
-    int | None,
-    typer.Option(help="Of a task's trajectories, and of searches: of --scores, or else 0."),
-]
-HorizonOption = Annotated[
-    int | None,
-    typer.Option(
-        help="Ask of each state of a dataset or a task whether it stays captured over the next so "
-        "many frames; that of --scores if not given.",
-        metavar="FRAMES",
-    ),
-]
-PlanOption = Annotated[
-    str | None,
-    typer.Option(
-        help="What the robot does over the horizon: script, as its task's (if not given); hold, it "
-        "goes on as it moves; none, it coasts.",
-        metavar="script|hold|none",
-    ),
-]
-ScoresOption = Annotated[
-    Path | None, typer.Option(help="Scores of the dataset, from `score`, which are shown too.")
-]
-HostOption = Annotated[
-    str,
-    typer.Option(
-        help="The address to serve at; 0.0.0.0 lets other machines see it, and use it.",
-        rich_help_panel=SERVED,
-    ),
-]
-PortOption = Annotated[
-    int | None,
-    typer.Option(
-        help="The port; the first free one from 8080 on if not given.", rich_help_panel=SERVED
-    ),
-]
-OpenOption = Annotated[
-    bool, typer.Option("--open", help="Open the page in your browser.", rich_help_panel=SERVED)
-]
-OutputOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Draw the page into this PNG file instead of serving it.",
-        rich_help_panel=DRAWN,
-    ),
-]
-SizeOption = Annotated[
-    str, typer.Option(help="Of the picture: WIDTHxHEIGHT in pixels.", rich_help_panel=DRAWN)
-]
-
-
 def view_command(
+    what: str,
     *,
-    what: SubjectArgument,
-    trajectory: TrajectoryOption = None,
-    frame: FrameOption = None,
-    nodes: TreeNodesOption = None,
-    seed: ViewSeedOption = None,
+    trajectory: int | None = None,
+    frame: int | None = None,
+    nodes: int | None = None,
+    seed: int | None = None,
     parameter: ParameterOption = None,
-    horizon: HorizonOption = None,
-    plan: PlanOption = None,
-    scores: ScoresOption = None,
+    frames: int | None = None,
+    plan: PlanWord | None = None,
+    scores: Path | None = None,
     run: RunOption = None,
-    host: HostOption = "127.0.0.1",
-    port: PortOption = None,
-    open_browser: OpenOption = False,
-    output: OutputOption = None,
-    size: SizeOption = SIZE,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    open_browser: Annotated[
+        bool,
+        typer.Option("--open", help="Open the page in your browser.", rich_help_panel=SERVED),
+    ] = False,
+    output: Path | None = None,
+    size: str = SIZE,
     overwrite: OverwriteOption = False,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
@@ -130,17 +60,37 @@ def view_command(
 
     A picture: `energymargin view push --trajectory 3 --frame 8 -o push.png`
 
-    What is to come: `energymargin view push --horizon 5 --plan script`
+    What is to come: `energymargin view push --frames 5 --plan script`
+
+    Args:
+        what: A problem file (.json), a dataset (.h5), or a task's name.
+        trajectory: Which trajectory to begin with, from 0; the first that ends outside of its
+            capture set if not given, or else the first.
+        frame: Which of its frames, from 0; one a quarter of all before its last loss if not given,
+            or else the middle one.
+        nodes: Nodes of each search tree, at first: those of --scores, or else 1000.
+        seed: Seed of a task's trajectories, and of searches: that of --scores, or else 0.
+        frames: Ask of each state of a dataset or a task whether it stays captured over the next so
+            many frames; that of --scores if not given.
+        plan: With --frames, what the robot does meanwhile: script, as its task's (if not given);
+            hold, it goes on as it moves; none, it coasts.
+        scores: Scores of the dataset, from `score`, which are shown too.
+    How the page is served:
+        host: The address to serve at; 0.0.0.0 lets other machines see it, and use it.
+        port: The port; the first free one from 8080 on if not given.
+    A picture instead:
+        output: Draw the page into this PNG file instead of serving it.
+        size: Size of the picture: WIDTHxHEIGHT in pixels.
     """
     pixels = _size(size)
     if output is not None:
-        require_free(output, overwrite=overwrite)
-        _check_place(output)
+        require_free(output, overwrite=overwrite, suffixes=[".png"])
+        if find_spec("playwright") is None:  # before the search, not after it
+            raise ImportError("-o draws with Playwright: pip install 'energymargin[screenshot]'")
     with loading():
-        from energymargin.cli.progress import progress_bar
         from energymargin.viewer import view
 
-    with progress_bar(err, f"Generating {what}", "trajectories") as progress:
+    with bar(f"Generating {what}", "trajectories") as progress:
         viewer = view(
             what,
             parameters=parsed(parameter or []),
@@ -148,7 +98,7 @@ def view_command(
             frame=frame,
             nodes=nodes,
             seed=seed,
-            future=chosen_future(horizon, plan),
+            future=chosen_future(frames, plan),
             scores=scores,
             run=run,
             host=host,
@@ -156,57 +106,42 @@ def view_command(
             progress=progress,
         )
     with viewer:
-        if output is not None:
+        if output is None:
+            _serve(viewer, host, open_browser=open_browser)
+        else:
             _draw(viewer, output, pixels)
             return
-        _serve(viewer, host, open_browser=open_browser)
     leave(0)
 
 
 def _serve(viewer: Viewer, host: str, *, open_browser: bool) -> None:
-    """Serves the page until Ctrl-C."""
+    """Serves the page until Ctrl-C, which is the usual way to end it, and so no error."""
     from energymargin.viewer.guard import is_local
 
     if not is_local(host):
-        say(
-            f"[yellow]Everyone who reaches {escape(host)} and has the address of this page can "
-            "see it and start searches on this machine; the connection is not encrypted.[/]"
+        warn(
+            f"Everyone who reaches {host} and has the address of this page can see it and start "
+            "searches on this machine; the connection is not encrypted."
         )
     viewer.page.score()
     say(f"Open [bold]{viewer.url}[/] in a browser. Ctrl-C ends it.")
     if open_browser:
         webbrowser.open(viewer.url)
-    _until_ctrl_c()
-
-
-def _draw(viewer: Viewer, path: Path, size: tuple[int, int]) -> None:
-    from energymargin.cli.progress import share_bar
-    from energymargin.viewer.browser import screenshot
-
-    with share_bar(err) as bar:
-        viewer.page.score(lambda share: bar("Scoring", share))
-        viewer.page.wait()
-    screenshot(viewer.url, path, size)
-    say(f"Wrote {escape(str(path))}")
-
-
-def _until_ctrl_c() -> None:
-    """Ctrl-C is the usual way to end it, and so no error."""
     try:
         threading.Event().wait()
     except KeyboardInterrupt:
         say("closed")
 
 
-def _check_place(path: Path) -> None:
-    """Raises ValueError unless a picture can be written there, ImportError without a browser's
-    driver: before the search, not after it."""
-    if path.suffix.lower() != ".png":
-        raise ValueError(f"--output is {path}, expected a file that ends in .png")
-    if not path.parent.is_dir():
-        raise ValueError(f"--output is {path}, but there is no folder {path.parent}")
-    if find_spec("playwright") is None:
-        raise ImportError("--output draws with Playwright: pip install 'energymargin[screenshot]'")
+def _draw(viewer: Viewer, path: Path, size: tuple[int, int]) -> None:
+    from energymargin.cli.progress import share_bar
+    from energymargin.viewer.browser import screenshot
+
+    with share_bar(err) as tell:
+        viewer.page.score(lambda share: tell("Scoring", share))
+        viewer.page.wait()
+    screenshot(viewer.url, path, size)
+    say(f"Wrote {escape(str(path))}")
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -214,7 +149,7 @@ def _size(text: str) -> tuple[int, int]:
     width, times, height = text.partition("x")
     if not times:
         raise ValueError(f"--size is {text!r}, expected WIDTHxHEIGHT, such as {SIZE}")
-    pixels = whole("--size", width), whole("--size", height)
+    pixels = as_number(int, "--size", width), as_number(int, "--size", height)
     if min(pixels) < 100 or max(pixels) > 8192:
         raise ValueError(f"--size is {text!r}, expected 100 to 8192 pixels a side")
     return pixels

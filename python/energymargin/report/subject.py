@@ -25,13 +25,12 @@ from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.plots.trajectories import BAND
 from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, algorithm
+from energymargin.settings import flag_of
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
 from energymargin.summary import Summary, summary
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
-# Of `energymargin score`, where they are not the names of the settings.
-OPTIONS = {"common_random_numbers": "--common"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +241,7 @@ def _other_algorithm(subject: Subject) -> Iterator[Notice]:
 
 def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str | None:
     """That scores the run's dataset with its settings; None if they are not of that command."""
-    known = {own.name: own.default for own in fields(SearchSettings)}
+    known = {own.name: own for own in fields(SearchSettings)}
     if not set(subject.settings) <= set(known):
         return None
     future = subject.future
@@ -252,13 +251,12 @@ def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str
     if metrics is not None:
         words += ["--metrics", ",".join(metrics)]
     if future is not None:
-        words += ["--horizon", str(future.frames), "--plan", future.plan or "none"]
+        words += ["--frames", str(future.frames), "--plan", future.plan or "none"]
     for name, value in subject.settings.items():
-        option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
         if value is True:
-            words.append(option)
-        elif value != known[name]:
-            words += [option, str(value)]
+            words.append(flag_of(known[name]))
+        elif value != known[name].default:
+            words += [flag_of(known[name]), str(value)]
     if subject.sampling is not None:
         words += ["--belief", subject.sampling.uncertainty.to_json()]
         words += ["--particles", str(subject.sampling.particles)]

@@ -217,7 +217,7 @@ def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
         if metric in TIMED and False in clocks:
             raise ValueError(
                 f"metrics has {metric!r}, which asks about a while: give its horizon, "
-                "--horizon FRAMES, or in Python future=em.datasets.Future(FRAMES)"
+                "--frames N, or in Python future=em.datasets.Future(FRAMES)"
             )
         if metric in CLOCKLESS and True in clocks:
             raise ValueError(

@@ -45,7 +45,7 @@ class ProblemTask:
             if getattr(problem, name) is not None:
                 raise ValueError(
                     f"{self.file} has a {name}, expected none: it begins at its own state, and "
-                    "recordings have others; --horizon and --plan of `energymargin score` ask "
+                    "recordings have others; --frames and --plan of `energymargin score` ask "
                     "ahead of each"
                 )
         return problem
