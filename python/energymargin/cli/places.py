@@ -17,7 +17,7 @@ def require_free(
 ) -> None:
     """Raises ValueError unless a command may write this file: its name ends with one of the
     suffixes, if there are any, its folder exists, and it does not exist or is to be replaced."""
-    if suffixes and path.suffix.lower() not in suffixes:
+    if suffixes and path.suffix not in suffixes:
         raise ValueError(f"{option} is {path}, expected a name with {' or '.join(suffixes)}")
     if not path.parent.is_dir():
         raise ValueError(f"{option} is {path}, but there is no folder {path.parent}")

@@ -84,7 +84,7 @@ def view_command(
     """
     pixels = _size(size)
     if output is not None:
-        require_free(output, overwrite=overwrite, suffixes=[".png"])
+        require_free(output, overwrite=overwrite, suffixes=[".png", ".PNG"])
         if find_spec("playwright") is None:  # before the search, not after it
             raise ImportError("-o draws with Playwright: pip install 'energymargin[screenshot]'")
     with loading():

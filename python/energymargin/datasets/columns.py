@@ -11,8 +11,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +46,7 @@ CONTACT = np.dtype(
         ("friction", "<f8"),
     ]
 )
+CONTACT_NUMBERS = (CONTACT.names or ())[2:]
 
 COLUMNS = {
     "times": ("frames", np.dtype("<f8")),
@@ -85,27 +85,29 @@ class Block:
         """Where each trajectory begins in the columns, by what counts their entries."""
         return starts(self.rows)
 
-    def part(self, first: int, last: int) -> Block:
-        """The trajectories from `first` on, before `last`."""
-        columns = {
-            name: self.columns[name][self.starts[counter][first] : self.starts[counter][last]]
-            for name, (counter, _) in COLUMNS.items()
-        }
-        return Block(self.rows[first:last], columns, self.bodies)
-
     def trajectory(self, index: int) -> Trajectory:
         """One trajectory. Raises ValueError if its entries do not fit together."""
-        row, columns = self.rows[index], self.part(index, index + 1).columns
+        row = self.rows[index]
+        columns = {
+            name: self.columns[name][self.starts[counter][index] : self.starts[counter][index + 1]]
+            for name, (counter, _) in COLUMNS.items()
+        }
+        params = json.loads(columns["params"].tobytes())
+        if not isinstance(params, dict):
+            raise ValueError(f"params is {params!r}, expected a table of numbers by their names")
+        absent = columns["captured_any"] == NO_LABEL
+        if absent.any() and not absent.all():
+            raise ValueError("some of its frames have a label of at least one object, others none")
         return Trajectory(
             times=columns["times"],
             states=columns["states"].reshape(row["frames"], row["width"]),
             contacts=_Contacts(columns["contacts"], columns["contact_counts"], self.bodies),
             captured=columns["captured"],
             success=bool(row["success"]),
-            params=_params(columns["params"]),
+            params=params,
             seed=int(row["seed"]),
-            captured_any=_labels(columns["captured_any"]),
-            success_any=any_label(int(row["success_any"])),
+            captured_any=None if absent.any() else columns["captured_any"].astype(bool),
+            success_any=None if row["success_any"] == NO_LABEL else bool(row["success_any"]),
         )
 
     def check(self) -> None:
@@ -197,37 +199,33 @@ def as_block(trajectories: Sequence[Trajectory]) -> Block:
     columns: dict[str, list[NDArray[Any]]] = {
         "times": [t.times for t in trajectories],
         "captured": [t.captured for t in trajectories],
-        "captured_any": [any_column(t) for t in trajectories],
+        "captured_any": [
+            np.full(len(t), NO_LABEL) if t.captured_any is None else t.captured_any
+            for t in trajectories
+        ],
         "contact_counts": [_contact_counts(t.contacts) for t in trajectories],
         "states": [np.ravel(t.states) for t in trajectories],
         "contacts": contacts,
         "params": [np.frombuffer(text, np.uint8) for text in params],
     }
-    return Block(
-        np.array(rows, dtype=ROW),
-        {name: _joined(columns[name], kind) for name, (_, kind) in COLUMNS.items()},
-        list(bodies),
-    )
-
-
-def as_blocks(trajectories: Sequence[Trajectory]) -> Iterator[Block]:
-    """All trajectories, block by block."""
-    ends = cuts(np.array([len(trajectory) for trajectory in trajectories], dtype=np.int64))
-    for first, last in pairwise(ends):
-        yield as_block(trajectories[first:last])
-
-
-def joined(blocks: Sequence[Block]) -> Block:
-    """One block of several."""
-    bodies = BodyNames()
-    contacts = [bodies.renumbered(block) for block in blocks]
-    columns = {
-        name: _joined([block.columns[name] for block in blocks], kind)
+    joined = {
+        name: np.concatenate([np.zeros(0, kind), *columns[name]]).astype(kind, copy=False)
         for name, (_, kind) in COLUMNS.items()
-        if name != "contacts"
     }
-    columns["contacts"] = _joined(contacts, CONTACT)
-    return Block(np.concatenate([block.rows for block in blocks]), columns, bodies.names)
+    return Block(np.array(rows, dtype=ROW), joined, list(bodies))
+
+
+def as_blocks(trajectories: Iterable[Trajectory]) -> Iterator[Block]:
+    """All trajectories, block by block, cut as by `cuts`."""
+    waiting, frames = [], 0
+    for trajectory in trajectories:
+        waiting.append(trajectory)
+        frames += len(trajectory)
+        if frames >= BLOCK_STATES:
+            yield as_block(waiting)
+            waiting, frames = [], 0
+    if waiting:
+        yield as_block(waiting)
 
 
 class _Contacts(Sequence[list[Contact]]):
@@ -242,20 +240,16 @@ class _Contacts(Sequence[list[Contact]]):
     def __len__(self) -> int:
         return len(self.counts)
 
-    @overload
-    def __getitem__(self, index: int) -> list[Contact]: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[list[Contact]]: ...
-    def __getitem__(self, index: int | slice) -> list[Contact] | list[list[Contact]]:
+    def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
-            return [self[k] for k in range(*index.indices(len(self)))]
+            return [self[k] for k in range(len(self))[index]]
         frame = range(len(self))[index]
         first = self._ends[frame - 1] if frame else 0
         return [self._contact(row) for row in self.rows[first : self._ends[frame]].tolist()]
 
     def _contact(self, row: tuple[Any, ...]) -> Contact:
         a, b, *values = row
-        numbers = dict(zip((CONTACT.names or ())[2:], values, strict=True))
+        numbers = dict(zip(CONTACT_NUMBERS, values, strict=True))
         return Contact(body_a=self.bodies[a], body_b=self.bodies[b], **numbers)
 
 
@@ -269,57 +263,18 @@ def _contact_rows(
         for name in ("body_a", "body_b"):
             rows[name] = np.array(numbers, dtype=np.uint32)[rows[name]] if len(rows) else 0
         return rows
-    return np.array(
-        [
-            (
-                bodies.setdefault(contact.body_a, len(bodies)),
-                bodies.setdefault(contact.body_b, len(bodies)),
-                contact.position,
-                contact.normal,
-                contact.distance,
-                contact.normal_force,
-                contact.tangential_force,
-                contact.friction,
-            )
-            for frame in contacts
-            for contact in frame
-        ],
-        dtype=CONTACT,
-    )
+    entries = [
+        (
+            *(bodies.setdefault(name, len(bodies)) for name in (contact.body_a, contact.body_b)),
+            *(getattr(contact, name) for name in CONTACT_NUMBERS),
+        )
+        for frame in contacts
+        for contact in frame
+    ]
+    return np.array(entries, dtype=CONTACT)
 
 
 def _contact_counts(contacts: Sequence[Sequence[Contact]]) -> NDArray[np.int64]:
     if isinstance(contacts, _Contacts):
         return contacts.counts
     return np.array([len(frame) for frame in contacts], dtype=np.int64)
-
-
-def any_column(trajectory: Trajectory) -> NDArray[np.int8]:
-    """The `captured_any` of a trajectory, shape (K,); NO_LABEL if there is none."""
-    if trajectory.captured_any is None:
-        return np.full(len(trajectory), NO_LABEL, dtype=np.int8)
-    return trajectory.captured_any.astype(np.int8)
-
-
-def _joined(arrays: Iterable[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:
-    return np.concatenate([np.zeros(0, kind), *arrays]).astype(kind, copy=False)
-
-
-def _labels(column: NDArray[np.int8]) -> NDArray[np.bool_] | None:
-    """Raises ValueError if some frames have a label, and others none."""
-    absent = column == NO_LABEL
-    if absent.any() and not absent.all():
-        raise ValueError("some of its frames have a label of at least one object, and others none")
-    return None if absent.any() else column.astype(bool)
-
-
-def any_label(value: int) -> bool | None:
-    """A label as a bool; None for NO_LABEL."""
-    return None if value == NO_LABEL else bool(value)
-
-
-def _params(text: NDArray[np.uint8]) -> dict[str, float]:
-    params = json.loads(text.tobytes())
-    if not isinstance(params, dict):
-        raise ValueError(f"params is {params!r}, expected a table of numbers by their names")
-    return params

@@ -12,10 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,8 +31,6 @@ from energymargin.datasets.columns import (
     ROW,
     Block,
     BodyNames,
-    any_column,
-    any_label,
     as_blocks,
 )
 from energymargin.datasets.future import Future
@@ -111,14 +109,14 @@ class Dataset(Closing):
             raise ValueError(
                 f"first and last are {first} and {last}, expected 0 <= first <= last <= {self.size}"
             )
-        captured, some = self._captured(first, last)
-        success, success_any = self._rows["success"].tolist(), self._rows["success_any"].tolist()
-        return [
-            (t, k, c, success[t], any_label(a), any_label(success_any[t]))
-            for (t, k), c, a in zip(
-                self._places(range(first, last)), captured.tolist(), some.tolist(), strict=True
-            )
-        ]
+        labels: list[Label] = []
+        for t, frames in self._by_trajectory(range(first, last)):
+            own = self.trajectories[t]
+            captured = own.captured.tolist()
+            some = [None] * len(own) if own.captured_any is None else own.captured_any.tolist()
+            ends = (bool(own.success), None if own.success_any is None else bool(own.success_any))
+            labels += [(t, k, captured[k], ends[0], some[k], ends[1]) for k in frames]
+        return labels
 
     def problems(
         self, numbers: Sequence[int] | None = None, *, future: Future | None = None
@@ -183,7 +181,7 @@ class Dataset(Closing):
 
         The same dataset makes the same bytes. Raises OSError if it cannot be written.
         """
-        files.write(Path(path), self.task, self.parameters, self.seed, self._blocks())
+        files.write(Path(path), self.task, self.parameters, self.seed, self.trajectories)
 
     def close(self) -> None:
         """Closes the file; does nothing for a dataset in memory."""
@@ -206,16 +204,6 @@ class Dataset(Closing):
     def _made(self) -> Task:
         return tasks.make(self.task, **self.parameters)
 
-    def _captured(self, first: int, last: int) -> tuple[NDArray[np.bool_], NDArray[np.int8]]:
-        if isinstance(self.trajectories, files.Recorded):
-            return self.trajectories.captured(first, last)
-        t, end = np.searchsorted(self._ends, [first, max(first, last - 1)], side="right") - [1, 0]
-        some = self.trajectories[t:end]
-        inside = slice(first - self._ends[t], last - self._ends[t])
-        captured = [np.zeros(0, bool), *(trajectory.captured for trajectory in some)]
-        any_object = [np.zeros(0, np.int8), *map(any_column, some)]
-        return np.concatenate(captured)[inside], np.concatenate(any_object)[inside]
-
     def _blocks(self) -> Iterator[Block]:
         if isinstance(self.trajectories, files.Recorded):
             return self.trajectories.blocks()
@@ -227,6 +215,13 @@ class Dataset(Closing):
         trajectory = np.searchsorted(self._ends, wanted, side="right") - 1
         frame = wanted - self._ends[trajectory]
         return zip(trajectory.tolist(), frame.tolist(), strict=True)
+
+    def _by_trajectory(
+        self, numbers: Sequence[int] | NDArray[np.int64]
+    ) -> Iterator[tuple[int, list[int]]]:
+        """The trajectories of these states, which rise, and their frames."""
+        for t, places in groupby(self._places(numbers), key=itemgetter(0)):
+            yield t, [k for _, k in places]
 
     def _rising(self, numbers: Sequence[int]) -> NDArray[np.int64]:
         wanted = np.asarray(numbers, dtype=np.int64)
@@ -244,10 +239,10 @@ class Dataset(Closing):
         """Yields the problem of each of these states, or why it makes none."""
         if not (future is None or isinstance(future, Future)):
             raise ValueError(f"future is {future!r}, expected an em.datasets.Future, or None")
-        places = self._places(range(self.size) if numbers is None else self._rising(numbers))
-        for t, of_trajectory in groupby(places, key=lambda place: place[0]):
+        wanted = range(self.size) if numbers is None else self._rising(numbers)
+        for t, frames in self._by_trajectory(wanted):
             trajectory = self.trajectories[t]
-            for _, k in of_trajectory:
+            for k in frames:
                 try:
                     yield self._problem(trajectory, t, k, future)
                 except StateError as error:
@@ -280,22 +275,8 @@ def open(path: str | os.PathLike[str]) -> Dataset:
     Memory stays flat however many there are. Close it, or use it in a `with` statement. Raises: as
     `load`, of what is damaged when that is read.
     """
-    path = Path(path)
-    file = files.opened(path)
-    try:
-        return _read(path, file)
-    except BaseException:
-        file.close()
-        raise
-
-
-def _read(path: Path, file: h5py.File) -> Dataset:
-    with files.reading(path):
-        parameters = json.loads(file.attrs["parameters"])
-        if not isinstance(parameters, dict):
-            raise ValueError(f"its parameters are {parameters!r}")
-        task, seed = str(file.attrs["task"]), int(file.attrs["seed"])
-    return Dataset(task, parameters, seed, files.Recorded(path, file))
+    recorded = files.Recorded(Path(path))
+    return Dataset(recorded.task, recorded.parameters, recorded.seed, recorded)
 
 
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:

@@ -19,23 +19,21 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
-from typing import IO, Any, overload
+from typing import IO, Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.datasets.columns import (
-    BLOCK_STATES,
     COLUMNS,
     ROW,
     Block,
     BodyNames,
+    as_blocks,
     check_labels,
     cuts,
-    joined,
     starts,
 )
 from energymargin.errors import EnergyMarginError
@@ -63,37 +61,20 @@ class FileError(EnergyMarginError, ValueError):
 
 
 def write(
-    path: Path, task: str, parameters: dict[str, Any], seed: int, blocks: Iterable[Block]
+    path: Path,
+    task: str,
+    parameters: dict[str, Any],
+    seed: int,
+    trajectories: Iterable[Trajectory],
 ) -> None:
     """Writes the file in one go: it is there whole, or as it was.
 
     Raises OSError if it cannot be written.
     """
+    names = {"format": FORMAT, "version": VERSION, "task": task, "seed": seed}
     with _written(path) as file:
-        file.attrs.update(
-            format=FORMAT,
-            version=VERSION,
-            task=task,
-            parameters=json.dumps(parameters),
-            seed=seed,
-        )
-        _write_blocks(file, _cut(blocks))
-
-
-def opened(path: Path) -> h5py.File:
-    """A file, to be read. Raises FileError if it is none of ours, or of another version."""
-    with path.open("rb"):  # h5py's own words for a file that is missing or not readable are long
-        pass
-    if not h5py.is_hdf5(path):
-        raise FileError(f"{path} is not a dataset: it is not an HDF5 file")
-    with reading(path):
-        file = h5py.File(path, "r")
-        try:
-            _check_format(path, file)
-        except BaseException:
-            file.close()
-            raise
-        return file
+        file.attrs.update(names, parameters=json.dumps(parameters))
+        _write_blocks(file, as_blocks(trajectories))
 
 
 @contextmanager
@@ -101,18 +82,11 @@ def reading(path: Path) -> Iterator[None]:
     """Turns any error into a ValueError that names the file as damaged."""
     try:
         yield
-    except FileError:
+    except (FileError, MemoryError):
         raise
-    except (
-        OSError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        RuntimeError,
-        ValueError,
-        ArithmeticError,
-    ) as error:
-        raise ValueError(f"{path} is damaged or cut short: {_one_line(error)}") from error
+    except Exception as error:
+        text = " ".join(str(error).split())
+        raise ValueError(f"{path} is damaged or cut short: {text}") from error
 
 
 class Recorded(Sequence[Trajectory]):
@@ -121,29 +95,46 @@ class Recorded(Sequence[Trajectory]):
     In memory are a row for each trajectory, and the few blocks that were read last.
     """
 
-    def __init__(self, path: Path, file: h5py.File) -> None:
-        """Raises ValueError on a damaged file."""
-        self.path, self._file = path, file
+    def __init__(self, path: Path) -> None:
+        """Opens the file. Raises FileError if it is none of ours, or of another version, and
+        ValueError if it is damaged."""
+        with path.open(
+            "rb"
+        ):  # h5py's own words for a file that is missing or not readable are long
+            pass
+        if not h5py.is_hdf5(path):
+            raise FileError(f"{path} is not a dataset: it is not an HDF5 file")
         with reading(path):
-            self.rows = _rows(file)
-            self._starts = starts(self.rows)
-            self._bodies = [str(name) for name in file["bodies"].asstr()[()]]
-            _check_columns(file, self._starts)
+            self.path, self._file = path, h5py.File(path, "r")
+            try:
+                self._read_all()
+            except BaseException:
+                self._file.close()
+                raise
         self._cuts = np.array(cuts(self.rows["frames"]))
         self._block = lru_cache(_BLOCKS_CACHED)(self._read)
+
+    def _read_all(self) -> None:
+        """Reads what is once in the file, and checks it."""
+        file = self._file
+        _check_format(self.path, file)
+        self.task, self.seed = str(file.attrs["task"]), int(file.attrs["seed"])
+        self.parameters = json.loads(file.attrs["parameters"])
+        if not isinstance(self.parameters, dict):
+            raise ValueError(f"its parameters are {self.parameters!r}")
+        self.rows = _rows(file)
+        self._starts = starts(self.rows)
+        self._bodies = [str(name) for name in file["bodies"].asstr()[()]]
+        _check_columns(file, self._starts)
 
     def __len__(self) -> int:
         """T, the number of trajectories."""
         return len(self.rows)
 
-    @overload
-    def __getitem__(self, index: int) -> Trajectory: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Trajectory]: ...
-    def __getitem__(self, index: int | slice) -> Trajectory | list[Trajectory]:
+    def __getitem__(self, index: Any) -> Any:
         """Raises ValueError if the file is damaged there, or closed."""
         if isinstance(index, slice):
-            return [self[t] for t in range(*index.indices(len(self)))]
+            return [self[t] for t in range(len(self))[index]]
         t = range(len(self))[index]
         number = int(np.searchsorted(self._cuts, t, side="right")) - 1
         block = self._block(number)
@@ -155,21 +146,14 @@ class Recorded(Sequence[Trajectory]):
         for number in range(len(self._cuts) - 1):
             yield self._read(number)
 
-    def captured(self, first: int, last: int) -> tuple[NDArray[np.bool_], NDArray[np.int8]]:
-        """`captured` and `captured_any` of the states from number `first` on, before `last`."""
-        self._require_open()
-        with reading(self.path):
-            captured, some = (self._file[name][first:last] for name in ("captured", "captured_any"))
-            check_labels(some)
-        return captured, some
-
     def close(self) -> None:
         """Closes the file; nothing can be read any more."""
         self._block.cache_clear()
         self._file.close()
 
     def _read(self, number: int) -> Block:
-        self._require_open()
+        if not self._file:
+            raise ValueError(f"{self.path} is closed: read from it before, or open it again")
         first, last = self._cuts[number], self._cuts[number + 1]
         with reading(self.path):
             columns = {
@@ -179,10 +163,6 @@ class Recorded(Sequence[Trajectory]):
             block = Block(self.rows[first:last], columns, self._bodies)
             block.check()
         return block
-
-    def _require_open(self) -> None:
-        if not self._file:
-            raise ValueError(f"{self.path} is closed: read from it before, or open it again")
 
 
 def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
@@ -202,24 +182,6 @@ def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
             column.resize(before + len(entries[name]), axis=0)
             column[before:] = entries[name]
     file.create_dataset("bodies", data=bodies.names, dtype=h5py.string_dtype())
-
-
-def _cut(blocks: Iterable[Block]) -> Iterator[Block]:
-    """Cuts trajectories into blocks by their lengths alone."""
-    waiting: list[Block] = []
-    for block in blocks:
-        waiting.append(block)
-        if sum(int(block.rows["frames"].sum()) for block in waiting) < BLOCK_STATES:
-            continue
-        whole = joined(waiting)
-        ends = cuts(whole.rows["frames"])
-        if int(whole.rows["frames"][ends[-2] :].sum()) < BLOCK_STATES:
-            ends.pop()  # the last one waits for more
-        for first, last in pairwise(ends):
-            yield whole.part(first, last)
-        waiting = [whole.part(ends[-1], len(whole))]
-    if sum(map(len, waiting)):
-        yield joined(waiting)
 
 
 def _rows(file: h5py.File) -> NDArray[np.void]:
@@ -258,18 +220,12 @@ def _check_format(path: Path, file: h5py.File) -> None:
         )
 
 
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
-
-
 @contextmanager
 def _written(path: Path) -> Iterator[h5py.File]:
     """A new file, which is at `path` once the `with` block has ended well, whole.
 
     Raises OSError if it cannot be written; what is at `path` stays.
     """
-    if not path.parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
     with (
         replaced(path) as new,
         _reserved(path) as reserve,

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -83,16 +82,27 @@ def generate(
     cannot be written.
     """
     limit = Limit(timeout, cancel)
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "dataset.h5" if path is None else path
-        generate_file(
-            *(file, task, trajectories, frames, seed),
-            processes=processes,
-            executor=executor,
-            progress=progress,
-            **limit.rest(),
-        )
-        return load(file) if path is None else open(path)
+    made = tasks.make(task) if isinstance(task, str) else task
+    total = whole_number("trajectories", trajectories, 1)
+    core_count("processes", processes)
+    request = Request.of(made, frames, seed)
+    size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
+    with TemporaryDirectory() as temporary:
+        file = Path(temporary, "dataset.h5") if path is None else Path(path)
+        with ShardFolder(file, request) as folder:
+            chosen = _executor(made, folder.missing(total), size, processes, executor)
+            _make_missing(
+                folder, made, chosen, total=total, size=size, limit=limit, progress=progress
+            )
+            still_missing = folder.missing(total)
+            count = still_missing[0][0] if still_missing else total
+            if count == 0:
+                limit.require("one trajectory was done")
+            whole = folder.trajectories(count)
+            files.write(file, request.task, request.parameters, request.seed, whole)
+            if count == total:
+                folder.remove()
+        return load(file) if path is None else open(file)
 
 
 def load_or_generate(
@@ -110,7 +120,14 @@ def load_or_generate(
     """
     path = Path(path)
     if not path.exists():
-        generate_file(path, task, trajectories, frames, seed, progress=progress)
+        generate(
+            task,
+            path=path,
+            trajectories=trajectories,
+            frames=frames,
+            seed=seed,
+            progress=progress,
+        ).close()
     dataset = load(path)
     found = (dataset.task, dataset.parameters, dataset.seed, dataset.lengths.tolist())
     if found != (task.name, parameters_of(task), seed, [frames] * trajectories):
@@ -118,75 +135,47 @@ def load_or_generate(
     return dataset
 
 
-def generate_file(
-    path: str | os.PathLike[str],
-    task: str | Task,
-    trajectories: int = 50,
-    frames: int = 10,
-    seed: int = 0,
-    *,
-    processes: int | None = 1,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
-    timeout: float | None = None,
-    cancel: Cancel | None = None,
-) -> int:
-    """Makes the file of `generate`, without holding it in memory; returns how many trajectories it
-    has. Arguments and errors: as `generate`, with a path."""
-    limit = Limit(timeout, cancel)
-    made = tasks.make(task) if isinstance(task, str) else task
-    total = whole_number("trajectories", trajectories, 1)
-    core_count("processes", processes)
-    request = Request.of(made, frames, seed)
-    size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
-    with ShardFolder(Path(path), request) as folder:
-        work = _Generation(folder, request, total, size, limit, progress)
-        executor = _executor(made, len(work.shards()), processes, executor)
-        _run(executor or Threads(1), None if executor else made, work)
-        return _join(folder, request, total, limit)
-
-
 def trajectories_kept(path: str | os.PathLike[str]) -> int:
     """How many trajectories of a file that is being made are done."""
     return sum(last - first for first, last in spans_in(folder_of(Path(path))))
 
 
-@dataclass(eq=False)
-class _Generation:
-    """The trajectories that are asked for, and the folder of those that are done."""
+def _make_missing(
+    folder: ShardFolder,
+    task: Task,
+    executor: Executor | None,
+    *,
+    total: int,
+    size: int,
+    limit: Limit,
+    progress: Progress | None,
+) -> None:
+    """Makes the trajectories that are in no shard, at most `size` at a time; an executor of None is
+    this process."""
+    missing = folder.missing(total)
+    done = total - sum(last - first for first, last in missing)
 
-    folder: ShardFolder
-    request: Request
-    total: int
-    size: int
-    limit: Limit
-    progress: Progress | None
+    def deliver(shards: Sequence[tuple[int, Block]]) -> None:
+        nonlocal done
+        for first, block in shards:  # written as soon as they come
+            folder.add(first, block)
+            done += len(block)
+            if progress is not None:
+                progress(done, total)
 
-    def __post_init__(self) -> None:
-        """Counts what is done already."""
-        self.done = self.folder.count(self.total)
-        if self.done:
-            self.advance(0)
-
-    def shards(self) -> list[Span]:
-        """The trajectories that are missing, at most `size` in a row."""
-        return [
-            (begin, min(begin + self.size, last))
-            for first, last in self.folder.missing(self.total)
-            for begin in range(first, last, self.size)
-        ]
-
-    def advance(self, count: int) -> None:
-        """Counts so many more trajectories."""
-        self.done += count
-        if self.progress is not None:
-            self.progress(self.done, self.total)
+    if done and progress is not None:
+        progress(done, total)
+    make = partial(generate_shard, folder.request, task if executor is None else None)
+    with (executor or Threads(1)).workers() as workers:
+        for span in missing:  # a shard is of trajectories in a row
+            run(workers, make, [range(*span)], deliver, limit, give_up=_given_up, most=size)
 
 
 def _executor(
-    task: Task, shards: int, processes: int | None, executor: Executor | None
+    task: Task, missing: list[Span], size: int, processes: int | None, executor: Executor | None
 ) -> Executor | None:
-    """Where it is done; None for this process."""
+    """Where the missing trajectories are made, in shards of at most `size`; None: in this
+    process."""
     if executor is not None:
         _require_registered(task, "there is an executor")
         return chosen_executor(executor)
@@ -194,23 +183,8 @@ def _executor(
         processes = core_count("processes", None) if _can_be_made_again(task) else 1
     elif processes > 1:
         _require_registered(task, f"processes is {processes}")
-    processes = min(processes, shards)
+    processes = min(processes, sum(-(-(last - first) // size) for first, last in missing))
     return None if processes <= 1 else Processes(processes)
-
-
-def _run(executor: Executor, task: Task | None, work: _Generation) -> None:
-    """On all workers; a shard is written as soon as it comes."""
-
-    def deliver(shards: Sequence[tuple[int, Block]]) -> None:
-        for first, block in shards:
-            work.folder.add(first, block)
-            work.advance(len(block))
-
-    with executor.workers() as workers:
-        make = partial(generate_shard, work.request, task)
-        for span in list(work.folder.missing(work.total)):  # a shard is of trajectories in a row
-            missing = [range(*span)]
-            run(workers, make, missing, deliver, work.limit, give_up=_given_up, most=work.size)
 
 
 def _given_up(index: int, why: str) -> NoReturn:
@@ -218,17 +192,6 @@ def _given_up(index: int, why: str) -> NoReturn:
         f"trajectory {index}: {why}; what is done is kept: see what that task does there, or "
         "whether memory is short"
     )
-
-
-def _join(folder: ShardFolder, request: Request, total: int, limit: Limit) -> int:
-    """Makes the file of the shards; returns how many trajectories it has."""
-    count = folder.without_gap(total)
-    if count == 0:
-        limit.require("one trajectory was done")
-    files.write(folder.path, request.task, request.parameters, request.seed, folder.blocks(count))
-    if count == total:
-        folder.remove()
-    return count
 
 
 def _require_registered(task: Task, given: str) -> None:

@@ -58,11 +58,6 @@ class Request:
         seed = whole_number("seed", seed, 0, 2**63 - 1)
         return cls(task.name, parameters_of(task), seed, frames)
 
-    def as_json(self) -> dict[str, Any]:
-        """As JSON gives it back. Raises TypeError on a parameter that JSON does not have."""
-        made: dict[str, Any] = json.loads(json.dumps(asdict(self)))
-        return made
-
 
 def generate_shard(
     request: Request, task: Task | None, indices: Sequence[int], cancel: Cancel
@@ -72,23 +67,18 @@ def generate_shard(
     task = task or _made(json.dumps(asdict(request)))
     recorded: list[Trajectory] = []
     limit = Limit(cancel=cancel)
+    interruptible = isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout
     try:
         for index in indices:
             if limit.reached:
                 break
-            recorded.append(_trajectory(task, request, index, limit))
+            options: dict[str, Any] = {**limit.rest()} if interruptible else {}
+            seed = _stream(request.seed, index)
+            recorded.append(task.rollout(seed, request.frames, **options))
     except Cancelled:
         if not limit.reached:  # the task's own
             raise
     return [(indices[0], as_block(recorded))] if recorded else []
-
-
-def _trajectory(task: Task, request: Request, index: int, limit: Limit) -> Trajectory:
-    """The trajectory of this index."""
-    seed = _stream(request.seed, index)
-    if isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout:
-        return task.rollout(seed, request.frames, **limit.rest())
-    return task.rollout(seed, request.frames)
 
 
 @lru_cache(1)
@@ -126,16 +116,12 @@ class ShardFolder(Closing):
         """
         if not path.parent.is_dir():
             raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
-        self.path, self.folder = path, folder_of(path)
-        self._asked = {
-            **request.as_json(),
-            "energymargin": version("energymargin"),
-            "parts": PARTS_VERSION,
-        }
+        self.folder, self.request = folder_of(path), request
+        asked = {**asdict(request), "energymargin": version("energymargin"), "parts": PARTS_VERSION}
         self._lock = Lock(path, "generating")
         try:
             self.folder.mkdir(exist_ok=True)
-            self._check()
+            self._require_asked(json.loads(json.dumps(asked)))
         except BaseException:
             self._lock.close()
             raise
@@ -151,34 +137,24 @@ class ShardFolder(Closing):
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(self.folder)) from error
 
-    def spans(self) -> list[Span]:
-        """Spans of the shards that are there, rising."""
-        return spans_in(self.folder)
-
-    def missing(self, total: int) -> Iterator[Span]:
-        """The trajectories of `total` that are in no shard."""
-        begin = 0
-        for first, last in [*self.spans(), (total, total)]:
+    def missing(self, total: int) -> list[Span]:
+        """The trajectories of `total` that are in no shard, rising."""
+        missing, begin = [], 0
+        for first, last in [*spans_in(self.folder), (total, total)]:
             if begin < min(first, total):
-                yield begin, min(first, total)
+                missing.append((begin, min(first, total)))
             begin = max(begin, last)
+        return missing
 
-    def count(self, total: int) -> int:
-        """How many of the first `total` trajectories are there."""
-        return sum(max(0, min(last, total) - first) for first, last in self.spans())
-
-    def without_gap(self, total: int) -> int:
-        """How many of the first `total` are there before one is missing."""
-        return next((first for first, _ in self.missing(total)), total)
-
-    def blocks(self, total: int) -> Iterator[Block]:
+    def trajectories(self, total: int) -> Iterator[Trajectory]:
         """The first `total` trajectories.
 
         Raises ValueError if a shard is damaged, and removes it.
         """
-        for first, last in self.spans():
+        for first, last in spans_in(self.folder):
             if first < total:
-                yield self._read((first, last)).part(0, min(last, total) - first)
+                block = self._read((first, last))
+                yield from map(block.trajectory, range(min(last, total) - first))
 
     def remove(self) -> None:
         """Removes the folder with all shards."""
@@ -186,30 +162,25 @@ class ShardFolder(Closing):
 
     def close(self) -> None:
         """Unlocks the folder; removes it if it has no shards."""
-        if self.folder.exists() and not self.spans():
+        if self.folder.exists() and not spans_in(self.folder):
             self.remove()
         self._lock.close()
 
-    def _check(self) -> None:
-        asked = self.folder / "request.json"
-        if self.spans():
-            self._require_same(asked)
-        replace_text(asked, json.dumps(self._asked, indent=1))
-
-    def _require_same(self, asked: Path) -> None:
-        try:
-            found: dict[str, Any] = json.loads(asked.read_text())
-        except (OSError, ValueError):
-            found = {}
-        different = [name for name in self._asked if found.get(name) != self._asked[name]]
+    def _require_asked(self, asked: dict[str, Any]) -> None:
+        file, found = self.folder / "request.json", asked
+        if spans_in(self.folder):
+            try:
+                found = json.loads(file.read_text())
+            except (OSError, ValueError):
+                found = {}
+        different = [name for name in asked if found.get(name) != asked[name]]
         if different:
-            shown = "; ".join(
-                f"{name}: {found.get(name)} there, {self._asked[name]} now" for name in different
-            )
+            shown = "; ".join(f"{n}: {found.get(n)} there, {asked[n]} now" for n in different)
             raise ValueError(
                 f"{self.folder} holds parts of other trajectories. To go on with those, ask for "
                 f"the same; to drop them, remove that folder. {shown}"
             )
+        replace_text(file, json.dumps(asked, indent=1))
 
     def _read(self, span: Span) -> Block:
         try:
