@@ -14,7 +14,7 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 
 from energymargin.checks import whole_number
-from energymargin.evaluation import Among, Evaluation, LabelledScores, evaluate
+from energymargin.evaluation import Evaluation, evaluate
 from energymargin.evaluation.bootstrap import DRAWS
 from energymargin.evaluation.curves import by_trajectory, target_name, wrongness
 from energymargin.evaluation.labelled import AMONG, HORIZON, LAST_FRAMES
@@ -138,8 +138,16 @@ def _page(
     labelled, last, future = subject.labelled, options.last, subject.future
     scored = None if future is None else future.frames
     frames = options.frames_of(int(subject.ahead.max()), scored)
+
+    def part(place: int) -> Callable[[int, int], None]:
+        """The progress of a table, of which there are as many as in AMONG."""
+        share = (DRAWN - READ) / len(AMONG)
+        return lambda done, total: tell("AUC and AP", READ + share * (place + done / total))
+
+    asked: dict[str, Any] = {"draws": options.draws, "seed": options.seed, "last": last}
     results = [
-        _evaluated(labelled, options, among, place, tell) for place, among in enumerate(AMONG)
+        evaluate(labelled, among=among, progress=part(place), **asked)
+        for place, among in enumerate(AMONG)
     ]
     every = wrongness(labelled, frames, last)
     wrong = by_trajectory(every, len(subject.members))
@@ -188,25 +196,6 @@ def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]
             )
 
 
-def _evaluated(
-    labelled: LabelledScores, options: Options, among: Among, place: int, tell: Progress
-) -> Evaluation:
-    """The tables of some of the states, which is the part number `place` of that work."""
-
-    def progress(done: int, total: int) -> None:
-        share = (place + done / total) / len(AMONG)
-        tell("AUC and AP", READ + (DRAWN - READ) * share)
-
-    return evaluate(
-        labelled,
-        draws=options.draws,
-        seed=options.seed,
-        last=options.last,
-        among=among,
-        progress=progress,
-    )
-
-
 def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
     """A table of each result, or two if there are several objects: of all, and of at least one."""
     for result in results:
@@ -222,8 +211,6 @@ def _rendered(page: Mapping[str, Any]) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    return environment.from_string(_text("page.html")).render(page, style=_text("style.css"))
-
-
-def _text(name: str) -> str:
-    return files("energymargin.report").joinpath(name).read_text(encoding="utf-8")
+    folder = files("energymargin.report")
+    template, style = (folder.joinpath(n).read_text("utf-8") for n in ("page.html", "style.css"))
+    return environment.from_string(template).render(page, style=style)

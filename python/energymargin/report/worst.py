@@ -42,9 +42,9 @@ class Card(NamedTuple):
     text: str
     images: Sequence[str]
     """Data URIs."""
-    view: str = ""
+    view: str
     """The command that shows the state in the viewer; empty without a dataset."""
-    why: str = ""
+    why: str
     """Why there is none of this state, why it is not that of the score in the file, or why the
     score is uncertain."""
 
@@ -68,93 +68,67 @@ def worst(
 ) -> tuple[list[Mistakes], str]:
     """Up to `each` states of each metric and label; and why there are no pictures, empty if there
     are. progress(share) has the share that is done."""
+    repeater, lacking = None, data.lacking
+    if data.dataset is not None:
+        try:
+            repeater = SearchRepeater(data.dataset, subject.settings, subject.future)
+        except ValueError as error:
+            lacking = str(error)
     chosen = [
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
     ]
     total, done = max(1, sum(len(places) for _, places in chosen)), 0
-    drawer = _Drawer(subject, data)
     found = []
     for one, places in chosen:
         cards = []
         for place in places:
             progress(done / total)
-            cards.append(drawer.card(one, place))
+            cards.append(_card(subject, data, repeater, one, place))
             done += 1
         found.append(Mistakes(one.metric, cards, _none(one)))
-    return found, drawer.lacking
+    return found, lacking
 
 
-class _Drawer:
-    """Makes the cards."""
-
-    def __init__(self, subject: Subject, data: Data) -> None:
-        self._subject, self._data = subject, data
-        self._repeater: SearchRepeater | None = None
-        self.lacking = data.lacking
-        """Why it can draw no picture; empty if it can."""
-        if data.dataset is not None:
-            try:
-                self._repeater = SearchRepeater(data.dataset, subject.settings, subject.future)
-            except ValueError as error:
-                self.lacking = str(error)
-
-    def card(self, one: Wrongness, place: int) -> Card:
-        """Card of a state, or of the last state of a trajectory."""
-        number = self._number(one, place)
-        title = _title(one, place)
-        text = f"{self._where(number)}. {_why(one, place)}"
-        if self._repeater is None:
-            return Card(title, text, [], self._view(number))
+def _card(
+    subject: Subject, data: Data, repeater: SearchRepeater | None, one: Wrongness, place: int
+) -> Card:
+    """Card of a state, or of the last state of a trajectory: the score and what happened, which
+    contradict each other."""
+    compared = one.compared
+    score, label = float(compared.scores[place]), bool(compared.labels[place])
+    title = f"{one.metric} {with_unit(one.metric, score)}, but {one.words(label)}"
+    if one.target == CAPTURED:
+        number = int(compared.number[place])
+    else:
+        number = int(subject.members[compared.trajectory[place]][-1])
+    t, frame = int(subject.labelled.trajectory[number]), int(subject.frames[number])
+    where, view = f"Trajectory {t}, frame {frame}", view_command(subject, data)
+    if data.dataset is not None:
+        where += f" ({data.dataset.trajectories[t].times[frame]:.3g} s)"
+        view += f" --trajectory {t} --frame {frame}"
+    images, why = [], ""
+    if repeater is not None:
         try:
-            repeated = self._repeater.repeat(number, one.metric)
-            images = pictures(repeated, self._repeater.plane)
+            repeated = repeater.repeat(number, one.metric)
+            images = pictures(repeated, repeater.plane)
+            why = _notes(float(subject.scores(one.metric)[number]), repeated)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
-            return Card(title, text, [], self._view(number), f"No picture: {error}.")
-        return Card(title, text, images, self._view(number), self._notes(one, number, repeated))
+            why = f"No picture: {error}."
+    return Card(title, f"{where}. {_why(one, place)}", images, view, why)
 
-    def _number(self, one: Wrongness, place: int) -> int:
-        """Number of the state that stands for a place in what is compared."""
-        if one.target == CAPTURED:
-            return int(one.compared.number[place])
-        return int(self._subject.members[one.compared.trajectory[place]][-1])
 
-    def _view(self, number: int) -> str:
-        labelled, frame = self._subject.labelled, self._subject.frames[number]
-        command = view_command(self._subject, self._data)
-        place = f" --trajectory {labelled.trajectory[number]} --frame {frame}"
-        return command + place if command else ""
-
-    def _where(self, number: int) -> str:
-        labelled, frame = self._subject.labelled, int(self._subject.frames[number])
-        t = int(labelled.trajectory[number])
-        time = ""
-        if self._data.dataset is not None:
-            time = f" ({self._data.dataset.trajectories[t].times[frame]:.3g} s)"
-        return f"Trajectory {t}, frame {frame}{time}"
-
-    def _notes(self, one: Wrongness, number: int, repeated: RepeatedSearch) -> str:
-        """What is to be known of the picture, and of the score."""
-        warnings = () if repeated.search is None else repeated.search.warnings
-        notes = [f"{text[0].upper()}{text[1:]}." for text in warnings]
-        changed = self._changed(one, number, repeated)
-        return " ".join([changed, *notes] if changed else notes)
-
-    def _changed(self, one: Wrongness, number: int, repeated: RepeatedSearch) -> str:
-        """Whether the tree in the picture is another one than that of the score in the file."""
-        stored = self._subject.scores(one.metric)[number]
-        if repeated.score == stored:
-            return ""
-        return (
+def _notes(stored: float, repeated: RepeatedSearch) -> str:
+    """What is to be known of a picture, and of the score in the file."""
+    warnings = () if repeated.search is None else repeated.search.warnings
+    notes = [f"{text[0].upper()}{text[1:]}." for text in warnings]
+    if repeated.score != stored:
+        notes.insert(
+            0,
             "Not the tree of the score in the file: searched again it gives "
             f"{repeated.score:.4g}, and the file has {stored:.4g}. The task or energymargin has "
-            "changed since."
+            "changed since.",
         )
-
-
-def _title(one: Wrongness, place: int) -> str:
-    """The score and what happened: the contradiction."""
-    score, label = one.compared.scores[place], bool(one.compared.labels[place])
-    return f"{one.metric} {with_unit(one.metric, float(score))}, but {one.words(label)}"
+    return " ".join(notes)
 
 
 def _why(one: Wrongness, place: int) -> str:
