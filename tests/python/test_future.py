@@ -454,6 +454,7 @@ def test_by_default_all_metrics_with_a_horizon_are_asked(folder):
         (["--frames", 1, "--plan", "fly"], "plan is 'fly', expected 'script', 'hold' or None"),
         (["--metrics", "probability"], "asks about a while: give its horizon, --frames N"),
         (["--check", 0.1], "--check is 0.1, expected --frames beside it"),
+        (["--common"], "--common is True, expected --frames beside it"),
         (["--dwell", 0.1], "--dwell is 0.1, expected --frames beside it"),
         (["--frames", 1, "--check", 0], "check is 0.0, expected a positive number"),
         (["--frames", 1, "--dwell", -1], "dwell is -1.0, expected a finite number"),

@@ -134,8 +134,7 @@ def require_beside(option: str, value: object, **others: object) -> None:
     """Raises ValueError if one of the other options is given without this one, its condition."""
     for name, other in others.items():
         if value is None and other is not None:
-            flag = name.replace("_", "-")
-            raise ValueError(f"--{flag} is {other}, expected --{option} beside it")
+            raise ValueError(f"--{name} is {other}, expected --{option} beside it")
 
 
 def parsed(parameters: list[str]) -> dict[str, Any]:

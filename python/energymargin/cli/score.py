@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ from energymargin.cli.options import (
 )
 from energymargin.cli.terminal import TIMED_OUT, say, warn
 from energymargin.searches import SearchSettings
+from energymargin.settings import flag_of
 
 if TYPE_CHECKING:
     from energymargin.beliefs.uncertainty import Sampling
@@ -97,7 +99,8 @@ def score(
     from energymargin.store.scoring import dataset_metrics
 
     settings = changed(SEARCH, given)
-    require_beside("frames", frames, **{name: given[name] for name in PROBABILITY})
+    flags = {each.name: flag_of(each).removeprefix("--") for each in fields(SEARCH)}
+    require_beside("frames", frames, **{flags[name]: given[name] for name in PROBABILITY})
     future = chosen_future(frames, plan, check=check, dwell=dwell)
     sampling = chosen_sampling(belief, particles)
     executor = chosen_executor(threads, processes, scheduler)
