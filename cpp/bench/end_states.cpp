@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "energymargin/problem_io.hpp"
-#include "energymargin/search/edge.hpp"
+#include "energymargin/search/tree.hpp"
 
 namespace {
 

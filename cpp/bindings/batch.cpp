@@ -8,7 +8,6 @@
 #include "keywords.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
-#include "search/words.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {

@@ -9,7 +9,6 @@
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
-#include "search/words.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {

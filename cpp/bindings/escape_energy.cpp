@@ -7,7 +7,6 @@
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
-#include "search/words.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -13,8 +13,7 @@
 #include <vector>
 
 #include "scenes.hpp"
-#include "search/est.hpp"
-#include "search/rrt.hpp"
+#include "search/planners.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin::search {

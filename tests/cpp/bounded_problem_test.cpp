@@ -10,7 +10,7 @@
 #include "quasistatic/barrier_problem.hpp"
 #include "scenes.hpp"
 #include "search/cost_space.hpp"
-#include "search/est.hpp"
+#include "search/planners.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -1,11 +1,11 @@
 // A (1+1)-CMA-ES with constraints, on functions whose least value is known.
 
-#include "search/evolution_strategy.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+
+#include "search/polish.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -1,12 +1,12 @@
 // What holds for each of our planners, EST and RRT, with pruning.
 
+#include "search/planners.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "scenes.hpp"
-#include "search/est.hpp"
-#include "search/rrt.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin::search {

@@ -1,10 +1,9 @@
 // The potential energy of one body.
 
-#include "quasistatic/potential.hpp"
-
 #include <gtest/gtest.h>
 
 #include "energymargin/world.hpp"
+#include "quasistatic/landscape.hpp"
 #include "scenes.hpp"
 
 namespace energymargin::quasistatic {

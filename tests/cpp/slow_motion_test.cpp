@@ -1,10 +1,9 @@
 // An escape at a lower speed.
 
-#include "search/slow_motion.hpp"
-
 #include <gtest/gtest.h>
 
 #include "scenes.hpp"
+#include "search/edge_changes.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -8,7 +8,6 @@
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "problem_io/words.hpp"
-#include "search/words.hpp"
 
 namespace energymargin::app {
 

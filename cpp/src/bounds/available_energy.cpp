@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "bounds/convex_piece.hpp"
-#include "bounds/infinity.hpp"
 #include "energymargin/kinematics.hpp"
 #include "physics/deepest_contact.hpp"
 #include "scene/energy.hpp"
@@ -13,6 +12,23 @@ namespace energymargin::bounds {
 namespace {
 
 constexpr double parallel = 1e-9;  // of a load and the normal of the plane under it
+
+bool at_rest(const Problem& problem, std::size_t body) {
+  const BodyState at = StateLayout::read(problem.state.data() + StateLayout(problem.scene).offset(body));
+  return at.velocity.isZero(0.0) && at.angular_velocity.isZero(0.0);
+}
+
+bool stays(const Problem& problem, std::size_t body) {
+  const Scene& scene = problem.scene;
+  if (const auto above = scene.joint_to(body)) {
+    const Joint& joint = scene.joints()[*above];
+    const bool rigid = joint.type == JointType::fixed || (joint.held && !joint.mimic && !problem.plan);
+    return rigid && stays(problem, scene.index(joint.parent));
+  }
+  const Body& of = scene.bodies()[body];
+  if (of.kinematic) return !problem.plan && at_rest(problem, body);
+  return of.fixed() || (of.linear_factor.isZero(0.0) && of.angular_factor.isZero(0.0));
+}
 
 // What the bodies other than the object can give, each on its own.
 class Stores {
@@ -170,6 +186,12 @@ class Stores {
 };
 
 }  // namespace
+
+std::vector<bool> immovable_bodies(const Problem& problem) {
+  std::vector<bool> immovable;
+  for (std::size_t body = 0; body < problem.scene.bodies().size(); ++body) immovable.push_back(stays(problem, body));
+  return immovable;
+}
 
 AvailableEnergy available_energy(const Problem& problem, std::size_t object, const std::vector<bool>& immovable) {
   return Stores(problem, object, immovable).sum();

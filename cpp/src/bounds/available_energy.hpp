@@ -1,5 +1,5 @@
 #pragma once
-// The energy that may help an object out without a disturbance.
+// The energy that may help an object out without a disturbance, and which bodies have none.
 
 #include <string>
 #include <vector>
@@ -7,6 +7,10 @@
 #include "energymargin/problem.hpp"
 
 namespace energymargin::bounds {
+
+//! By body of the scene: fixed ones, those whose axes are all locked, and links that hang on them by joints that are
+//! fixed or held. With a plan held joints may move.
+std::vector<bool> immovable_bodies(const Problem& problem);
 
 struct AvailableEnergy {
   double kinetic = 0.0;  //!< of all bodies at the start [J]

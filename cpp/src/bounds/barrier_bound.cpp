@@ -6,7 +6,6 @@
 #include <tuple>
 
 #include "bounds/cell_tree.hpp"
-#include "bounds/infinity.hpp"
 
 namespace energymargin::bounds {
 namespace {
@@ -24,13 +23,13 @@ constexpr int looks = 1024;  // cells between two looks at the limit
 // The poses that are looked at. What is outside counts as outside of the capture set.
 PoseCell domain_of(const Landscape& landscape) {
   const Coordinates start = landscape.space.start();
-  const auto [low, high] = landscape.exit.extent();
+  const auto [low, high] = landscape.exit.extent;
   const double far = landscape.obstacles.extent_from(start.head<3>()) + reach_share * landscape.space.radius();
   const Vector3 load = landscape.potential.load();
   PoseCell domain{start, start};
   for (int axis = 0; axis < 3; ++axis) {
     const bool idle = load[axis] == 0.0 && !landscape.potential.has_springs() && landscape.obstacles.same_along(axis) &&
-                      !landscape.exit.depends_on(axis);
+                      !landscape.exit.depends_on[static_cast<std::size_t>(axis)];
     if (!landscape.space.free(axis) || idle) continue;
     const double slack = landscape.space.slack(Coordinates::Zero(), Vector3::Zero())[axis];
     domain.low[axis] = std::min(std::isfinite(low[axis]) ? low[axis] - slack : start[axis] - far, start[axis]);
@@ -226,7 +225,7 @@ class Flood {
       way.push_back(before < 0 ? landscape_.space.start() : poses.center());
       if (before >= 0) way.push_back(between(poses, tree_[before].poses));
     }
-    const double exit = landscape_.exit({way.front(), way.front()});
+    const double exit = landscape_.exit.crossing({way.front(), way.front()}).outside;
     double highest = std::max(start, middle(way.front()) + exit);
     for (std::size_t i = 0; i + 1 < way.size(); ++i) {
       const int samples = samples_between(way[i], way[i + 1]);
@@ -267,7 +266,7 @@ class Flood {
   Coordinates outside_pose(const PoseCell& poses) const {
     const PoseCell& domain = tree_[0].poses;
     Coordinates at = poses.center();
-    if (landscape_.exit({at, at}) == 0.0) return at;
+    if (landscape_.exit.crossing({at, at}).outside == 0.0) return at;
     for (int axis = 0; axis < turn_axis; ++axis) {
       const double beyond = poses.high[axis] - poses.low[axis];
       if (poses.low[axis] == domain.low[axis]) at[axis] = poses.low[axis] - beyond;
@@ -305,10 +304,10 @@ BarrierBound barrier_bound(const Problem& problem, const Region& captured, std::
   const ObjectSpace space(problem, object);
   const Obstacles obstacles(problem, object, immovable, space);
   const PotentialBounds potential(problem, object, immovable, space);
-  const ExitEnergy exit(problem, captured, object, immovable, space);
+  const ExitEnergy exit = exit_energy(problem, captured, object, immovable, space);
   const Landscape landscape{space, obstacles, potential, exit};
   BarrierBound bound = Flood(landscape, budget).run();
-  bound.reason = exit.reason();
+  bound.reason = exit.reason;
   return bound;
 }
 

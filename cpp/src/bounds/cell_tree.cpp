@@ -31,7 +31,7 @@ Cell CellTree::cell(const PoseCell& poses) const {
   made.occupancy = landscape_.obstacles.occupancy(poses);
   if (made.occupancy.blocked) return made;
   made.potential = landscape_.potential(poses);
-  made.exit = landscape_.exit(poses);
+  made.exit = landscape_.exit.crossing(poses).outside;
   return made;
 }
 

@@ -1,12 +1,10 @@
 #pragma once
 // Poses of the object, divided into cells that are halved where it matters.
 
-#include <limits>
 #include <vector>
 
 #include "bounds/exit_energy.hpp"
 #include "bounds/obstacles.hpp"
-#include "bounds/potential_bounds.hpp"
 
 namespace energymargin::bounds {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bounds/infinity.hpp"
 #include "scene/body_constants.hpp"
 #include "scene/hull_faces.hpp"
 #include "scene/margins.hpp"

@@ -1,6 +1,7 @@
 #pragma once
 // A convex piece of a body as the contacts see it, with its edges rounded by the collision margin: how deep a point is.
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -8,6 +9,8 @@
 #include "energymargin/types.hpp"
 
 namespace energymargin::bounds {
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 //! A solid at its place. A ball of radius `depth(p)` about p lies inside of it: so says every positive depth.
 class ConvexPiece {

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
-#include "bounds/infinity.hpp"
-#include "bounds/pose_range.hpp"
+#include "base/angles.hpp"
 #include "energymargin/kinematics.hpp"
 #include "sets/body_reader.hpp"
 #include "sets/sweep.hpp"
@@ -14,217 +15,130 @@ namespace {
 
 constexpr double rounding = 1e-9;  // of distances and angles: a share of their size, or rad
 
-using Extent = std::array<Vector3, 2>;
+constexpr CrossingEnergy surely_inside{infinity, 0.0};
+constexpr CrossingEnergy surely_outside{0.0, infinity};
+constexpr CrossingEnergy either{0.0, 0.0};
 
-const Extent everywhere{Vector3::Constant(-infinity), Vector3::Constant(infinity)};
+// Where a body may be in a cell, and how it may be turned there.
+struct PoseRange {
+  Vector3 position, slack;  // of its point, along the axes of the world [m]
+  Quaternion orientation;
+  double turn;  // by which the orientation may differ [rad]
 
-}  // namespace
+  // As seen from a frame that stays.
+  PoseRange from(const BodyState& frame) const {
+    const Quaternion back = frame.orientation.conjugate();
+    return {back * (position - frame.position), back.toRotationMatrix().cwiseAbs() * slack, back * orientation, turn};
+  }
+};
 
-// The regions, part by part.
-class ExitEnergy::Set {
+struct Range {
+  double low, high;
+};
+
+// The least and the largest distance of a point from a centre, over the first axes [m].
+Range distance(const PoseRange& at, const Vector3& center, int axes) {
+  Eigen::VectorXd far = (at.position - center).cwiseAbs().head(axes) + at.slack.head(axes);
+  Eigen::VectorXd near = ((at.position - center).cwiseAbs().head(axes) - at.slack.head(axes)).cwiseMax(0.0);
+  return {near.norm(), far.norm()};
+}
+
+// A value that lies between two is to be at most a limit.
+CrossingEnergy at_most(double limit, const Range& range) {
+  const auto [low, high] = range;
+  const double slack = rounding * (std::abs(limit) + std::abs(low) + std::abs(high));
+  if (high + slack <= limit) return surely_inside;
+  return low - slack > limit ? surely_outside : either;
+}
+
+CrossingEnergy both(const CrossingEnergy& a, const CrossingEnergy& b) {
+  return {std::min(a.outside, b.outside), std::max(a.inside, b.inside)};
+}
+
+CrossingEnergy in_sector(const regions::AnnularSector& sector, const PoseRange& at) {
+  const Vector3 center(sector.center.x(), sector.center.y(), 0.0);
+  const Range arm = distance(at, center, 2);
+  const CrossingEnergy ring = both(at_most(sector.radius + sector.half_width, arm),
+                                   at_most(sector.half_width - sector.radius, {-arm.high, -arm.low}));
+  const double sweep = std::abs(sector.sweep);
+  if (sweep >= full_turn) return ring;
+  const Vector2 middle = at.position.head<2>() - sector.center;
+  const double slack = at.slack.head<2>().norm();
+  if (slack >= middle.norm()) return both(ring, either);
+  const double spread = std::asin(slack / middle.norm()) + rounding;
+  const double turned = (sector.sweep < 0.0 ? -1.0 : 1.0) * (std::atan2(middle.y(), middle.x()) - sector.start_angle);
+  const double angle = turned - full_turn * std::floor(turned / full_turn);
+  if (angle - spread >= 0.0 && angle + spread <= sweep) return ring;
+  const bool out = angle - spread > sweep && angle + spread < full_turn;
+  return both(ring, out ? surely_outside : either);
+}
+
+Vector3 in_plane(const Vector2& point) { return {point.x(), point.y(), 0.0}; }
+
+// Reads a region, part by part. What is in the frame of a body that moves, or about another body that does, bounds
+// nothing.
+class Reader {
  public:
-  Set(const Problem& problem, const Region& captured, std::size_t object, const std::vector<bool>& immovable,
-      const ObjectSpace& space)
-      : root(captured),
-        problem_(problem),
-        object_(object),
-        immovable_(immovable),
-        space_(space),
-        kinematics_(problem.scene) {
-    const Body& body = problem.scene.bodies()[object];
-    const Inertial& inertial = problem.scene.inertial(object);
-    center_ = inertial.center;
-    push_ = 1.0 / body.mass;
-    turn_ = 1.0 / inertial.moments.minCoeff();
-  }
+  Reader(const Problem& problem, std::size_t object, const std::vector<bool>& immovable, const ObjectSpace& space)
+      : problem_(problem), object_(object), immovable_(immovable), space_(space), kinematics_(problem.scene) {}
 
-  const Region root;
-
-  CrossingEnergy crossing(const Region& region, const PoseCell& cell) const {
-    return std::visit([&](const auto& part) { return of(part, cell); }, region.expression());
-  }
-
-  // The first reason why a part bounds nothing.
-  std::string reason(const Region& region) const {
-    return std::visit([&](const auto& part) { return why(part); }, region.expression());
-  }
-
-  bool depends(const Region& region, int axis) const {
-    return std::visit([&](const auto& part) { return differs(part, axis); }, region.expression());
-  }
-
-  Extent extent(const Region& region) const {
-    return std::visit([&](const auto& part) { return range(part); }, region.expression());
+  ExitEnergy read(const Region& region) const {
+    return std::visit([&](const auto& part) { return of(part); }, region.expression());
   }
 
  private:
-  std::size_t index(const std::string& body) const { return problem_.scene.index(body); }
-  bool stays(const std::string& body) const { return body.empty() || immovable_[index(body)]; }
+  using PoseRanges = std::function<PoseRange(const PoseCell&)>;
+
+  bool is_object(const std::string& body) const { return problem_.scene.index(body) == object_; }
+  bool stays(const std::string& body) const { return body.empty() || immovable_[problem_.scene.index(body)]; }
 
   BodyState state(const std::string& body) const {
-    return body.empty() ? BodyState{} : kinematics_(problem_.state.data(), index(body));
+    return body.empty() ? BodyState{} : kinematics_(problem_.state.data(), problem_.scene.index(body));
   }
 
-  template <typename Primitive>
-  bool known(const Primitive& primitive) const {
-    return (index(primitive.body) == object_ || stays(primitive.body)) && stays(primitive.frame);
+  static ExitEnergy unknown(std::string reason) {
+    ExitEnergy exit;
+    exit.crossing = [](const PoseCell&) { return either; };
+    exit.reason = std::move(reason);
+    return exit;
   }
 
-  template <typename Primitive>
-  std::string why_unknown(const Primitive& primitive) const {
-    if (known(primitive)) return {};
-    const std::string& moves = stays(primitive.frame) ? primitive.body : primitive.frame;
-    return "the capture set goes along with '" + moves + "', which can move";
-  }
-
-  template <typename Primitive>
-  PoseRange pose_range(const Primitive& primitive, const PoseCell& cell) const {
-    return pose_range(primitive.body, position_in_body(problem_.scene, primitive), cell).from(state(primitive.frame));
-  }
-
-  PoseRange pose_range(const std::string& body, const Vector3& point, const PoseCell& cell) const {
-    if (index(body) != object_) {
+  PoseRanges pose_ranges(const std::string& body, const Vector3& point) const {
+    if (!is_object(body)) {
       const BodyState there = state_at_point(point, state(body));
-      return {there.position, Vector3::Zero(), there.orientation, 0.0};
+      const PoseRange range{there.position, Vector3::Zero(), there.orientation, 0.0};
+      return [range](const PoseCell&) { return range; };
     }
-    const Pose pose = space_.pose(cell.center());
-    const Coordinates half = cell.half();
-    return {pose.position + pose.orientation * point, space_.slack(half, point), pose.orientation,
-            space_.any_turn() ? pi : half[turn_axis]};
+    return [point, &space = space_](const PoseCell& cell) -> PoseRange {
+      const Pose pose = space.pose(cell.center());
+      const Coordinates half = cell.half();
+      return {pose.position + pose.orientation * point, space.slack(half, point), pose.orientation,
+              space.any_turn() ? pi : half[turn_axis]};
+    };
   }
 
-  CrossingEnergy of(const regions::Ball& ball, const PoseCell& cell) const {
-    if (!known(ball)) return either;
-    const Range away = distance(pose_range(ball, cell), ball.center, 3);
-    return at_most(ball.radius, away.low, away.high);
+  // `crossing` takes a range of poses as seen from the frame.
+  template <typename Primitive, typename Crossing>
+  ExitEnergy about(const Primitive& primitive, const Crossing& crossing) const {
+    if (!stays(primitive.frame)) return moves_along_with(primitive.frame);
+    if (!is_object(primitive.body) && !stays(primitive.body)) return moves_along_with(primitive.body);
+    ExitEnergy exit;
+    exit.crossing = [crossing, frame = state(primitive.frame),
+                     ranges = pose_ranges(primitive.body, position_in_body(problem_.scene, primitive))](
+                        const PoseCell& cell) { return crossing(ranges(cell).from(frame)); };
+    return exit;
   }
-  CrossingEnergy of(const regions::Disc& disc, const PoseCell& cell) const {
-    if (!known(disc)) return either;
-    const Range away = distance(pose_range(disc, cell), {disc.center.x(), disc.center.y(), 0.0}, 2);
-    return at_most(disc.radius, away.low, away.high);
-  }
-  CrossingEnergy of(const regions::Box& box, const PoseCell& cell) const {
-    if (!known(box)) return either;
-    const PoseRange at = pose_range(box, cell);
-    CrossingEnergy all = surely_inside;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (std::isinf(box.size[axis])) continue;
-      const double away = std::abs(at.position[axis] - box.center[axis]);
-      all = both(all, at_most(0.5 * box.size[axis], away - at.slack[axis], away + at.slack[axis]));
-    }
-    return all;
-  }
-  CrossingEnergy of(const regions::AnnularSector& sector, const PoseCell& cell) const {
-    return known(sector) ? in_sector(sector, pose_range(sector, cell)) : either;
-  }
-  CrossingEnergy of(const regions::Swept& swept, const PoseCell& cell) const {
-    if (!why(swept).empty()) return either;
-    const PoseRange at = pose_range(swept.body, position_in_body(problem_.scene, swept), cell);
-    const regions::PlanarMotion motion = motion_of(swept);
-    const auto sector = swept_sector(swept, motion);
-    if (sector) return in_sector(*sector, at);
-    const Range away = distance(at, {motion.position.x(), motion.position.y(), 0.0}, 2);
-    return at_most(swept.disc_radius, away.low, away.high);
-  }
-  CrossingEnergy of(const regions::HalfSpace& half_space, const PoseCell& cell) const {
-    if (!known(half_space)) return either;  // a frame that stays has no motion that counts
-    const PoseRange at = pose_range(half_space, cell);
-    const double middle = half_space.normal.dot(at.position);
-    const double slack = half_space.normal.cwiseAbs().dot(at.slack);
-    return at_most(half_space.offset, middle - slack, middle + slack);
-  }
-  // The way to move whose point has the speed at the least energy has m_eff v^2 / 2, where a push at the
-  // point moves it by at most 1/m + r^2/I.
-  CrossingEnergy of(const regions::Speed& speed, const PoseCell&) const {
-    if (!known(speed) || index(speed.body) != object_) return either;
-    const double arm = speed.along_world ? speed.point.norm() + center_.norm() : (speed.point - center_).norm();
-    const double limit = std::max(speed.limit, 0.0);
-    return {0.5 * limit * limit / (push_ + turn_ * arm * arm), 0.0};
-  }
-  CrossingEnergy of(const regions::Tilt& tilt, const PoseCell& cell) const {
-    if (!known(tilt)) return either;
-    const PoseRange at = pose_range(tilt, cell);
-    const Vector3 direction = at.orientation * tilt.axis;
-    const double angle = std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference));
-    return at_most(tilt.limit, std::max(angle - at.turn, 0.0), std::min(angle + at.turn, pi));
-  }
-  CrossingEnergy of(const regions::Predicate&, const PoseCell&) const { return either; }
-  CrossingEnergy of(const regions::Intersection& all, const PoseCell& cell) const {
-    CrossingEnergy result = surely_inside;
-    for (const Region& part : all.of) result = both(result, crossing(part, cell));
-    return result;
-  }
-  CrossingEnergy of(const regions::Union& any, const PoseCell& cell) const {
-    CrossingEnergy result = surely_outside;
-    for (const Region& part : any.of) {
-      const CrossingEnergy one = crossing(part, cell);
-      result = {std::max(result.outside, one.outside), std::min(result.inside, one.inside)};
-    }
-    return result;
-  }
-  CrossingEnergy of(const regions::Complement& negated, const PoseCell& cell) const {
-    const CrossingEnergy crossed = crossing(negated.of.front(), cell);
-    return {crossed.inside, crossed.outside};
+  static ExitEnergy moves_along_with(const std::string& body) {
+    return unknown("the capture set goes along with '" + body + "', which can move");
   }
 
-  regions::PlanarMotion motion_of(const regions::Swept& swept) const {
-    if (swept.at) return *swept.at;
-    return {state(swept.by).position.head<2>(), Vector2::Zero(), 0.0};
-  }
-
-  template <typename Primitive>
-  std::string why(const Primitive& primitive) const {
-    return why_unknown(primitive);
-  }
-  std::string why(const regions::Swept& swept) const {
-    if (!swept.at && !stays(swept.by)) return "the capture set goes along with '" + swept.by + "', which can move";
-    if (index(swept.body) == object_ || stays(swept.body)) return {};
-    return "the capture set is about '" + swept.body + "', which can move";
-  }
-  std::string why(const regions::Predicate&) const { return "the capture set has a Predicate"; }
-  std::string why(const regions::Intersection& all) const { return why_any(all.of); }
-  std::string why(const regions::Union& any) const { return why_any(any.of); }
-  std::string why(const regions::Complement& negated) const { return why_any(negated.of); }
-  std::string why_any(const std::vector<Region>& of) const {
-    for (const Region& part : of) {
-      if (const std::string found = reason(part); !found.empty()) return found;
-    }
-    return {};
-  }
-
-  // What is about the world's axes may be the same along one of them; in another frame it is taken to depend on all.
-  template <typename Primitive>
-  bool about_object(const Primitive& primitive) const {
-    return known(primitive) && index(primitive.body) == object_;
-  }
-  bool differs(const regions::Ball& ball, int) const { return about_object(ball); }
-  bool differs(const regions::Disc& disc, int axis) const {
-    return about_object(disc) && (axis < 2 || !disc.frame.empty());
-  }
-  bool differs(const regions::AnnularSector& sector, int axis) const {
-    return about_object(sector) && (axis < 2 || !sector.frame.empty());
-  }
-  bool differs(const regions::Box& box, int axis) const {
-    return about_object(box) && (std::isfinite(box.size[axis]) || !box.frame.empty());
-  }
-  bool differs(const regions::Swept& swept, int axis) const { return why(swept).empty() && axis < 2; }
-  bool differs(const regions::HalfSpace& half_space, int axis) const {
-    return about_object(half_space) && (half_space.normal[axis] != 0.0 || !half_space.frame.empty());
-  }
-  bool differs(const regions::Speed&, int) const { return false; }
-  bool differs(const regions::Tilt&, int) const { return false; }
-  bool differs(const regions::Predicate&, int) const { return false; }
-  bool differs(const regions::Intersection& all, int axis) const { return any_differs(all.of, axis); }
-  bool differs(const regions::Union& any, int axis) const { return any_differs(any.of, axis); }
-  bool differs(const regions::Complement& negated, int axis) const { return any_differs(negated.of, axis); }
-  bool any_differs(const std::vector<Region>& of, int axis) const {
-    return std::any_of(of.begin(), of.end(), [&](const Region& part) { return depends(part, axis); });
-  }
-
-  // A box in a frame, in the world.
-  template <typename Primitive>
-  Extent about(const Primitive& primitive, const Vector3& center, const Vector3& half) const {
-    if (!about_object(primitive)) return everywhere;
+  // The same of a region that a box in its frame holds. What is about the world's axes may be the same along one of
+  // them; in another frame it is taken to depend on all.
+  template <typename Primitive, typename Crossing>
+  ExitEnergy in_box(const Primitive& primitive, const Vector3& center, const Vector3& half,
+                    const Crossing& crossing) const {
+    ExitEnergy exit = about(primitive, crossing);
+    if (!exit.reason.empty() || !is_object(primitive.body)) return exit;
     const BodyState frame = state(primitive.frame);
     const Vector3 middle = frame.position + frame.orientation * center;
     const Eigen::Matrix3d turn = frame.orientation.toRotationMatrix().cwiseAbs();
@@ -233,46 +147,125 @@ class ExitEnergy::Set {
       for (int along = 0; along < 3; ++along) {
         if (turn(axis, along) > rounding) reach[axis] += turn(axis, along) * half[along];
       }
+      exit.depends_on[static_cast<std::size_t>(axis)] = std::isfinite(half[axis]) || !primitive.frame.empty();
     }
-    return {middle - reach, middle + reach};
+    exit.extent = {middle - reach, middle + reach};
+    return exit;
   }
-  Extent range(const regions::Ball& ball) const { return about(ball, ball.center, Vector3::Constant(ball.radius)); }
-  Extent range(const regions::Box& box) const { return about(box, box.center, 0.5 * box.size); }
-  Extent range(const regions::Disc& disc) const {
-    return about(disc, {disc.center.x(), disc.center.y(), 0.0}, {disc.radius, disc.radius, infinity});
+
+  ExitEnergy of(const regions::Ball& ball) const {
+    return in_box(ball, ball.center, Vector3::Constant(ball.radius),
+                  [ball](const PoseRange& at) { return at_most(ball.radius, distance(at, ball.center, 3)); });
   }
-  Extent range(const regions::AnnularSector& sector) const {
+  ExitEnergy of(const regions::Disc& disc) const {
+    return in_box(disc, in_plane(disc.center), {disc.radius, disc.radius, infinity},
+                  [disc](const PoseRange& at) { return at_most(disc.radius, distance(at, in_plane(disc.center), 2)); });
+  }
+  ExitEnergy of(const regions::Box& box) const {
+    return in_box(box, box.center, 0.5 * box.size, [box](const PoseRange& at) {
+      CrossingEnergy all = surely_inside;
+      for (int axis = 0; axis < 3; ++axis) {
+        if (std::isinf(box.size[axis])) continue;
+        const double away = std::abs(at.position[axis] - box.center[axis]);
+        all = both(all, at_most(0.5 * box.size[axis], {away - at.slack[axis], away + at.slack[axis]}));
+      }
+      return all;
+    });
+  }
+  ExitEnergy of(const regions::AnnularSector& sector) const {
     const double reach = sector.radius + sector.half_width;
-    return about(sector, {sector.center.x(), sector.center.y(), 0.0}, {reach, reach, infinity});
+    return in_box(sector, in_plane(sector.center), {reach, reach, infinity},
+                  [sector](const PoseRange& at) { return in_sector(sector, at); });
   }
-  Extent range(const regions::HalfSpace& half_space) const {
-    Extent extent = everywhere;
-    if (!about_object(half_space) || !half_space.frame.empty()) return extent;
+  ExitEnergy of(const regions::Swept& swept) const {
+    if (!swept.at && !stays(swept.by)) return moves_along_with(swept.by);
+    if (!is_object(swept.body) && !stays(swept.body)) {
+      return unknown("the capture set is about '" + swept.body + "', which can move");
+    }
+    const regions::PlanarMotion motion =
+        swept.at ? *swept.at : regions::PlanarMotion{state(swept.by).position.head<2>(), Vector2::Zero(), 0.0};
+    ExitEnergy exit;
+    exit.crossing = [sector = swept_sector(swept, motion), radius = swept.disc_radius,
+                     center = in_plane(motion.position),
+                     ranges = pose_ranges(swept.body, position_in_body(problem_.scene, swept))](const PoseCell& cell) {
+      return sector ? in_sector(*sector, ranges(cell)) : at_most(radius, distance(ranges(cell), center, 2));
+    };
+    exit.depends_on = {true, true, false};
+    return exit;
+  }
+  // A frame that stays has no motion that counts.
+  ExitEnergy of(const regions::HalfSpace& half_space) const {
+    ExitEnergy exit = about(half_space, [half_space](const PoseRange& at) {
+      const double middle = half_space.normal.dot(at.position);
+      const double slack = half_space.normal.cwiseAbs().dot(at.slack);
+      return at_most(half_space.offset, {middle - slack, middle + slack});
+    });
+    if (!exit.reason.empty() || !is_object(half_space.body)) return exit;
     for (int axis = 0; axis < 3; ++axis) {
-      if (std::abs(half_space.normal[axis]) < 1.0) continue;
-      extent[half_space.normal[axis] > 0.0][axis] = half_space.normal[axis] * half_space.offset;
+      const double along = half_space.normal[axis];
+      exit.depends_on[static_cast<std::size_t>(axis)] = along != 0.0 || !half_space.frame.empty();
+      if (half_space.frame.empty() && std::abs(along) >= 1.0)
+        exit.extent[along > 0.0][axis] = along * half_space.offset;
     }
-    return extent;
+    return exit;
   }
-  Extent range(const regions::Intersection& all) const {
-    Extent extent = everywhere;
-    for (const Region& part : all.of) {
-      const Extent one = this->extent(part);
-      extent = {extent[0].cwiseMax(one[0]), extent[1].cwiseMin(one[1])};
+  // The way to move whose point has the speed at the least energy has m_eff v^2 / 2, where a push at the
+  // point moves it by at most 1/m + r^2/I.
+  ExitEnergy of(const regions::Speed& speed) const {
+    CrossingEnergy energy = either;
+    if (is_object(speed.body)) {
+      const Inertial& inertial = problem_.scene.inertial(object_);
+      const double push = 1.0 / problem_.scene.bodies()[object_].mass;
+      const double turn = 1.0 / inertial.moments.minCoeff();
+      const Vector3& center = inertial.center;
+      const double arm = speed.along_world ? speed.point.norm() + center.norm() : (speed.point - center).norm();
+      const double limit = std::max(speed.limit, 0.0);
+      energy.outside = 0.5 * limit * limit / (push + turn * arm * arm);
     }
-    return extent;
+    return about(speed, [energy](const PoseRange&) { return energy; });
   }
-  Extent range(const regions::Union& any) const {
-    Extent extent = this->extent(any.of.front());
-    for (const Region& part : any.of) {
-      const Extent one = this->extent(part);
-      extent = {extent[0].cwiseMin(one[0]), extent[1].cwiseMax(one[1])};
+  ExitEnergy of(const regions::Tilt& tilt) const {
+    return about(tilt, [tilt](const PoseRange& at) {
+      const Vector3 direction = at.orientation * tilt.axis;
+      const double angle = std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference));
+      return at_most(tilt.limit, {std::max(angle - at.turn, 0.0), std::min(angle + at.turn, pi)});
+    });
+  }
+  ExitEnergy of(const regions::Predicate&) const { return unknown("the capture set has a Predicate"); }
+  ExitEnergy of(const regions::Intersection& all) const { return combined(all.of, true); }
+  ExitEnergy of(const regions::Union& any) const { return combined(any.of, false); }
+  ExitEnergy of(const regions::Complement& negated) const {
+    ExitEnergy exit = read(negated.of.front());
+    exit.crossing = [crossing = std::move(exit.crossing)](const PoseCell& cell) {
+      const CrossingEnergy crossed = crossing(cell);
+      return CrossingEnergy{crossed.inside, crossed.outside};
+    };
+    exit.extent = ExitEnergy{}.extent;
+    return exit;
+  }
+
+  ExitEnergy combined(const std::vector<Region>& of, bool all) const {
+    std::vector<ExitEnergy> parts;
+    for (const Region& part : of) parts.push_back(read(part));
+    ExitEnergy exit;
+    if (!all) exit.extent = parts.front().extent;
+    auto& [low, high] = exit.extent;
+    for (const ExitEnergy& part : parts) {
+      if (exit.reason.empty()) exit.reason = part.reason;
+      for (std::size_t axis = 0; axis < 3; ++axis) exit.depends_on[axis] |= part.depends_on[axis];
+      low = all ? low.cwiseMax(part.extent[0]).eval() : low.cwiseMin(part.extent[0]).eval();
+      high = all ? high.cwiseMin(part.extent[1]).eval() : high.cwiseMax(part.extent[1]).eval();
     }
-    return extent;
-  }
-  template <typename Other>
-  Extent range(const Other&) const {
-    return everywhere;
+    exit.crossing = [parts = std::move(parts), all](const PoseCell& cell) {
+      CrossingEnergy result = all ? surely_inside : surely_outside;
+      for (const ExitEnergy& part : parts) {
+        const CrossingEnergy one = part.crossing(cell);
+        result = all ? both(result, one)
+                     : CrossingEnergy{std::max(result.outside, one.outside), std::min(result.inside, one.inside)};
+      }
+      return result;
+    };
+    return exit;
   }
 
   const Problem& problem_;
@@ -280,20 +273,13 @@ class ExitEnergy::Set {
   const std::vector<bool>& immovable_;
   const ObjectSpace& space_;
   Kinematics kinematics_;
-  Vector3 center_;
-  double push_, turn_;  // inverse mass [1/kg], and the greatest inverse inertia [1/(kg m^2)]
 };
 
-ExitEnergy::ExitEnergy(const Problem& problem, const Region& captured, std::size_t object,
-                       const std::vector<bool>& immovable, const ObjectSpace& space)
-    : set_(std::make_unique<Set>(problem, captured, object, immovable, space)), reason_(set_->reason(captured)) {}
+}  // namespace
 
-ExitEnergy::~ExitEnergy() = default;
-
-double ExitEnergy::operator()(const PoseCell& cell) const { return set_->crossing(set_->root, cell).outside; }
-
-bool ExitEnergy::depends_on(int axis) const { return set_->depends(set_->root, axis); }
-
-std::array<Vector3, 2> ExitEnergy::extent() const { return set_->extent(set_->root); }
+ExitEnergy exit_energy(const Problem& problem, const Region& captured, std::size_t object,
+                       const std::vector<bool>& immovable, const ObjectSpace& space) {
+  return Reader(problem, object, immovable, space).read(captured);
+}
 
 }  // namespace energymargin::bounds

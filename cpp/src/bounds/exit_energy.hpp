@@ -2,8 +2,7 @@
 // Where an object may be outside of its capture set, and how fast it has to be for that.
 
 #include <array>
-#include <limits>
-#include <memory>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,31 +18,18 @@ struct CrossingEnergy {
 };
 
 //! What a region of states says about the poses of one object, whatever else moves.
-class ExitEnergy {
- public:
-  //! `immovable`: by body of the scene. The space outlives this.
-  ExitEnergy(const Problem& problem, const Region& captured, std::size_t object, const std::vector<bool>& immovable,
-             const ObjectSpace& space);
-  ~ExitEnergy();
+struct ExitEnergy {
+  //! Between these two positions is that of the object in the set, along the axes of the world [m].
+  using Extent = std::array<Vector3, 2>;
 
-  //! `CrossingEnergy::outside` in a cell of poses [J].
-  double operator()(const PoseCell& cell) const;
-
-  //! Whether the region may be another one elsewhere along an axis of the world.
-  bool depends_on(int axis) const;
-
-  //! The positions in the set, of the point of the object that counts, lie between these two, along the axes of the
-  //! world [m]; infinite where there is none.
-  std::array<Vector3, 2> extent() const;
-
-  //! Why a part of the region bounds nothing; empty if there is none.
-  const std::string& reason() const { return reason_; }
-
- private:
-  class Set;
-
-  std::unique_ptr<const Set> set_;
-  std::string reason_;
+  std::function<CrossingEnergy(const PoseCell&)> crossing;  //!< in a cell of poses
+  std::string reason{};                                     //!< why a part of it bounds nothing; empty if there is none
+  std::array<bool, 3> depends_on{};                         //!< the axes along which it may be another one elsewhere
+  Extent extent{Vector3::Constant(-infinity), Vector3::Constant(infinity)};
 };
+
+//! `immovable`: by body of the scene. The space outlives what is returned.
+ExitEnergy exit_energy(const Problem& problem, const Region& captured, std::size_t object,
+                       const std::vector<bool>& immovable, const ObjectSpace& space);
 
 }  // namespace energymargin::bounds

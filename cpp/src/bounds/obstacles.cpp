@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "bounds/infinity.hpp"
-#include "bounds/overlap.hpp"
 #include "energymargin/kinematics.hpp"
 #include "physics/contacts/collision_filter.hpp"
 #include "scene/margins.hpp"
@@ -18,6 +16,74 @@ constexpr double nearly_free = 0.25;
 constexpr double share_in_plane = 0.01;
 
 constexpr double any_depth = infinity;
+
+constexpr int halvings = 6;  // of the step in which the sum of the depths is climbed
+
+// Lower bounds of the penetration depth, the least way by which one of two pieces has to move for the other to be free
+// [m]; negative: they may be apart by that.
+struct Penetration {
+  double middle;   // as they stand
+  double certain;  // also if the first one turns
+};
+
+// How a piece may be turned: each point by up to `chord` times its distance from a point of the piece's frame.
+struct Turns {
+  Vector3 about;
+  double chord;
+};
+
+// Of two convex pieces. `pose` places `piece` in the frame of `other`. The search for better bounds ends when the
+// certain one is above `enough`.
+//
+// A ball of radius piece.depth(p) + other.depth(p) tells why, for any point p: p is so deep in the two together that
+// no shorter way parts them. When the piece turns, its part of the ball moves with p. Both depths are concave, and so
+// is their sum; a bound is its highest value found.
+Penetration find_penetration(const ConvexPiece& piece, const Pose& pose, const ConvexPiece& other, const Turns& turns,
+                             double enough) {
+  const Quaternion inverse = pose.orientation.conjugate();
+  const auto placed = [&](const Vector3& point) { return Vector3(pose.position + pose.orientation * point); };
+  const auto in_piece = [&](const Vector3& point) { return Vector3(inverse * (point - pose.position)); };
+  Penetration best{-infinity, -infinity};
+  Vector3 at = Vector3::Zero();  // where the certain one is highest so far, in the frame of `other`
+  const auto raise = [&](const Vector3& point) {
+    const Vector3 local = in_piece(point);
+    const double sum = piece.depth(local) + other.depth(point);
+    const double certain = sum - turns.chord * (local - turns.about).norm();
+    best.middle = std::max(best.middle, sum);
+    if (certain <= best.certain) return false;
+    best.certain = certain;
+    at = point;
+    return true;
+  };
+  const Vector3 center = placed(piece.center());
+  raise(center);
+  raise(other.near(center));
+  raise(other.center());
+  raise(placed(piece.near(in_piece(other.center()))));
+  if (best.certain > enough || best.middle < -piece.radius() - other.radius()) return best;
+  for (const Vector3& corner : piece.corners()) raise(placed(corner));
+  for (const Vector3& corner : other.corners()) raise(corner);
+  // To and fro between the nearest points, and then along the axes of both.
+  for (int i = 0; i < halvings && raise(other.near(placed(piece.near(in_piece(at))))); ++i) {
+  }
+  double step = 0.5 * std::min(piece.radius(), other.radius());
+  const Eigen::Matrix3d turn = pose.orientation.toRotationMatrix();
+  for (int i = 0; i < halvings && best.certain <= enough; ++i, step *= 0.5) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double way : {-step, step}) {
+        raise(at + way * turn.col(axis));
+        raise(at + way * Vector3::Unit(axis));
+      }
+    }
+  }
+  return best;
+}
+
+// The penetration depth of a piece and the half space below a plane, in whose frame `pose` is [m].
+double penetration_of_plane(const ConvexPiece& piece, const Pose& pose, const Plane& plane) {
+  const Vector3 down = pose.orientation.conjugate() * -plane.normal;
+  return plane.offset - plane.normal.dot(pose.position + pose.orientation * piece.support(down));
+}
 
 }  // namespace
 
@@ -37,7 +103,7 @@ Obstacles::Obstacles(const Problem& problem, std::size_t object, const std::vect
       const Vector3 normal = pose.orientation * plane->normal;
       const Plane placed{normal, plane->offset + normal.dot(pose.position)};
       for (std::size_t i = 0; i < space.pieces().size(); ++i) {
-        const double depth = overlap_with_plane(space.pieces()[i].whole, start, placed);
+        const double depth = penetration_of_plane(space.pieces()[i].whole, start, placed);
         planes_.push_back({i, placed, in_plane + std::max(depth, 0.0)});
       }
       continue;
@@ -47,7 +113,7 @@ Obstacles::Obstacles(const Problem& problem, std::size_t object, const std::vect
         const ConvexPiece& whole = space.pieces()[i].whole;
         const double allowed =
             allowed_overlap(whole.margin() + obstacle.margin(), whole.half_extent(), obstacle.half_extent());
-        if (find_overlap(whole, start, obstacle, {whole.center(), 0.0}, any_depth).middle <= allowed)
+        if (find_penetration(whole, start, obstacle, {whole.center(), 0.0}, any_depth).middle <= allowed)
           pairs_.push_back({i, obstacle, allowed});
       }
     }
@@ -60,7 +126,7 @@ Occupancy Obstacles::occupancy(const PoseCell& cell) const {
   const Coordinates half = cell.half();
   const double slide = half.head<3>().norm();
   const double turn = chord(half[turn_axis]);
-  const auto add = [&](const Overlap& depth, double allowed, double motion) {
+  const auto add = [&](const Penetration& depth, double allowed, double motion) {
     occupancy.blocked = depth.certain > allowed + slide;
     occupancy.clear = occupancy.clear && depth.middle < allowed - motion;
     occupancy.center_free = occupancy.center_free && depth.middle <= (1.0 + nearly_free) * allowed;
@@ -69,7 +135,7 @@ Occupancy Obstacles::occupancy(const PoseCell& cell) const {
   for (const PlanePair& pair : planes_) {
     const ObjectPiece& piece = space_.pieces()[pair.piece];
     const double way = piece.reach * turn;
-    const double depth = overlap_with_plane(piece.piece, pose, pair.plane);
+    const double depth = penetration_of_plane(piece.piece, pose, pair.plane);
     if (add({depth, depth - way}, pair.allowed, slide + way)) return occupancy;
   }
   for (const Pair& pair : pairs_) {
@@ -78,7 +144,7 @@ Occupancy Obstacles::occupancy(const PoseCell& cell) const {
     const Vector3 center = pose.position + pose.orientation * piece.piece.center();
     if (pair.obstacle.depth(center) + piece.piece.radius() < -motion) continue;
     const Turns turns{space_.reference(), turn};
-    const Overlap depth = find_overlap(piece.piece, pose, pair.obstacle, turns, slide + pair.allowed);
+    const Penetration depth = find_penetration(piece.piece, pose, pair.obstacle, turns, slide + pair.allowed);
     if (add(depth, pair.allowed, motion)) return occupancy;
   }
   return occupancy;

@@ -13,8 +13,7 @@
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
-#include "search/est.hpp"
-#include "search/streams.hpp"
+#include "search/planners.hpp"
 
 namespace energymargin {
 namespace {

@@ -1,25 +1,36 @@
 #include "energymargin/metrics/effort.hpp"
 
+#include <memory>
+
 #include "base/check.hpp"
 #include "energymargin/metrics/guards.hpp"
+#include "energymargin/random.hpp"
 #include "metrics/words.hpp"
-#include "search/escape_search.hpp"
+#include "search/planners.hpp"
+#include "search/shortening.hpp"
 
 namespace energymargin {
 namespace {
 
-search::EscapeSearchOptions search_options(const Problem& problem, const EffortOptions& options) {
+// Algorithm 1: AO-x over EST or RRT.
+Escape find_escape(const Problem& problem, const EffortOptions& options, search::Confirm confirm) {
   const bool improved = options.search.value_or(search_of(problem)) == Search::improved;
-  search::EscapeSearchOptions result;
-  result.planner = options.planner == "est" ? search::FeasiblePlanner::est : search::FeasiblePlanner::rrt;
-  result.nodes = options.nodes;
-  result.seed = options.seed;
-  result.limit = options.limit;
-  result.sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
-  result.shorten = options.shorten.value_or(improved);
-  result.stop_at_escape = options.stop_at_escape;
-  result.node_counter = options.node_counter;
-  return result;
+  const Sampling sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
+  search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
+                                 options.limit, sampling);
+  bounded.count_in(options.node_counter);
+  if (options.stop_at_escape) bounded.stop_at_escape();
+  std::unique_ptr<search::Shortening> shortening;
+  if (options.shorten.value_or(improved)) {
+    shortening =
+        std::make_unique<search::Shortening>(problem, bounded, stream(options.seed, search::streams::shortening));
+  }
+  if (options.planner == "est") {
+    search::Est est(bounded, stream(options.seed, search::streams::planner));
+    return ao(bounded, est, shortening.get(), confirm);
+  }
+  search::Rrt rrt(bounded);
+  return ao(bounded, rrt, shortening.get(), confirm);
 }
 
 }  // namespace
@@ -30,8 +41,12 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_word("planner", options.planner, effort_planners);
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
-  Escape escape =
-      search::find_escape(problem, capture_set(problem, options.captured), search_options(problem, options));
+  // Nearly all best escapes are confirmed, and then the last one says as much as all of them.
+  Escape escape = find_escape(problem, options, search::Confirm::best);
+  if (escape.discarded > 0) {
+    if (options.node_counter) *options.node_counter = 0;
+    escape = find_escape(problem, options, search::Confirm::each_turn);
+  }
   escape.warnings = implausible(escape, problem);
   return escape;
 }

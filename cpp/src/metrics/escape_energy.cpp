@@ -5,8 +5,7 @@
 
 #include "base/check.hpp"
 #include "metrics/words.hpp"
-#include "quasistatic/bit_star.hpp"
-#include "quasistatic/rrt_star.hpp"
+#include "quasistatic/barrier_problem.hpp"
 
 namespace energymargin {
 namespace {
@@ -32,8 +31,7 @@ EscapeEnergy result(quasistatic::BarrierProblem& problem) {
   const quasistatic::Path& path = problem.path();
   if (path.empty()) return escape;
   quasistatic::Landscape& landscape = problem.landscape();
-  quasistatic::Path rows{path.front()};
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) landscape.append_way(path[i], path[i + 1], rows);
+  const quasistatic::Path rows = landscape.divide(path);
   escape.path.resize(static_cast<Eigen::Index>(rows.size()), landscape.state(rows.front()).size());
   const auto lower = [&](const Pose& a, const Pose& b) { return landscape.energy(a) < landscape.energy(b); };
   escape.barrier = static_cast<int>(std::max_element(rows.begin(), rows.end(), lower) - rows.begin());

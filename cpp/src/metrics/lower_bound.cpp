@@ -5,7 +5,6 @@
 #include "base/check.hpp"
 #include "bounds/available_energy.hpp"
 #include "bounds/barrier_bound.hpp"
-#include "bounds/immovable.hpp"
 
 namespace energymargin {
 namespace {

@@ -15,4 +15,9 @@ struct Words<Search> {
                                                         {"published", Search::published}};
 };
 
+template <>
+struct Words<Sampling> {
+  static constexpr std::pair<const char*, Sampling> all[]{{"mixed", Sampling::mixed}, {"uniform", Sampling::uniform}};
+};
+
 }  // namespace energymargin

@@ -1,6 +1,9 @@
 #pragma once
 // Leave the capture set over a lower barrier than the best so far: the problem that OMPL's planners are asked.
 
+#include <ompl/base/ProblemDefinition.h>
+#include <ompl/base/SpaceInformation.h>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -10,15 +13,23 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "quasistatic/landscape.hpp"
-
-namespace ompl::base {
-class ProblemDefinition;
-class SpaceInformation;
-}  // namespace ompl::base
+#include "quasistatic/pose_sampler.hpp"
 
 namespace energymargin::quasistatic {
 
-class PoseSampler;
+//! The streams of a search's seed, one for each of what draws from it.
+namespace streams {
+inline constexpr std::uint64_t poses = 1;
+inline constexpr std::uint64_t rrt_star = 2;
+}  // namespace streams
+
+//! A pose as OMPL's planners see it.
+struct PoseState : ompl::base::State {
+  Pose pose;
+  const Landscape* landscape = nullptr;  //!< in which it has distances
+};
+inline const Pose& pose_of(const ompl::base::State* state) { return state->as<PoseState>()->pose; }
+inline Pose& pose_of(ompl::base::State* state) { return state->as<PoseState>()->pose; }
 
 //! What limits a search.
 struct Budget {
@@ -34,16 +45,15 @@ class BarrierProblem {
   //! `object` is the index of a body that moves freely. Throws std::invalid_argument if there seems to be no outside in
   //! reach.
   BarrierProblem(const Problem& problem, std::size_t object, const Budget& budget);
-  ~BarrierProblem();
 
   //! OMPL's checkers and samplers refer to this very object.
   BarrierProblem(const BarrierProblem&) = delete;
   BarrierProblem& operator=(const BarrierProblem&) = delete;
 
-  const std::shared_ptr<ompl::base::SpaceInformation>& space_information() const { return si_; }
+  const ompl::base::SpaceInformationPtr& space_information() const { return si_; }
 
   //! The problem anew: from the start to outside below the present bound. Null if no pose outside could be drawn there.
-  std::shared_ptr<ompl::base::ProblemDefinition> ask();
+  ompl::base::ProblemDefinitionPtr ask();
 
   //! Poses drawn so far, one more for each call of `ask`.
   int samples() const { return samples_; }
@@ -92,8 +102,8 @@ class BarrierProblem {
 
   Budget budget_;
   Landscape landscape_;
-  std::unique_ptr<PoseSampler> sampler_;
-  std::shared_ptr<ompl::base::SpaceInformation> si_;
+  PoseSampler sampler_;
+  ompl::base::SpaceInformationPtr si_;
   Pool captured_, outside_;
   int samples_ = 0;
   double energy_;
@@ -101,5 +111,14 @@ class BarrierProblem {
   Path path_;
   std::vector<std::pair<int, double>> history_;
 };
+
+//! BIT* (Gammell, Srinivasa and Barfoot), asked again for a lower barrier after each escape, until the problem's
+//! samples are spent. OMPL's own pruning stays off: with several goals it may drop the start (its issue 949). Instead
+//! each run starts from the poses below the bound that the runs before it have drawn.
+void bit_star(BarrierProblem& problem);
+
+//! RRT* (Karaman and Frazzoli), asked on for a lower barrier after each escape, until the problem's samples are spent.
+//! The tree stays, without what is not below the bound.
+void rrt_star(BarrierProblem& problem);
 
 }  // namespace energymargin::quasistatic

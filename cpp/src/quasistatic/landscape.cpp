@@ -35,7 +35,54 @@ Turning turning_of(const Body& body, const Potential& potential) {
   return free == 1.0 ? Turning::about_axis : Turning::all;
 }
 
+// So many pieces of a way are no longer than `spacing`.
+int pieces_of(double length, double spacing) { return std::max(1, static_cast<int>(std::ceil(length / spacing))); }
+
 }  // namespace
+
+Pose interpolate(const Pose& from, const Pose& to, double t) {
+  return {(1.0 - t) * from.position + t * to.position, from.orientation.slerp(t, to.orientation).normalized()};
+}
+
+double angle(const Quaternion& a, const Quaternion& b) { return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b)))); }
+
+Potential::Potential(const Scene& scene, const State& state, std::size_t body)
+    : load_(scene.bodies()[body].mass * scene.gravity() + scene.bodies()[body].force),
+      center_(scene.inertial(body).center) {
+  const Kinematics kinematics(scene);
+  for (const Spring& spring : scene.springs()) {
+    const std::size_t a = scene.index(spring.body_a);
+    const std::size_t b = scene.index(spring.body_b);
+    if (a != body && b != body) continue;
+    const BodyState other = kinematics(state.data(), a == body ? b : a);
+    const Vector3 anchor = other.position + other.orientation * (a == body ? spring.point_b : spring.point_a);
+    springs_.push_back({a == body ? spring.point_a : spring.point_b, anchor, spring.stiffness, spring.rest_length});
+  }
+}
+
+double Potential::operator()(const Pose& pose) const {
+  double energy = -load_.dot(pose.position + pose.orientation * center_);
+  for (const End& end : springs_) {
+    const double stretch = (pose.position + pose.orientation * end.point - end.anchor).norm() - end.rest_length;
+    energy += 0.5 * end.stiffness * stretch * stretch;
+  }
+  return energy;
+}
+
+bool Potential::turns() const {
+  const auto off_origin = [](const End& end) { return !end.point.isZero(0.0); };
+  return !center_.isZero(0.0) || std::any_of(springs_.begin(), springs_.end(), off_origin);
+}
+
+Vector3 Potential::force(const Pose& pose) const {
+  Vector3 force = load_;
+  for (const End& end : springs_) {
+    const Vector3 span = pose.position + pose.orientation * end.point - end.anchor;
+    const double length = span.norm();
+    if (length > 0.0) force -= end.stiffness * (length - end.rest_length) / length * span;
+  }
+  return force;
+}
 
 Landscape::Landscape(const Problem& problem, std::size_t object)
     : body_(problem.scene.bodies()[object]),
@@ -75,10 +122,16 @@ double Landscape::length(const Pose& from, const Pose& to) const {
   return turning_ == Turning::none ? distance : distance + radius_ * angle(from.orientation, to.orientation);
 }
 
-void Landscape::append_way(const Pose& from, const Pose& to, Path& way) const {
-  const int count = std::max(1, static_cast<int>(std::ceil(length(from, to) / spacing_)));
-  for (int i = 1; i < count; ++i) way.push_back(interpolate(from, to, static_cast<double>(i) / count));
-  way.push_back(to);
+Path Landscape::divide(const Path& path, std::optional<double> spacing) const {
+  Path fine{path.front()};
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const int count = pieces_of(length(path[i], path[i + 1]), spacing.value_or(spacing_));
+    for (int j = 1; j < count; ++j) {
+      fine.push_back(interpolate(path[i], path[i + 1], static_cast<double>(j) / count));
+    }
+    fine.push_back(path[i + 1]);
+  }
+  return fine;
 }
 
 Landscape::Peak Landscape::peak(const Pose& from, const Pose& to) const {
@@ -89,7 +142,7 @@ Landscape::Peak Landscape::peak(const Pose& from, const Pose& to) const {
   };
   look(1.0);
   if (!potential_.has_springs()) return highest;  // it is linear
-  const int count = std::max(1, static_cast<int>(std::ceil(length(from, to) / spacing_)));
+  const int count = pieces_of(length(from, to), spacing_);
   for (int i = 1; i < count; ++i) look(static_cast<double>(i) / count);
   // Closer and closer around the highest.
   for (double step = 0.5 / count; step > finest_share / count; step *= 0.5) {
@@ -100,12 +153,21 @@ Landscape::Peak Landscape::peak(const Pose& from, const Pose& to) const {
   return highest;
 }
 
+Landscape::Barrier Landscape::barrier(const Path& path) const {
+  Barrier highest;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Peak here = peak(path[i], path[i + 1]);
+    if (here.energy > highest.energy) highest = {here, i};
+  }
+  return highest;
+}
+
 // The middle first: what is in the way is found early. The clearance there clears a stretch on both sides.
 bool Landscape::passes(const Pose& from, const Pose& to) {
   if (!allowed(to)) return false;
   const double whole = length(from, to);
   if (within_) {
-    const int count = static_cast<int>(std::ceil(whole / spacing_));
+    const int count = pieces_of(whole, spacing_);
     for (int i = 1; i < count; ++i) {
       if (!within(interpolate(from, to, static_cast<double>(i) / count))) return false;
     }

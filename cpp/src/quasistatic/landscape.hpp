@@ -3,15 +3,53 @@
 // and how high its energy is there (Definitions 1 and 2).
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
 #include "physics/free_space.hpp"
-#include "quasistatic/path.hpp"
-#include "quasistatic/potential.hpp"
 
 namespace energymargin::quasistatic {
+
+//! Poses from the start on; from one to the next the object moves evenly, and turns the shorter way.
+using Path = std::vector<Pose>;
+
+//! The pose at a share `t` of the way, 0..1.
+Pose interpolate(const Pose& from, const Pose& to, double t);
+
+//! Angle between two orientations, 0..pi [rad].
+double angle(const Quaternion& a, const Quaternion& b);
+
+//! The potential energy of one body while everything else stays where it is: E of Definition 2.
+class Potential {
+ public:
+  //! `body` is an index in the scene; `state` says where everything else is.
+  Potential(const Scene& scene, const State& state, std::size_t body);
+
+  //! Of gravity and the body's constant force, with its zero at the world's origin, and of the springs on it [J].
+  double operator()(const Pose& pose) const;
+
+  //! What pulls at the body [N]: minus the slope of the energy in the position.
+  Vector3 force(const Pose& pose) const;
+
+  //! Gravity and the constant force alone [N].
+  const Vector3& load() const { return load_; }
+  bool has_springs() const { return !springs_.empty(); }
+
+  //! Whether a turn about the frame's origin changes it.
+  bool turns() const;
+
+ private:
+  struct End {       // of a spring, at the body
+    Vector3 point;   // in the body's frame
+    Vector3 anchor;  // the other end, in the world
+    double stiffness, rest_length;
+  };
+
+  Vector3 load_, center_;
+  std::vector<End> springs_;
+};
 
 //! How an object can turn.
 enum class Turning {
@@ -57,8 +95,8 @@ class Landscape {
   //! How far the object moves: no point of it moves farther on the way [m].
   double length(const Pose& from, const Pose& to) const;
 
-  //! Appends the poses of a way but its first, a tenth of the radius apart or closer.
-  void append_way(const Pose& from, const Pose& to, Path& way) const;
+  //! The same path with poses at most `spacing` [m] apart; by default a tenth of the radius.
+  Path divide(const Path& path, std::optional<double> spacing = std::nullopt) const;
 
   struct Peak {
     double energy = 0.0;  //!< [J]
@@ -67,6 +105,12 @@ class Landscape {
 
   //! The highest energy on a way. With springs, what is high for less than a tenth of the radius may be missed.
   Peak peak(const Pose& from, const Pose& to) const;
+
+  //! Where the energy of a path is highest: between path[edge] and path[edge + 1].
+  struct Barrier : Peak {
+    std::size_t edge = 0;
+  };
+  Barrier barrier(const Path& path) const;
 
   //! Whether a way is allowed up to its end; its start is. No wall is too thin: between two poses that are checked no
   //! point moves farther than a hundredth of the object's smallest half extent, unless the clearance there is larger.

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/angles.hpp"
+#include "base/check.hpp"
 
 namespace energymargin::quasistatic {
 namespace {
@@ -16,11 +18,53 @@ constexpr double start_share = 0.5;    // of these, from the start
 constexpr double larger_share = 0.1;   // of the others, from a box twice as large; of these, from one four times, ...
 constexpr double upright_share = 0.5;  // whose orientation is nearer that of the start
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Search for a box.
+constexpr double fair_share = 0.25;  // of the poses in a box that is large enough are outside
+constexpr int poses_in_box = 64;
+constexpr int poses_in_given_box = 2000;
+constexpr int most_boxes = 20;        // each twice as large as the one before
+constexpr double least_growth = 1.5;  // of the share: orientations alone have the same share in a box of any size
+
 }  // namespace
 
 PoseSampler::PoseSampler(Landscape& landscape, std::uint64_t seed, const Limit& limit)
     : landscape_(landscape), limit_(limit) {
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
+}
+
+std::optional<std::vector<Pose>> PoseSampler::find_box(const std::optional<double>& reach) {
+  const int boxes = reach ? 1 : most_boxes;
+  std::vector<Pose> best;
+  double best_reach = 0.0, best_share = 0.0;
+  reach_ = reach.value_or(2.0 * landscape_.radius());
+  for (int i = 0; i < boxes && best_share < fair_share && !limit_.reached(); ++i, reach_ *= 2.0) {
+    std::vector<Pose> outside = draw_outside(reach ? poses_in_given_box : poses_in_box);
+    const double share = static_cast<double>(outside.size()) / poses_in_box;
+    if (share < least_growth * best_share + 1.0 / poses_in_box) continue;
+    best_share = share;
+    best_reach = reach_;
+    best = std::move(outside);
+  }
+  if (limit_.reached()) return std::nullopt;
+  if (best_share == 0.0) {
+    reject("reach", reach ? text(*reach) : "not given, and nothing is found up to " + text(reach_),
+           "one in which poses of the object outside of its capture set are free");
+  }
+  reach_ = best_reach;
+  may_grow_ = !reach;
+  return best;
+}
+
+// At most as many as are a fair share.
+std::vector<Pose> PoseSampler::draw_outside(int poses) {
+  std::vector<Pose> outside;
+  for (int i = 0; i < poses && outside.size() < fair_share * poses_in_box; ++i) {
+    const std::optional<Pose> pose = draw(infinity, Side::any);
+    if (pose && landscape_.outside(*pose)) outside.push_back(landscape_.settle(*pose, reach_, true));
+  }
+  return outside;
 }
 
 std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector<Pose>& known) {
@@ -72,7 +116,7 @@ Quaternion PoseSampler::draw_orientation() {
 
 // A slot, a well or a rail is narrow in all directions but one: so one number changes by much, and the others little.
 Pose PoseSampler::draw_along_axis(const std::vector<Pose>& known) {
-  if (landscape_.sliding().isZero(0.0)) return draw_in_box(std::numeric_limits<double>::infinity());
+  if (landscape_.sliding().isZero(0.0)) return draw_in_box(infinity);
   const bool from_start = known.empty() || rng_.uniform01() < start_share;
   const Pose& from = from_start
                          ? landscape_.start()

@@ -17,12 +17,13 @@ class PoseSampler {
   //! A draw that reaches the limit ends without a result.
   PoseSampler(Landscape& landscape, std::uint64_t seed, const Limit& limit);
 
-  //! Half the edge of the box around the start that positions are drawn from [m].
+  //! Finds the box around the start to draw from: of half edge `reach` or, if that is unset, large enough for a fair
+  //! share of its free poses to be outside of the capture set. Gives the poses outside, settled, that it drew; none if
+  //! the limit was reached first. Throws std::invalid_argument if no pose outside is found.
+  std::optional<std::vector<Pose>> find_box(const std::optional<double>& reach);
+
+  //! Half the edge of that box [m].
   double reach() const { return reach_; }
-  void set_reach(double reach, bool may_grow) {
-    reach_ = reach;
-    may_grow_ = may_grow;
-  }
 
   //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn
   //! around the `known` ones.
@@ -35,6 +36,7 @@ class PoseSampler {
   std::size_t draw_index(std::size_t end);
 
  private:
+  std::vector<Pose> draw_outside(int poses);
   Pose draw_in_box(double bound);
   Quaternion draw_orientation();
   Pose draw_along_axis(const std::vector<Pose>& known);

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "quasistatic/barrier.hpp"
-#include "quasistatic/simplify.hpp"
-
 namespace energymargin::quasistatic {
 namespace {
 
@@ -17,29 +14,17 @@ constexpr double least_spacing = 0.1;
 constexpr int trials_per_fall = 8;     // every such trial lets the top fall down to what is below
 constexpr double after_success = 1.5;  // the scale's factors: it stays where one trial in five is a success
 constexpr double after_failure = 0.9;
-
-// The same path with poses at most `spacing` [m] apart, so that it can follow what it goes around.
-Path divide(const Path& path, double spacing, const Landscape& landscape) {
-  Path fine{path.front()};
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const int count = std::max(1, static_cast<int>(std::ceil(landscape.length(path[i], path[i + 1]) / spacing)));
-    for (int j = 1; j < count; ++j) {
-      fine.push_back(interpolate(path[i], path[i + 1], static_cast<double>(j) / count));
-    }
-    fine.push_back(path[i + 1]);
-  }
-  return fine;
-}
+constexpr int halvings = 40;  // of the step on which a path leaves the capture set
 
 // Inserts a pose where a path is highest, and returns its index.
-std::size_t insert_top(Path& path, const Barrier& highest) {
+std::size_t insert_top(Path& path, const Landscape::Barrier& highest) {
   const auto next = static_cast<std::ptrdiff_t>(highest.edge) + 1;
   path.insert(path.begin() + next, interpolate(path[highest.edge], path[highest.edge + 1], highest.at));
   return highest.edge + 1;
 }
 
 // Index of a path's highest pose; inserts one unless there is one nearby.
-std::size_t find_top(Path& path, const Barrier& highest, const Landscape& landscape) {
+std::size_t find_top(Path& path, const Landscape::Barrier& highest, const Landscape& landscape) {
   const double whole = landscape.length(path[highest.edge], path[highest.edge + 1]);
   const double near = std::min(highest.at, 1.0 - highest.at) * whole;
   return near < closest * landscape.size() ? highest.edge + (highest.at > 0.5 ? 1 : 0) : insert_top(path, highest);
@@ -84,6 +69,67 @@ bool bend(Path& path, std::size_t index, std::size_t width, const Pose& to, doub
   return true;
 }
 
+// The first pose outside, between one in the capture set and one outside.
+Pose find_exit(Pose inside, Pose outside, Landscape& landscape) {
+  for (int i = 0; i < halvings; ++i) {
+    const Pose middle = interpolate(inside, outside, 0.5);
+    (landscape.outside(middle) ? outside : inside) = middle;
+  }
+  return outside;
+}
+
+// Every pose as low as it gets without turning; the last one as low as it gets outside.
+Path fall(Path path, double reach, Landscape& landscape) {
+  for (std::size_t i = 1; i < path.size(); ++i) path[i] = landscape.settle(path[i], reach, i + 1 == path.size());
+  return path;
+}
+
+Path without_turns(Path path) {
+  for (Pose& pose : path) pose.orientation = path.front().orientation;
+  return path;
+}
+
+// The path up to where it leaves the capture set.
+Path cut(const Path& path, Landscape& landscape) {
+  Path inside{path.front()};
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Path way = landscape.divide({path[i], path[i + 1]});
+    const auto outside = [&](const Pose& pose) { return landscape.outside(pose); };
+    const auto first = std::find_if(way.begin() + 1, way.end(), outside);
+    if (first != way.end()) {
+      inside.push_back(find_exit(*(first - 1), *first, landscape));
+      break;
+    }
+    inside.push_back(path[i + 1]);
+  }
+  return inside;
+}
+
+// The path without the poses that it can do without: its barrier is no higher.
+Path straighten(const Path& path, Landscape& landscape) {
+  const double highest = landscape.barrier(path).energy;
+  Path straight{path.front()};
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const bool needed = i + 1 == path.size() || landscape.peak(straight.back(), path[i + 1]).energy > highest ||
+                        !landscape.passes(straight.back(), path[i + 1]);
+    if (needed) straight.push_back(path[i]);
+  }
+  return straight;
+}
+
+// What sliding along a support would be, without turns if that leads out; `path` itself if nothing simpler does. No
+// pose is farther than `reach` [m] from the start along an axis of the world.
+Path simplify(const Path& path, double reach, Landscape& landscape) {
+  for (const Path& simple :
+       {fall(without_turns(path), reach, landscape), fall(path, reach, landscape), without_turns(path)}) {
+    if (landscape.barrier(simple).energy <= landscape.barrier(path).energy && passes_from(0, simple, landscape) &&
+        landscape.outside(simple.back())) {
+      return simple;
+    }
+  }
+  return path;
+}
+
 }  // namespace
 
 Path relax(const Path& solution, Landscape& landscape, PoseSampler& sampler, int trials, const Limit& limit) {
@@ -93,11 +139,11 @@ Path relax(const Path& solution, Landscape& landscape, PoseSampler& sampler, int
   for (int i = 0; i < trials; ++i) {
     if (scale < least_scale * landscape.size()) {
       scale = first_scale * landscape.radius();
-      path = divide(path, spacing, landscape);
+      path = landscape.divide(path, spacing);
       spacing = std::max(0.5 * spacing, least_spacing * landscape.radius());
     }
     if (limit.reached()) break;
-    const Barrier highest = barrier(path, landscape);
+    const Landscape::Barrier highest = landscape.barrier(path);
     if (highest.energy <= landscape.negligible()) break;
     const std::size_t index = find_top(path, highest, landscape);
     if (index == 0) break;
@@ -111,7 +157,7 @@ Path relax(const Path& solution, Landscape& landscape, PoseSampler& sampler, int
     scale *= success ? after_success : after_failure;
   }
   path = cut(straighten(cut(path, landscape), landscape), landscape);
-  const Barrier highest = barrier(path, landscape);
+  const Landscape::Barrier highest = landscape.barrier(path);
   if (highest.at > 0.0 && highest.at < 1.0) insert_top(path, highest);
   return path;
 }

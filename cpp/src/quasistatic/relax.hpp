@@ -2,8 +2,6 @@
 // Local search for a lower barrier. A planner finds which way leads out; how closely its path passes a rim is luck.
 
 #include "energymargin/limit.hpp"
-#include "quasistatic/landscape.hpp"
-#include "quasistatic/path.hpp"
 #include "quasistatic/pose_sampler.hpp"
 
 namespace energymargin::quasistatic {

@@ -8,9 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "energymargin/search/prunable.hpp"
-#include "search/ao_with_shortening.hpp"
 #include "search/cost_space.hpp"
+#include "search/shortening.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -10,12 +10,8 @@
 #include "base/crew.hpp"
 #include "energymargin/random.hpp"
 #include "search/adapters.hpp"
-#include "search/confirmation.hpp"
 #include "search/cost_space.hpp"
 #include "search/horizon.hpp"
-#include "search/quiet.hpp"
-#include "search/streams.hpp"
-#include "search/wrench_space.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -85,7 +81,7 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   if (captured) {
     captured_.emplace(*captured, problem.scene);
     problem_ = problem;
-    captured_region_ = *captured;
+    problem_->captured = *captured;
   }
   if (captured && problem.within) within_.emplace(*problem.within, problem.scene);
   tree_.states.resize(0, layout.dimension());
@@ -130,12 +126,10 @@ Edge BoundedProblem::edge(int node) const {
   return {tree_.controls.row(node), static_cast<int>(std::lround(tree_.durations[node] / step_))};
 }
 
-bool BoundedProblem::allowed(int node) const { return allowed(node, bound()); }
-
-bool BoundedProblem::allowed(int node, double bound) const {
+bool BoundedProblem::allowed(int node, std::optional<double> bound) const {
   if (node >= 0 && horizon_ && time(node) >= *horizon_ && !escaped(node)) return false;
   if (node > 0 && (discarded_.count(node) > 0 || discarded_.count(parent(node)) > 0)) return false;
-  return node >= 0 && cost(node) < bound && (!within_ || (*within_)(state(node)));
+  return node >= 0 && cost(node) < bound.value_or(this->bound()) && (!within_ || (*within_)(state(node)));
 }
 
 bool BoundedProblem::escaped(int node) const {
@@ -152,14 +146,22 @@ bool BoundedProblem::worth_keeping(int node, double bound) const {
   return cost(node) < bound && discarded_.count(node) == 0 && !spent();
 }
 
-int BoundedProblem::extend(int node, const Edge& edge, double bound) {
+int BoundedProblem::extend(int node, const Edge& edge, std::optional<double> bound) {
   const std::vector<int> nodes = extend({EdgeFrom{node, edge}}, bound);
   return nodes.empty() ? -1 : nodes.front();
 }
 
-std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round, double bound) {
+std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round, std::optional<double> bound) {
   const int before = nodes_;
-  const std::vector<std::optional<Stretch>> stretches = roll_out(round, bound);
+  std::vector<std::optional<Stretch>> stretches(round.size());
+  const std::vector<std::size_t> order = by_length(round);
+  // Each edge has the nodes that are left if those before it in the round take as many as they may.
+  simulations_->crew.run(order.size(), [&](std::size_t job, std::size_t thread) {
+    const std::size_t i = order[job];
+    const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
+    stretches[i] = roll_out(*simulations_->worlds[thread], round[i], std::min(nodes_per_edge_, left),
+                            bound.value_or(this->bound()));
+  });
   std::vector<int> nodes;
   for (std::size_t i = 0; i < round.size(); ++i) {
     if (stretches[i] && !stretches[i]->rollout.complete) break;
@@ -173,27 +175,14 @@ int BoundedProblem::extend_undisturbed() {
   if (!horizon_ || !captured_) return -1;
   ++most_nodes_;
   const Horizon& horizon = *simulations_->horizon;
+  std::optional<Stretch> stretch;
   try {
-    const Stretch stretch = horizon.undisturbed(*simulations_->worlds[0], state(0), limit_);
-    if (!stretch.rollout.complete) return -1;
-    const int node = add(0, horizon.rest(), stretch.rollout.steps, 0.0, stretch.rollout.state);
-    count(stretch);
-    return node;
+    stretch = horizon.undisturbed(*simulations_->worlds[0], state(0), limit_);
+    if (!stretch->rollout.complete) return -1;
   } catch (const Diverged&) {
-    return add_diverged(0, horizon.rest());
+    stretch.reset();
   }
-}
-
-// Each edge has the nodes that are left if those before it in the round take as many as they may.
-std::vector<std::optional<Stretch>> BoundedProblem::roll_out(const std::vector<EdgeFrom>& round, double bound) {
-  std::vector<std::optional<Stretch>> stretches(round.size());
-  const std::vector<std::size_t> order = by_length(round);
-  simulations_->crew.run(order.size(), [&](std::size_t job, std::size_t thread) {
-    const std::size_t i = order[job];
-    const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
-    stretches[i] = roll_out(*simulations_->worlds[thread], round[i], std::min(nodes_per_edge_, left), bound);
-  });
-  return stretches;
+  return add({0, horizon.rest()}, stretch);
 }
 
 // None if the simulation diverges.
@@ -210,21 +199,21 @@ std::optional<Stretch> BoundedProblem::roll_out(World& world, const EdgeFrom& fr
   }
 }
 
-// The last of the nodes of a rollout.
+// The last of the nodes of a rollout; one of infinite cost if it diverged.
 int BoundedProblem::add(const EdgeFrom& from, const std::optional<Stretch>& stretch) {
-  if (!stretch) return add_diverged(from.node, from.edge);
+  if (!stretch) {
+    ++diverged_;
+    return add(from.node, from.edge, 0, std::numeric_limits<double>::infinity(), state(from.node));
+  }
   const Rollout& rollout = stretch->rollout;
   for (const Moment& moment : rollout.recorded) {
     if (moment.steps < rollout.steps) add(from.node, from.edge, moment.steps, moment.effort, moment.state);
   }
   const int node = add(from.node, from.edge, rollout.steps, rollout.effort, rollout.state);
-  count(*stretch);
+  escaped_.back() = stretch->escaped;
+  counts_.back() += rollout;
+  counts_.back() += stretch->after_exit;
   return node;
-}
-
-int BoundedProblem::add_diverged(int from, const Edge& edge) {
-  ++diverged_;
-  return add(from, edge, 0, std::numeric_limits<double>::infinity(), state(from));
 }
 
 int BoundedProblem::add(int from, const Edge& edge, int steps, double effort, const State& state) {
@@ -241,13 +230,6 @@ int BoundedProblem::add(int from, const Edge& edge, int steps, double effort, co
   return node;
 }
 
-// The stretch led to the last node.
-void BoundedProblem::count(const Stretch& stretch) {
-  escaped_.back() = stretch.escaped;
-  counts_.back() += stretch.rollout;
-  counts_.back() += stretch.after_exit;
-}
-
 void BoundedProblem::make_room(Eigen::Index rows) {
   tree_.states.conservativeResize(rows, Eigen::NoChange);
   tree_.costs.conservativeResize(rows);
@@ -257,7 +239,7 @@ void BoundedProblem::make_room(Eigen::Index rows) {
 }
 
 std::optional<bool> BoundedProblem::confirm(int node) {
-  if (!confirmation_) confirmation_ = std::make_unique<Confirmation>(*problem_, *captured_region_);
+  if (!confirmation_) confirmation_ = std::make_unique<Confirmation>(*problem_);
   std::vector<int> nodes = path_to(node);
   nodes.erase(nodes.begin());
   std::vector<Edge> edges;

@@ -1,12 +1,15 @@
 #include "search/cost_space.hpp"
 
+#include <ompl/base/ProjectionEvaluator.h>
 #include <ompl/util/RandomNumbers.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <vector>
 
-#include "search/projection.hpp"
+#include "energymargin/kinematics.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -15,6 +18,21 @@ namespace {
 constexpr double sample_reach = 6.0;
 // The cost counts as much as one longest edge over the whole of [0, c].
 constexpr double cost_weight = 1.0;
+// Cells a longest edge leads through, and cells between 0 and the bound on the cost.
+constexpr double cells_per_edge = 8.0;
+constexpr double cells_of_cost = 4.0;
+
+// Where nothing pushes, a longest edge counts as this share of an object's smallest half extent.
+constexpr double smallest_reach = 0.01;
+
+// Of the fastest part of the effector [m/s].
+double effector_speed(const Problem& problem, const Kinematics& kinematics) {
+  double speed = 0.0;
+  for (const std::size_t effector : problem.scene.with_role(Role::effector)) {
+    speed = std::max(speed, kinematics(problem.state.data(), effector).velocity.norm());
+  }
+  return speed;
+}
 
 Vector3 rotation_vector(const Quaternion& rotation) {
   const Eigen::AngleAxisd turn(rotation.w() < 0.0 ? Quaternion(-rotation.coeffs()) : rotation);
@@ -81,7 +99,68 @@ class CostSampler : public ompl::base::StateSampler {
   const CostSpace* cost_space_;
 };
 
+// OMPL numbers cells by int; what lies farther out is in the last one.
+double within_cells(double coordinate) {
+  if (std::isnan(coordinate)) {
+    throw std::domain_error("a coordinate of EST's grid is nan, expected a number: the node's state is not finite");
+  }
+  using Cell = std::numeric_limits<int>;
+  return std::clamp(coordinate, static_cast<double>(Cell::min()), static_cast<double>(Cell::max()));
+}
+
+// The grid in which EST and other planners count states.
+class Projection : public ompl::base::ProjectionEvaluator {
+ public:
+  explicit Projection(const CostSpace& space) : ProjectionEvaluator(&space), cost_space_(space) {
+    setCellSizes(std::vector<double>(getDimension(), 1.0));
+  }
+
+  unsigned int getDimension() const override {
+    return 6 * static_cast<unsigned int>(cost_space_.starts().size()) + 1 + (cost_space_.horizon() ? 1 : 0);
+  }
+
+  void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
+    const auto* node = state->as<CostSpace::StateType>();
+    const double bound = cost_space_.bound();
+    for (std::size_t i = 0; i < node->objects.size(); ++i) {
+      const BodyState& start = cost_space_.starts()[i];
+      const Scales& scales = cost_space_.scales()[i];
+      auto object = projection.segment<6>(6 * static_cast<Eigen::Index>(i));
+      object.head<3>() = cells_per_edge / scales.position * (node->objects[i].position - start.position);
+      object.tail<3>() = cells_per_edge / scales.orientation * rotation(start, node->objects[i]);
+    }
+    const Eigen::Index cost = 6 * static_cast<Eigen::Index>(node->objects.size());
+    projection[cost] = std::isfinite(bound) && bound > 0.0 ? cells_of_cost * node->cost / bound : 0.0;
+    if (cost_space_.horizon()) projection[cost + 1] = cells_per_edge / cost_space_.duration() * node->time;
+    for (double& coordinate : projection) coordinate = within_cells(coordinate);
+  }
+
+ private:
+  const CostSpace& cost_space_;
+};
+
 }  // namespace
+
+Scales::Scales(const Problem& problem, std::size_t index) {
+  const Scene& scene = problem.scene;
+  const Body& object = scene.bodies()[index];
+  const Kinematics kinematics(scene);
+  const BodyState start = kinematics(problem.state.data(), index);
+  const double speed = effector_speed(problem, kinematics) + start.velocity.norm();
+  const double time = problem.duration;
+  const double acceleration = problem.force.norm() / object.mass;
+  const double inertia = scene.inertial(index).moments.maxCoeff();
+  const double angular_acceleration = problem.torque.norm() / inertia;
+  const double radius_of_gyration = std::sqrt(inertia / object.mass);
+  const double extent = scene.smallest_half_extent(index);
+  const double radius = std::isfinite(extent) ? extent : radius_of_gyration;  // without parts it has none
+  const double turning_radius = std::max(radius_of_gyration, radius);
+  position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
+  velocity = std::max(speed + acceleration * time, position / time);
+  angular_velocity = start.angular_velocity.norm() + velocity / turning_radius + angular_acceleration * time;
+  orientation =
+      start.angular_velocity.norm() * time + position / turning_radius + 0.5 * angular_acceleration * time * time;
+}
 
 CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
     : bound_(std::numeric_limits<double>::infinity()), seed_(seed), duration_(problem.duration) {

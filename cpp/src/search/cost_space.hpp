@@ -8,9 +8,28 @@
 #include <vector>
 
 #include "energymargin/problem.hpp"
-#include "search/scales.hpp"
 
 namespace energymargin::search {
+
+//! The streams of a search's seed, one for each of what draws from it.
+namespace streams {
+inline constexpr std::uint64_t planner = 0;
+inline constexpr std::uint64_t states = 1;
+inline constexpr std::uint64_t controls = 2;
+inline constexpr std::uint64_t shortening = 3;
+}  // namespace streams
+
+//! How far an object gets in one longest edge: the unit of each kind of coordinate, so that distances and densities
+//! are free of units.
+struct Scales {
+  double position = 1.0;          //!< [m]
+  double orientation = 1.0;       //!< [rad]
+  double velocity = 1.0;          //!< [m/s]
+  double angular_velocity = 1.0;  //!< [rad/s]
+
+  //! From the wrench bounds, the longest edge and the speeds at the start. `object` is an index in the scene.
+  Scales(const Problem& problem, std::size_t object);
+};
 
 //! The space Z x R+ of the feasible problem P_c. A planner needs of z only the objects' parts; the whole state stands
 //! once, in the tree's row `node`.
@@ -56,7 +75,9 @@ class CostSpace : public ompl::base::StateSpace {
   bool equalStates(const ompl::base::State* a, const ompl::base::State* b) const override;
   void interpolate(const ompl::base::State* from, const ompl::base::State* to, double t,
                    ompl::base::State* state) const override;
-  //! The default is a Projection, for planners that count states in a grid.
+  //! The default has six coordinates an object, so that no motion of one makes up for that of another: its change of
+  //! position and of orientation since the start. Then the cost, below a finite bound, and with a horizon the time.
+  //! Cells are of size 1. It throws std::domain_error if a coordinate is nan: the state is not finite.
   void registerProjections() override;
   ompl::base::StateSamplerPtr allocDefaultStateSampler() const override;
   ompl::base::State* allocState() const override;

@@ -3,11 +3,12 @@
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
-#include "energymargin/search/edge.hpp"
+#include "energymargin/search/tree.hpp"
 #include "energymargin/world.hpp"
 
 namespace energymargin::search {
@@ -24,9 +25,9 @@ struct Stretch {
 //! from there on, all looks are outside until `dwell` steps are over or the horizon has come.
 class Horizon {
  public:
-  //! None without a clock. `captured` may be null: then nothing is looked at. The world's steps are so many `parts` of
-  //! the problem's.
-  static std::optional<Horizon> of(const Problem& problem, const Region* captured, int parts = 1);
+  //! None without a clock. `captured` may be null: then nothing is looked at. So many steps of the world
+  //! are one of the problem's.
+  static std::optional<Horizon> of(const Problem& problem, const Region* captured, int substeps = 1);
 
   int end() const { return timing_.horizon; }
 
@@ -51,6 +52,41 @@ class Horizon {
   std::optional<Membership> captured_;
   EdgeStart edge_start_;
   Push rest_;
+};
+
+//! Plays escapes again with a quarter of the step. A simulation may let an object out where its steps are too long;
+//! then the finer one does not.
+class Confirmation {
+ public:
+  //! It plays escapes from the problem's capture set.
+  explicit Confirmation(const Problem& problem);
+
+  //! Whether the edges lead out, with their wrenches or, if these fall short, with up to 1.2 times as strong ones; at
+  //! their end the object may go on without a wrench for as long as a longest edge. None if the limit was reached
+  //! first. With a clock they follow the plan, and end at the horizon. `nodes` are those to which the edges lead: what
+  //! two paths have in common is played once.
+  std::optional<bool> leads_out(const std::vector<int>& nodes, const std::vector<Edge>& edges, const Limit& limit);
+
+ private:
+  struct Checkpoint {  // where a replay was at a node
+    int node;
+    State state;
+    int time;
+  };
+
+  std::optional<bool> play(const std::vector<int>& nodes, const std::vector<Edge>& edges, double strength,
+                           const Limit& limit);
+  Stretch play(const State& from, int time, Edge edge, double strength, const Limit& limit);
+  Stretch play_with_clock(const State& from, int time, Edge edge, const Limit& limit);
+
+  int substeps_;  // of a step of the search
+  World world_;
+  std::optional<Horizon> horizon_;
+  State start_;
+  EdgeStart edge_start_;
+  Membership captured_;
+  Edge rest_;
+  std::vector<Checkpoint> checkpoints_;  // on the last path, under the wrenches themselves
 };
 
 }  // namespace energymargin::search

@@ -3,14 +3,51 @@
 
 #include <ompl/util/RandomNumbers.h>
 
+#include <Eigen/Core>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "search/edge_changes.hpp"
-#include "search/evolution_strategy.hpp"
 
 namespace energymargin::search {
+
+//! What came of a trial.
+enum class Outcome {
+  better,      ///< than the best point: it is the new one
+  worse,       ///< than it
+  infeasible,  ///< it breaks the constraint
+};
+
+//! Steps from the best point, normal with a covariance that adapts to the steps that succeed, and shrinks along those
+//! that break the constraint: the least is sought where it is, at the constraint's edge. D. V. Arnold and N. Hansen, A
+//! (1+1)-CMA-ES for Constrained Optimisation, GECCO 2012.
+class EvolutionStrategy {
+ public:
+  //! Steps are drawn by `rng`, which has to outlive this. The first have this standard deviation in each coordinate.
+  EvolutionStrategy(const Eigen::VectorXd& deviations, ompl::RNG& rng);
+
+  //! The next step.
+  Eigen::VectorXd draw();
+
+  //! Of the step drawn last.
+  void tell(Outcome outcome);
+
+  //! Of the steps now, as a share of those at first.
+  double size() const { return size_; }
+
+ private:
+  void learn_success();
+  void learn_violation();
+
+  ompl::RNG& rng_;
+  double size_ = 1.0;
+  double success_rate_;
+  Eigen::MatrixXd factor_;     // A, with A A^T the covariance
+  Eigen::VectorXd step_;       // A z, without its size
+  Eigen::VectorXd path_;       // s, of the steps that succeeded
+  Eigen::VectorXd violation_;  // v, of the steps that broke the constraint
+};
 
 //! A (1+1)-CMA-ES over the wrenches and durations of an escape, one edge of which is cut in two first: what one push
 //! does may cost less as two. An edge without a wrench stays one, and an object that an edge leaves alone is left

@@ -1,15 +1,14 @@
 #pragma once
-// Makes an escape cheaper by small changes to its edges, each replayed in the world.
+// Makes an escape cheaper by small changes to its edges, each replayed in the world; AO-x in turns with that.
 
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <vector>
 
-#include "energymargin/search/bounded_problem.hpp"
+#include "energymargin/search/ao.hpp"
 #include "search/edge_changes.hpp"
 #include "search/polish.hpp"
-#include "search/slow_motion.hpp"
 
 namespace energymargin::search {
 
@@ -82,5 +81,17 @@ class Shortening {
   int rollouts_ = 0;
   int waited_ = 0;  // the node in which the last wait from the root ends
 };
+
+//! When best escapes are played again in a finer simulation. One that does not lead out there is no escape.
+enum class Confirm {
+  best,       ///< the last one, and a few on the way; the search ends if one is none, since its cost bounded the search
+  each_turn,  ///< after each turn of the planner and of shortening, before it bounds the search any longer
+};
+
+//! As the function of two arguments. With `shortening`, unless it is null, a wait comes first, and then the planner and
+//! it take turns: it guesses until there is an escape. The planner keeps a tenth of the nodes, with a clock half, so
+//! AO-x stays asymptotically optimal. With Confirm::best it is to be done again with Confirm::each_turn if any escape
+//! was discarded.
+Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm);
 
 }  // namespace energymargin::search

@@ -9,7 +9,6 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/escape.hpp"
-#include "energymargin/search/sampling.hpp"
 
 namespace energymargin {
 

@@ -8,6 +8,15 @@
 
 namespace energymargin::search {
 
+//! A planner that drops what AO-x no longer needs.
+class Prunable {
+ public:
+  virtual ~Prunable() = default;
+
+  //! Forgets the nodes whose cost is not below `bound`: nothing that grows from them can be better.
+  virtual void prune(double bound) = 0;
+};
+
 //! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between
 //! iterations, and prunes it if it is Prunable. An escape counts if it is one in a simulation with a quarter of the
 //! step too.

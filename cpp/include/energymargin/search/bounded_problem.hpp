@@ -17,8 +17,6 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
-#include "energymargin/search/edge.hpp"
-#include "energymargin/search/sampling.hpp"
 #include "energymargin/search/tree.hpp"
 #include "energymargin/world.hpp"
 
@@ -100,9 +98,8 @@ class BoundedProblem {
 
   //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
   //! With a clock, whether it is an escape; at the horizon nothing else is allowed, since nothing can grow from it.
-  //! What was discarded is neither, and what grew from that is not allowed. `bound` is in place of c.
-  bool allowed(int node) const;
-  bool allowed(int node, double bound) const;
+  //! What was discarded is neither, and what grew from that is not allowed. `bound` is in place of c, if it is given.
+  bool allowed(int node, std::optional<double> bound = std::nullopt) const;
   bool escaped(int node) const;
 
   //! Whether a node's state is its parent's: without a wrench it stays there.
@@ -113,13 +110,12 @@ class BoundedProblem {
   bool worth_keeping(int node, double bound) const;
 
   //! The last of the nodes that an edge from `node` leads to; they count as nodes. -1 if the limit was reached first. A
-  //! rollout that diverges leads to a node of infinite cost, at the state where it began. `bound` is in place of c.
-  int extend(int node, const Edge& edge) { return extend(node, edge, bound()); }
-  int extend(int node, const Edge& edge, double bound);
+  //! rollout that diverges leads to a node of infinite cost, at the state where it began.
+  int extend(int node, const Edge& edge, std::optional<double> bound = std::nullopt);
 
   //! These nodes for each edge of a round, in its order: the same on any number of threads. Fewer if the limit was
   //! reached: those before the first edge that it cut short.
-  std::vector<int> extend(const std::vector<EdgeFrom>& round) { return extend(round, bound()); }
+  std::vector<int> extend(const std::vector<EdgeFrom>& round, std::optional<double> bound = std::nullopt);
 
   //! With a clock, the node that the undisturbed future leads to, besides the `nodes`: it is an escape if that leaves
   //! the capture set, be it through Z_b or not. -1 without a clock, or if the limit was reached first.
@@ -151,13 +147,9 @@ class BoundedProblem {
  private:
   struct Simulations;  // the worlds and the threads that make the rollouts
 
-  std::vector<int> extend(const std::vector<EdgeFrom>& round, double bound);
-  std::vector<std::optional<Stretch>> roll_out(const std::vector<EdgeFrom>& round, double bound);
   std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const;
   int add(const EdgeFrom& from, const std::optional<Stretch>& stretch);
-  int add_diverged(int from, const Edge& edge);
   int add(int from, const Edge& edge, int steps, double effort, const State& state);
-  void count(const Stretch& stretch);
   void make_room(Eigen::Index rows);
 
   int most_nodes_;
@@ -174,8 +166,7 @@ class BoundedProblem {
   ompl::base::ProblemDefinitionPtr definition_;
   std::optional<Membership> captured_;
   std::optional<Membership> within_;
-  std::optional<Problem> problem_;  // with `captured_region_`, what `confirmation_` is made of at the first escape
-  std::optional<Region> captured_region_;
+  std::optional<Problem> problem_;  // from whose capture set there are escapes, for `confirmation_` at the first one
   std::unique_ptr<Confirmation> confirmation_;
 
   Tree tree_;

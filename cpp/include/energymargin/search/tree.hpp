@@ -1,11 +1,20 @@
 #pragma once
-// The tree of a search: each of its rollouts, as flat arrays.
+// The tree of a search: its edges, how they are drawn, and each of its rollouts, as flat arrays.
 
 #include <vector>
 
 #include "energymargin/types.hpp"
 
 namespace energymargin {
+
+struct Problem;
+
+//! How a search draws its controls.
+enum class Sampling {
+  uniform,  //!< wrenches evenly between their bounds (paper, Section V)
+  mixed,    //!< nearly half of them so; the others at their bounds, along one axis, none at all, or that of the edge
+            //!< before; with a horizon some without a wrench last as long as they like
+};
 
 //! Nodes in the order of the search; node 0 is the root. Node i > 0 is what `controls[i]`, applied for
 //! `durations[i]` at node `parents[i]`, leads to.
@@ -24,5 +33,21 @@ struct Tree {
   //! Nodes from the root to `node`, both included.
   std::vector<int> path_to(int node) const;
 };
+
+namespace search {
+
+//! What leads from a node to the next.
+using Edge = Push;
+
+//! An edge, and the node that it leads from.
+struct EdgeFrom {
+  int node = 0;
+  Edge edge;
+};
+
+//! The largest edge: the bounds of its wrenches, and the most steps.
+Edge largest_edge(const Problem& problem);
+
+}  // namespace search
 
 }  // namespace energymargin

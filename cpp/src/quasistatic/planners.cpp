@@ -1,0 +1,195 @@
+#include <ompl/datastructures/NearestNeighbors.h>
+#include <ompl/geometric/planners/informedtrees/BITstar.h>
+#include <ompl/geometric/planners/informedtrees/bitstar/ImplicitGraph.h>
+#include <ompl/geometric/planners/informedtrees/bitstar/Vertex.h>
+#include <ompl/geometric/planners/rrt/RRTstar.h>
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "energymargin/random.hpp"
+#include "quasistatic/barrier_problem.hpp"
+
+namespace energymargin::quasistatic {
+
+// Nearest neighbours among poses, exactly, and of equally near ones the one added first. OMPL's trees find any of them:
+// their pivots come from a global seed. Poses side by side in memory make the plain way through all of them as fast.
+// `Element` is a planner's pointer to something with a `state` or a `state()`.
+template <typename Element>
+class Nearest : public ompl::NearestNeighbors<Element> {
+ public:
+  bool reportsSortedResults() const override { return true; }
+  std::size_t size() const override { return elements_.size(); }
+  void list(std::vector<Element>& all) const override { all = elements_; }
+
+  void clear() override {
+    elements_.clear();
+    poses_.clear();
+  }
+
+  using ompl::NearestNeighbors<Element>::add;
+  void add(const Element& element) override {
+    elements_.push_back(element);
+    poses_.push_back(state_of(element)->pose);
+  }
+
+  bool remove(const Element& element) override {
+    const auto place = std::find(elements_.begin(), elements_.end(), element);
+    if (place == elements_.end()) return false;
+    poses_.erase(poses_.begin() + (place - elements_.begin()));
+    elements_.erase(place);
+    return true;
+  }
+
+  Element nearest(const Element& element) const override {
+    std::vector<Element> first;
+    nearestK(element, 1, first);
+    return first.front();
+  }
+
+  void nearestK(const Element& element, std::size_t count, std::vector<Element>& neighbors) const override {
+    rank(element);
+    count = std::min(count, ranking_.size());
+    std::partial_sort(ranking_.begin(), ranking_.begin() + static_cast<std::ptrdiff_t>(count), ranking_.end());
+    ranking_.resize(count);
+    copy_ranking(neighbors);
+  }
+
+  void nearestR(const Element& element, double radius, std::vector<Element>& neighbors) const override {
+    rank(element);
+    const auto is_far = [radius](const auto& entry) { return entry.first > radius; };
+    ranking_.erase(std::remove_if(ranking_.begin(), ranking_.end(), is_far), ranking_.end());
+    std::sort(ranking_.begin(), ranking_.end());
+    copy_ranking(neighbors);
+  }
+
+ private:
+  static const PoseState* state_of(const Element& element) {
+    const ompl::base::State* state;
+    if constexpr (std::is_pointer_v<Element>) {
+      state = element->state;
+    } else {
+      state = element->state();
+    }
+    return state->as<PoseState>();
+  }
+
+  void rank(const Element& element) const {
+    const PoseState* state = state_of(element);
+    ranking_.clear();
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      ranking_.emplace_back(state->landscape->length(state->pose, poses_[i]), i);
+    }
+  }
+
+  void copy_ranking(std::vector<Element>& neighbors) const {
+    neighbors.clear();
+    for (const auto& entry : ranking_) neighbors.push_back(elements_[entry.second]);
+  }
+
+  std::vector<Element> elements_;
+  std::vector<Pose> poses_;
+  mutable std::vector<std::pair<double, std::size_t>> ranking_;
+};
+
+}  // namespace energymargin::quasistatic
+
+// BIT* takes its neighbours from this template alone. OMPL's headers declare it without a definition, so that others
+// can use it only by a specialization.
+namespace ompl::geometric {
+
+using energymargin::quasistatic::Nearest;
+
+template <>
+void BITstar::ImplicitGraph::setNearestNeighbors<Nearest>() {
+  samples_ = std::make_shared<Nearest<VertexPtr>>();
+}
+
+template <>
+void BITstar::setNearestNeighbors<Nearest>() {
+  graphPtr_->setNearestNeighbors<Nearest>();
+}
+
+}  // namespace ompl::geometric
+
+namespace energymargin::quasistatic {
+namespace {
+
+constexpr unsigned int least_batch = 50;
+// A batch adds this share of the samples so far: every batch is searched from the start on.
+constexpr double batch_share = 0.25;
+
+class RrtStar : public ompl::geometric::RRTstar {
+ public:
+  RrtStar(BarrierProblem& problem, const ompl::base::ProblemDefinitionPtr& definition)
+      : RRTstar(problem.space_information()) {
+    rng_.setLocalSeed(static_cast<std::uint_fast32_t>(stream(problem.seed(), streams::rrt_star)));
+    setProblemDefinition(definition);
+    nn_ = std::make_shared<Nearest<Motion*>>();
+    setup();
+  }
+
+  bool solved() const { return bestGoalMotion_ != nullptr; }
+
+  // A motion costs at least as much as the one before it, so what stays is a tree.
+  void prune(double bound) {
+    std::vector<Motion*> motions;
+    nn_->list(motions);
+    nn_->clear();
+    goalMotions_.clear();
+    bestGoalMotion_ = nullptr;
+    bestCost_ = opt_->infiniteCost();
+    const auto above = [bound](const Motion* motion) { return motion->cost.value() >= bound; };
+    for (Motion* motion : motions) {
+      auto& children = motion->children;
+      children.erase(std::remove_if(children.begin(), children.end(), above), children.end());
+    }
+    for (Motion* motion : motions) {
+      if (!above(motion)) {
+        nn_->add(motion);
+        if (motion->inGoal) goalMotions_.push_back(motion);
+      } else {
+        si_->freeState(motion->state);
+        delete motion;
+      }
+    }
+  }
+};
+
+}  // namespace
+
+void bit_star(BarrierProblem& problem) {
+  while (!problem.spent()) {
+    const ompl::base::ProblemDefinitionPtr definition = problem.ask();
+    if (!definition) continue;
+    ompl::geometric::BITstar planner(problem.space_information(), "kBITstar");
+    planner.setProblemDefinition(definition);
+    planner.setNearestNeighbors<Nearest>();
+    planner.setPruning(false);
+    planner.setStopOnSolnImprovement(true);
+    const double energy = problem.energy();
+    planner.solve(ompl::base::PlannerTerminationCondition([&] {
+      planner.setSamplesPerBatch(std::max(least_batch, static_cast<unsigned int>(batch_share * problem.samples())));
+      return problem.spent() || problem.energy() < energy;
+    }));
+    problem.take(*definition);
+  }
+}
+
+void rrt_star(BarrierProblem& problem) {
+  ompl::base::ProblemDefinitionPtr definition;
+  while (!definition && !problem.spent()) definition = problem.ask();
+  if (!definition) return;
+  RrtStar planner(problem, definition);
+  while (!problem.spent()) {
+    const double energy = problem.energy();
+    planner.solve(ompl::base::PlannerTerminationCondition(
+        [&] { return problem.spent() || planner.solved() || problem.energy() < energy; }));
+    problem.take(*definition);
+    planner.prune(problem.bound());
+  }
+}
+
+}  // namespace energymargin::quasistatic
