@@ -1,12 +1,13 @@
 // The controls of a search, and how they are drawn.
 
+#include "search/wrench_space.hpp"
+
 #include <gtest/gtest.h>
 #include <ompl/control/ControlSampler.h>
 
 #include <cmath>
 
 #include "scenes.hpp"
-#include "search/adapters.hpp"
 #include "search/cost_space.hpp"
 
 namespace energymargin::search {

@@ -16,7 +16,7 @@
 #include "base/angles.hpp"
 #include "energymargin/random.hpp"
 #include "quasistatic/relax.hpp"
-#include "search/adapters.hpp"
+#include "search/wrench_space.hpp"
 
 namespace energymargin::quasistatic {
 namespace {

@@ -1,5 +1,9 @@
 #include "energymargin/search/bounded_problem.hpp"
 
+#include <ompl/base/Goal.h>
+#include <ompl/base/ValidStateSampler.h>
+#include <ompl/control/StatePropagator.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,9 +13,9 @@
 #include "base/check.hpp"
 #include "base/crew.hpp"
 #include "energymargin/random.hpp"
-#include "search/adapters.hpp"
 #include "search/cost_space.hpp"
 #include "search/horizon.hpp"
+#include "search/wrench_space.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -46,6 +50,52 @@ std::vector<std::size_t> by_length(const std::vector<EdgeFrom>& round) {
             [&](std::size_t a, std::size_t b) { return round[a].edge.steps > round[b].edge.steps; });
   return order;
 }
+
+// The complement of the capture set.
+class Outside : public ompl::base::Goal {
+ public:
+  Outside(const ompl::base::SpaceInformationPtr& si, const BoundedProblem& problem) : Goal(si), problem_(problem) {}
+  bool isSatisfied(const ompl::base::State* state) const override {
+    return problem_.answer([&] { return problem_.escaped(node_of(state)); });
+  }
+
+ private:
+  const BoundedProblem& problem_;
+};
+
+// The problem's rollouts as a state propagator: from a state of the CostSpace by a control, which carries its own
+// duration. A rollout that reaches the limit, or throws, leads to no node, and to an infinite cost, which is valid
+// nowhere.
+class Propagator : public ompl::control::StatePropagator {
+ public:
+  Propagator(const ompl::control::SpaceInformationPtr& si, BoundedProblem& problem)
+      : StatePropagator(si), problem_(problem) {}
+  void propagate(const ompl::base::State* from, const ompl::control::Control* control, double,
+                 ompl::base::State* to) const override {
+    const int start = node_of(from);  // which may be the same state as `to`
+    int node = -1;
+    problem_.answer([&] {
+      node = problem_.extend(start, si_->getControlSpace()->as<WrenchSpace>()->edge(control));
+      return true;
+    });
+    if (node >= 0) return problem_.describe(node, to);
+    auto& nowhere = *to->as<CostSpace::StateType>();
+    nowhere.cost = std::numeric_limits<double>::infinity();
+    nowhere.node = -1;
+  }
+  bool canPropagateBackward() const override { return false; }
+
+ private:
+  BoundedProblem& problem_;
+};
+
+// EST asks for a target before it extends; a random control needs none.
+class NoTarget : public ompl::base::ValidStateSampler {
+ public:
+  using ValidStateSampler::ValidStateSampler;
+  bool sample(ompl::base::State*) override { return true; }
+  bool sampleNear(ompl::base::State*, const ompl::base::State*, double) override { return true; }
+};
 
 }  // namespace
 
@@ -93,8 +143,23 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   tree_.controls.row(0).setZero();
   tree_.durations[0] = 0.0;
   const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, streams::controls), sampling);
-  si_ = search::space_information(controls, *this);
-  definition_ = search::definition(si_, *this);
+  si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
+  si_->setStatePropagator(std::make_shared<Propagator>(si_, *this));
+  // The control carries its own duration, so OMPL's counts as one.
+  si_->setPropagationStepSize(1.0);
+  si_->setMinMaxControlDuration(1, 1);
+  si_->setValidStateSamplerAllocator(
+      [](const ompl::base::SpaceInformation* space) { return std::make_shared<NoTarget>(space); });
+  si_->setStateValidityChecker([this](const ompl::base::State* state) {  // below the bound, and within Z_b
+    return answer([&] { return allowed(node_of(state)); });
+  });
+  si_->setup();
+  definition_ = std::make_shared<ompl::base::ProblemDefinition>(si_);
+  definition_->setGoal(std::make_shared<Outside>(si_, *this));
+  CostSpace::StateType root;
+  root.objects = space_->starts();
+  root.node = 0;
+  definition_->addStartState(&root);
 }
 
 BoundedProblem::~BoundedProblem() = default;
@@ -248,8 +313,8 @@ std::optional<bool> BoundedProblem::confirm(int node) {
   return leads_out ? leads_out : confirmation_->leads_out(nodes, edges, Limit(nullptr, grace));
 }
 
-Tree BoundedProblem::take_tree(int nodes) {
-  make_room(nodes + 1);
+Tree BoundedProblem::take_tree(std::optional<int> nodes) {
+  make_room(nodes.value_or(nodes_) + 1);
   return std::move(tree_);
 }
 

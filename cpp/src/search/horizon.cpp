@@ -138,40 +138,33 @@ std::optional<bool> Confirmation::play(const std::vector<int>& nodes, const std:
   }
   State state = next > 0 ? checkpoints_[next - 1].state : start_;
   int time = next > 0 ? checkpoints_[next - 1].time : 0;
-  for (; next <= edges.size() && !(horizon_ && time >= horizon_->end()); ++next) {
-    const Stretch stretch = play(state, time, next < edges.size() ? edges[next] : rest_, strength, limit);
-    if (!stretch.rollout.complete) return std::nullopt;
-    if (stretch.escaped) return true;
-    state = stretch.rollout.state;
-    time += stretch.rollout.steps;
+  const auto over = [&] { return horizon_ && time >= horizon_->end(); };
+  for (; next <= edges.size() && !over(); ++next) {
+    Edge edge = next < edges.size() ? edges[next] : rest_;
+    edge.wrenches *= strength;
+    edge.steps *= substeps_;
+    while (edge.steps > 0 && !over()) {  // an exit that does not last ends no edge
+      const Stretch stretch = play(state, time, edge, limit);
+      if (!stretch.rollout.complete) return std::nullopt;
+      if (stretch.escaped) return true;
+      state = stretch.rollout.state;
+      time += stretch.rollout.steps;
+      edge.steps -= stretch.rollout.steps;
+    }
     if (strength == 1.0 && next < edges.size()) checkpoints_.push_back({nodes[next], state, time});
   }
   return false;
 }
 
 // It ends where it is out, looked at as often as the search has steps, or as the clock says.
-Stretch Confirmation::play(const State& from, int time, Edge edge, double strength, const Limit& limit) {
-  edge.wrenches *= strength;
-  if (horizon_) return play_with_clock(from, time, edge, limit);
+Stretch Confirmation::play(const State& from, int time, const Edge& edge, const Limit& limit) {
+  if (horizon_) return horizon_->extend(world_, from, time, edge, limit);
   Watch watch;
   watch.ends = [this](const State& state) { return !captured_(state); };
   watch.look_every = substeps_;
-  edge.steps *= substeps_;
   Stretch stretch{world_.rollout_unchecked(edge_start_(from), {edge}, limit, watch)};
   stretch.escaped = stretch.rollout.complete && !captured_(stretch.rollout.state);
   return stretch;
-}
-
-// An exit that is no escape, since it does not last, does not end the edge.
-Stretch Confirmation::play_with_clock(const State& from, int time, Edge edge, const Limit& limit) {
-  edge.steps = std::min(substeps_ * edge.steps, horizon_->end() - time);
-  Stretch whole = horizon_->extend(world_, from, time, edge, limit);
-  while (whole.rollout.complete && !whole.escaped && whole.rollout.steps < edge.steps) {
-    const int over = whole.rollout.steps;
-    whole = horizon_->extend(world_, whole.rollout.state, time + over, {edge.wrenches, edge.steps - over}, limit);
-    whole.rollout.steps += over;
-  }
-  return whole;
 }
 
 }  // namespace energymargin::search

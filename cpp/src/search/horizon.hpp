@@ -76,8 +76,7 @@ class Confirmation {
 
   std::optional<bool> play(const std::vector<int>& nodes, const std::vector<Edge>& edges, double strength,
                            const Limit& limit);
-  Stretch play(const State& from, int time, Edge edge, double strength, const Limit& limit);
-  Stretch play_with_clock(const State& from, int time, Edge edge, const Limit& limit);
+  Stretch play(const State& from, int time, const Edge& edge, const Limit& limit);
 
   int substeps_;  // of a step of the search
   World world_;

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "energymargin/random.hpp"
-#include "search/adapters.hpp"
+#include "search/wrench_space.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -154,30 +154,28 @@ bool Shortening::slow_down() {
 
 // The escape's edges, cut until there are so many pushes. Where an edge is cut, a rollout tells the state.
 std::vector<Passage> Shortening::passages(int pushes) {
-  struct Nodes {
-    Edge edge;
-    int from, to;
-  };
-  std::vector<Nodes> escape;
-  std::vector<std::size_t> cut;  // those that can be
-  for (std::size_t i = 1; i < path_.size(); ++i) escape.push_back({problem_.edge(path_[i]), path_[i - 1], path_[i]});
+  std::vector<int> nodes = path_;
+  std::vector<Edge> edges;
+  for (std::size_t i = 1; i < path_.size(); ++i) edges.push_back(problem_.edge(path_[i]));
   while (!problem_.spent()) {
-    cut.clear();
-    for (std::size_t i = 0; i < escape.size(); ++i) {
-      if (!escape[i].edge.wrenches.isZero(0.0) && escape[i].edge.steps > 1) cut.push_back(i);
+    std::vector<std::size_t> cut;  // those that can be
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      if (!edges[i].wrenches.isZero(0.0) && edges[i].steps > 1) cut.push_back(i);
     }
     if (cut.empty() || static_cast<int>(cut.size()) >= pushes) break;
     const std::size_t i = cut[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(cut.size()) - 1))];
-    Nodes first = escape[i];
-    first.edge.steps = rng_.uniformInt(1, first.edge.steps - 1);
-    first.to = problem_.extend(first.from, first.edge, bound_);
-    if (first.to < 0) break;
-    escape[i].edge.steps -= first.edge.steps;
-    escape[i].from = first.to;
-    escape.insert(escape.begin() + static_cast<std::ptrdiff_t>(i), first);
+    Edge first = edges[i];
+    first.steps = rng_.uniformInt(1, first.steps - 1);
+    const int middle = problem_.extend(nodes[i], first, bound_);
+    if (middle < 0) break;
+    edges[i].steps -= first.steps;
+    edges.insert(edges.begin() + static_cast<std::ptrdiff_t>(i), first);
+    nodes.insert(nodes.begin() + static_cast<std::ptrdiff_t>(i) + 1, middle);
   }
   std::vector<Passage> passages;
-  for (const Nodes& part : escape) passages.push_back({part.edge, problem_.state(part.from), problem_.state(part.to)});
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    passages.push_back({edges[i], problem_.state(nodes[i]), problem_.state(nodes[i + 1])});
+  }
   return passages;
 }
 

@@ -141,8 +141,7 @@ class BoundedProblem {
   void rethrow() const;
 
   //! The first `nodes` nodes, by default all; leaves this empty.
-  Tree take_tree(int nodes);
-  Tree take_tree() { return take_tree(nodes()); }
+  Tree take_tree(std::optional<int> nodes = std::nullopt);
 
  private:
   struct Simulations;  // the worlds and the threads that make the rollouts
