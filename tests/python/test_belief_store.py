@@ -39,10 +39,9 @@ def path(dataset, tmp_path_factory):
 
 
 def test_scores_are_those_of_beliefs_about_the_states(dataset, path):
-    beliefs = [dataset.belief(number, KNOWN) for number in range(dataset.size)]
-    settings = em.SearchSettings(nodes=90)
-    asked = {"particles": 3, "settings": settings, "threads": 1, "limit": Limit()}
-    known = score_beliefs(beliefs, ["capture"], **asked)
+    beliefs = {number: dataset.belief(number, KNOWN) for number in range(dataset.size)}
+    settings, threads = em.SearchSettings(nodes=90), em.executors.Threads(1)
+    known = score_beliefs(beliefs, ["capture"], 3, settings, executor=threads, limit=Limit())
     with ScoreStore(path) as store:
         run = store.run()
         assert run.sampling.uncertainty == KNOWN and run.sampling.particles == 3

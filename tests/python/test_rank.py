@@ -167,7 +167,7 @@ def test_an_uncertainty_gives_every_candidate_the_same_particles():
 
 
 def _friction(trial):
-    return np.array([one.scene.bodies[0].friction for one in trial.problems])
+    return np.array([draw.problem.scene.bodies[0].friction for draw in trial])
 
 
 def _rough(friction):
@@ -185,8 +185,8 @@ def test_a_draw_that_one_candidate_cannot_have_is_made_again_for_all():
     again = Race(boxes, unknown, Question())
     looks_ = [again.trial(1, first, count) for first, count in ((0, 5), (5, 19))]
     assert np.array_equal(np.concatenate([_friction(one) for one in looks_]), _friction(whole[1]))
-    assert whole[0].particles == whole[1].particles == looks_[0].particles + looks_[1].particles
-    assert whole[0].particles != tuple(range(24))
+    numbers = [[draw.particle for draw in trial] for trial in (*whole, looks_[0] + looks_[1])]
+    assert numbers[0] == numbers[1] == numbers[2] != list(range(24))
 
 
 def test_draws_that_hardly_can_be_and_other_bodies_are_refused():

@@ -129,7 +129,18 @@ class SafestAction:
 
         def probability(number: int) -> CaptureProbability:
             if number not in asked:
-                asked[number] = self._probability(problem_of(number), seed)
+                asked[number] = metric_search(
+                    problem_of(number),
+                    "probability",
+                    replace(self.settings, seed=seed),
+                    disturbance=self.disturbance,
+                    threads=self.threads,
+                    undisturbed=False,
+                    most_diverged=ANY,
+                    cancel=self.cancel,
+                )
+            if not asked[number].complete:
+                raise Cancelled("cancelled before an action was chosen")
             return asked[number]
 
         number, probabilities = choose(count, probability, self.confidence)
@@ -141,21 +152,6 @@ class SafestAction:
                 number = otherwise
         diverged = sum(found.diverged for found in asked.values())
         return Choice(number, probabilities, self.settings.rollouts * len(asked), diverged)
-
-    def _probability(self, problem: Problem, seed: int) -> CaptureProbability:
-        found: CaptureProbability = metric_search(
-            problem,
-            "probability",
-            replace(self.settings, seed=seed),
-            disturbance=self.disturbance,
-            threads=self.threads,
-            undisturbed=False,
-            most_diverged=ANY,
-            cancel=self.cancel,
-        )
-        if not found.complete:
-            raise Cancelled("cancelled before an action was chosen")
-        return found
 
 
 def choose(

@@ -264,8 +264,7 @@ class _Run:
 
     def improved(self, trials: Trials, *, harden: bool) -> Improvement:
         """Screens, searches, compares."""
-        self.trials = trials
-        box = self.maker.box
+        self.trials, box = trials, self.maker.box
         search = Evolution(self._screened(), self._seed(SEARCH))
         generations, whole = self._searched(search, harden=harden)
         finalists = {FAVOURITE: generations[-1].favourite}
@@ -275,7 +274,10 @@ class _Run:
             finalists[START] = box.start
         else:
             finalists = {START: box.start, **finalists}
-        ranking = self._compared(finalists)
+        seed, draws = self._seed(FINAL), self._last_draws
+        ranking = self._raced(finalists, seed, draws, self.limit, race=False)
+        if self.limit.cancelled:
+            raise Cancelled("cancelled before the last comparison was finished")
         if ranking.complete and whole and self.progress is not None:
             self.progress(self.budget, self.budget)  # it may end before
         chosen = finalists[ranking.best]
@@ -319,7 +321,7 @@ class _Run:
             if draws is None:
                 whole = False
                 break
-            scores = np.array([self.question.score(d) if d else np.nan for d in draws])
+            scores = np.array([np.nan if d is None else self.question.score(d) for d in draws])
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
             search.tell(losses)
             favourite, last = search.favourite, self.steps - before
@@ -342,14 +344,6 @@ class _Run:
     @property
     def _last_draws(self) -> int:
         return FINAL_SEARCHES if self.question.is_effort else FINAL_ROLLOUTS
-
-    def _compared(self, finalists: dict[str, Point]) -> Ranking:
-        """Those that can be, on new draws; the favourite first."""
-        seed, draws = self._seed(FINAL), self._last_draws
-        ranking = self._raced(finalists, seed, draws, self.limit, race=False)
-        if self.limit.cancelled:
-            raise Cancelled("cancelled before the last comparison was finished")
-        return ranking
 
     def _raced(
         self, points: dict[str, Point], seed: int, draws: int, limit: Limit, *, race: bool = True

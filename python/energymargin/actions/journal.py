@@ -68,14 +68,11 @@ class Journal(Trials):
 
     def _digest(self, question: Question, trial: Trial) -> str:
         """The particles of a candidate follow from the first one, their numbers and `common`."""
+        first = trial[0]
         disturbance = _disturbance_text(question.disturbance)
         asked = (question.metric, question.seed, question.nodes, question.search, disturbance)
-        draws = (
-            trial.first,
-            len(trial.problems),
-            trial.particles,
-            _problem_text(trial.problems[0]),
-        )
+        particles = tuple(draw.particle for draw in trial if draw.particle is not None)
+        draws = (first.number, len(trial), particles, _problem_text(first.problem))
         return hashlib.sha256(repr((*self._common, *asked, *draws)).encode()).hexdigest()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World
-from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
+from energymargin.actions.trials import Disturbance, Draw, Draws, Question, Trials
 from energymargin.checks import function_or_none, shown, whole_number, yes_or_no
 from energymargin.executors import Executor
 from energymargin.limits import Limit
@@ -93,9 +93,10 @@ class MarginProfile:
     def weakest(self) -> Moment:
         """Where the probability is lowest while the nominal motion is captured; of equal ones that
         with the least effort, then the first. If it never is captured, the first moment."""
-        there = ~np.isnan(self.probabilities)
-        scored = [self[int(k)] for k in np.flatnonzero(self.captured & there)]
-        return min(scored, key=_weakness, default=self[0])
+        there = self.captured & ~np.isnan(self.probabilities)
+        efforts = np.where(np.isnan(self.efforts), np.inf, self.efforts)
+        order = np.lexsort((efforts, self.probabilities, ~there))
+        return self[int(order[0]) if there.any() else 0]
 
     def __repr__(self) -> str:
         """Where it is weakest."""
@@ -121,11 +122,9 @@ class MarginProfile:
     def to_csv(self) -> str:
         """A line for each moment, in full precision."""
         names = ("time", "ahead", "captured", "probability", "low", "high", "effort")
-        columns = (
-            *(self.times, self.ahead, self.captured),
-            *(self.probabilities, self.low, self.high, self.efforts),
-        )
-        return csv_text(names, list(zip(*(c.tolist() for c in columns), strict=True)))
+        scores = (self.probabilities, self.low, self.high, self.efforts)
+        columns = (c.tolist() for c in (self.times, self.ahead, self.captured, *scores))
+        return csv_text(names, zip(*columns, strict=True))
 
 
 def margin_profile(
@@ -207,13 +206,15 @@ def margin_profile(
         if progress is not None:
             progress(done, total)
 
-    found: list[list[Draws | None]] = [[None] * there for _ in questions]
+    found: list[list[Draws | None]] = []
     with Trials(executor, threads, count) as trials:
-        for number, (question, draws) in enumerate(questions):
-            each = [Trial(k, (one,) * draws) for k, one in enumerate(problems)]
-            found[number] = trials.run(question, each, limit)
-            if None in found[number]:
+        for question, draws in questions:
+            each = [[Draw(k, j, one) for j in range(draws)] for k, one in enumerate(problems)]
+            found.append(trials.run(question, each, limit))
+            if None in found[-1]:
                 break
+    complete = len(found) == len(questions) and None not in found[-1]
+    found += [[None] * there] * 2  # efforts that are not asked, or not searched for in time
     if not any(found[0]):
         limit.require("the first moment was scored")
     for one, number in zip(found[0], numbers, strict=True):
@@ -230,14 +231,14 @@ def margin_profile(
         low=low,
         high=high,
         diverged=np.array([0 if one is None else one.diverged for one in found[0]]),
-        efforts=_means(found[1]) if effort else np.full(len(states), np.nan),
+        efforts=_means(found[1]),
         problems=tuple(problems),
         rollouts=rollouts,
         nodes=nodes,
         seed=seed,
         disturbance=disturbance,
         search=search,
-        complete=not any(None in column for column in found),
+        complete=complete,
         ended=ended,
     )
 
@@ -294,9 +295,3 @@ def _moments(
 
 def _means(draws: Sequence[Draws | None]) -> NDArray[np.float64]:
     return np.array([np.nan if one is None else one.kept.mean() for one in draws])
-
-
-def _weakness(moment: Moment) -> tuple[float, float, int]:
-    """Sorts the weakest first."""
-    effort = np.inf if np.isnan(moment.effort) else moment.effort
-    return moment.probability, effort, moment.number

@@ -16,9 +16,9 @@ from energymargin.actions.trials import (
     EFFORT,
     OF_INTERVALS,
     Disturbance,
+    Draw,
     Draws,
     Question,
-    Trial,
     Trials,
     check_uncertainty,
 )
@@ -312,14 +312,14 @@ class Race:
             beliefs = [Belief(problem, uncertainty=uncertainty) for problem in self._problems]
             self._more = common_particles(beliefs, question.seed)
 
-    def trial(self, candidate: int, first: int, count: int) -> Trial:
+    def trial(self, candidate: int, first: int, count: int) -> list[Draw]:
         """So many draws of a candidate from number `first` on."""
+        numbers = range(first, first + count)
         if self._more is None:
-            return Trial(candidate, (self._problems[candidate],) * count, first)
+            return [Draw(candidate, number, self._problems[candidate]) for number in numbers]
         self._particles += islice(self._more, max(first + count - len(self._particles), 0))
-        own = self._particles[first : first + count]
-        problems = tuple(particle.problems[candidate] for particle in own)
-        return Trial(candidate, problems, first, tuple(particle.number for particle in own))
+        own = [(number, self._particles[number]) for number in numbers]
+        return [Draw(candidate, j, one.problems[candidate], one.number) for j, one in own]
 
     def draw(self, wanted: int, trials: Trials, limit: Limit) -> bool:
         """Takes the draws up to number `wanted` of those that race; False if the limit came."""

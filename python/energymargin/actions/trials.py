@@ -121,16 +121,18 @@ def check_uncertainty(uncertainty: Uncertainty | None) -> None:
         )
 
 
-@dataclass(frozen=True)
-class Trial:
-    """Draws of one candidate, from number `first` on."""
+class Draw(NamedTuple):
+    """One draw of a candidate."""
 
     candidate: int
-    problems: tuple[Problem, ...]
-    """One for each draw."""
-    first: int = 0
-    particles: tuple[int, ...] = ()
-    """With an uncertainty the numbers of its draws, one for each problem."""
+    number: int
+    problem: Problem
+    particle: int | None = None
+    """With an uncertainty the number of its particle."""
+
+
+Trial = Sequence[Draw]
+"""Draws of one candidate, in a row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,14 +190,6 @@ class Draws:
         )
 
 
-class Draw(NamedTuple):
-    """One draw, on its way to a worker."""
-
-    trial: int
-    number: int
-    problem: Problem
-
-
 class Trials(Closing):
     """The workers of an executor, for one batch of trials after the other."""
 
@@ -218,37 +212,35 @@ class Trials(Closing):
 
         Raises KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
         """
-        found: list[dict[int, Draws]] = [{} for _ in trials]
+        found: dict[int, dict[int, Draws]] = {trial[0].candidate: {} for trial in trials}
 
         def deliver(results: Sequence[tuple[Draw, Draws]]) -> None:
             for first, draws in results:
-                found[first.trial][first.number] = draws
+                found[first.candidate][first.number] = draws
                 self._on_draws(draws)
 
-        def give_up(draw: Draw, why: str) -> NoReturn:
-            raise RuntimeError(f"candidate {trials[draw.trial].candidate}: {why}")
-
-        batches = [
-            [Draw(k, number, problem) for number, problem in enumerate(trial.problems, trial.first)]
-            for k, trial in enumerate(trials)
-        ]
-        run(self._workers, partial(_drawn, question), batches, deliver, limit, give_up=give_up)
-        whole = [Draws.joined([draws[first] for first in sorted(draws)]) for draws in found]
-        return [
-            draws if len(draws.values) == len(trial.problems) else None
-            for draws, trial in zip(whole, trials, strict=True)
-        ]
+        run(self._workers, partial(_drawn, question), trials, deliver, limit, give_up=_given_up)
+        whole: list[Draws | None] = []
+        for trial in trials:
+            parts = found[trial[0].candidate]
+            draws = Draws.joined([parts[first] for first in sorted(parts)])
+            whole.append(draws if len(draws.values) == len(trial) else None)
+        return whole
 
     def close(self) -> None:
         """Ends the workers."""
         self._workers.close()
 
 
+def _given_up(draw: Draw, why: str) -> NoReturn:
+    raise RuntimeError(f"candidate {draw.candidate}: {why}")
+
+
 def _drawn(question: Question, draws: Sequence[Draw], cancel: Cancel) -> list[tuple[Draw, Draws]]:
     """On a worker: what came of draws, those of one problem together, and the first of them."""
 
     def together(draw: Draw) -> tuple[int, int]:
-        return draw.trial, draw.number if question.is_effort else id(draw.problem)
+        return draw.candidate, draw.number if question.is_effort else id(draw.problem)
 
     groups = [list(group) for _, group in groupby(draws, together)]
     return [(group[0], _asked(question, group[0], len(group), cancel)) for group in groups]

@@ -6,7 +6,7 @@ particles, and each rollout of a probability has a particle of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import count, takewhile
@@ -211,15 +211,10 @@ def score_belief(
     would be one number for all particles; ScoreError if the simulation of a particle failed.
     """
     limit = Limit(timeout, cancel)
+    chosen = chosen_settings(settings, **loose)
+    on = chosen_executor(executor, threads)
     found = score_beliefs(
-        [belief],
-        metrics,
-        particles=particles,
-        settings=chosen_settings(settings, **loose),
-        threads=threads,
-        executor=executor,
-        progress=progress,
-        limit=limit,
+        {0: belief}, metrics, particles, chosen, executor=on, limit=limit, progress=progress
     )
     if not found:
         limit.require("a particle has all its scores")
@@ -227,33 +222,28 @@ def score_belief(
 
 
 def score_beliefs(
-    beliefs: Sequence[Belief],
+    beliefs: Mapping[int, Belief],
     metrics: Sequence[str] | None,
-    *,
     particles: int,
     settings: SearchSettings,
-    indices: Sequence[int] | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    *,
+    executor: Executor,
     limit: Limit,
+    progress: Callable[[int, int], None] | None = None,
 ) -> dict[int, BeliefScores]:
     """The scores of many, by index; those are left out that have no particle before the limit.
 
-    `indices`: as of `em.score`, each below 2^32. All else, and errors: as `score_belief`.
+    `beliefs`: by index, as of `em.score`, each below 2^32. All else, and errors: as `score_belief`.
     """
-    strange = [belief for belief in beliefs if not isinstance(belief, Belief)]
+    strange = [belief for belief in beliefs.values() if not isinstance(belief, Belief)]
     if strange:
         raise ValueError(f"beliefs has {strange[0]!r}, expected em.Beliefs alone")
-    problems = [belief.problem for belief in beliefs]
+    problems = [belief.problem for belief in beliefs.values()]
     metrics = chosen_metrics(problems, metrics, settings)
-    executor = chosen_executor(executor, threads)
     sharing = Sharing(particles, settings)
     sharing.require(metrics)
-    numbers = range(len(beliefs)) if indices is None else indices
-    by_index = dict(zip(numbers, beliefs, strict=True))
-    asked = [Work(index, belief.problem, tuple(metrics)) for index, belief in by_index.items()]
-    source = ParticleSource([asked], by_index.__getitem__, sharing)
+    asked = [Work(index, belief.problem, tuple(metrics)) for index, belief in beliefs.items()]
+    source = ParticleSource([asked], beliefs.__getitem__, sharing)
     total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
     errors: dict[int, str] = {}
 

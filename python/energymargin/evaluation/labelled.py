@@ -59,8 +59,8 @@ class LabelledScores:
     def __post_init__(self) -> None:
         """Checks the lengths and the order."""
         states = len(self.trajectory)
-        labels = {name: getattr(self, name) for name in ("captured", "success")}
-        labels |= {name: getattr(self, name) for name in ("captured_any", "success_any")}
+        names = ("captured", "success", "captured_any", "success_any")
+        labels = {name: getattr(self, name) for name in names}
         for name, values in {**labels, **self.scores}.items():
             if values is not None and np.shape(values) != (states,):
                 raise ValueError(
@@ -153,19 +153,15 @@ def compared_states(
             f"clipped is True, but these scores ask about a while ({labelled.asks}), which does "
             "not end where a trajectory does: expected False"
         )
-    captured = _label(metric, labelled.captured, labelled.captured_any)
-    scores = _scores(labelled, metric).copy()
+    scores, captured = _paired(labelled, metric, labelled.captured, labelled.captured_any)
     members = labelled.by_trajectory()
     labels = [captured_labels(captured[states], frames) for states in members]
     for states in [] if clipped else members:
         scores[states[max(len(states) - frames, 0) :]] = np.nan
     if among == "captured":
         scores[~captured] = np.nan
-    return _there(
-        np.concatenate([scores[states] for states in members]),
-        np.concatenate(labels),
-        np.repeat(np.arange(len(members)), [len(own) for own in labels]),
-    )
+    numbers = np.repeat(np.arange(len(members)), [len(own) for own in members])
+    return _there(scores, np.concatenate(labels), numbers)
 
 
 def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> Compared:
@@ -173,8 +169,7 @@ def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> C
 
     Metrics and errors as of `compared_states`.
     """
-    success = _label(metric, labelled.success, labelled.success_any)
-    scores = _scores(labelled, metric)
+    scores, success = _paired(labelled, metric, labelled.success, labelled.success_any)
     members = labelled.by_trajectory()
     return _there(
         np.array([trajectory_score(scores[states], last) for states in members]),
@@ -183,24 +178,22 @@ def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> C
     )
 
 
-def _scores(labelled: LabelledScores, metric: str) -> NDArray[np.float64]:
-    """The scores of a metric; the force score is the same for all objects and for any."""
+def _paired(
+    labelled: LabelledScores,
+    metric: str,
+    of_all: NDArray[np.bool_],
+    of_any: NDArray[np.bool_] | None,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The scores of a metric, a copy, and the label of all objects, or of at least one for a metric
+    that ends so; the force score is the same for both."""
     name = FORCE if metric == FORCE + ANY else metric
     if name not in labelled.scores:
         there = ", ".join(labelled.scores) or "none"
         raise ValueError(f"metric is {metric!r}, expected one that has scores: {there}")
-    return labelled.scores[name]
-
-
-def _label(
-    metric: str, of_all: NDArray[np.bool_], of_any: NDArray[np.bool_] | None
-) -> NDArray[np.bool_]:
-    """The label of all objects, or that of at least one for a metric that ends so."""
-    if not metric.endswith(ANY):
-        return of_all
-    if of_any is None:
+    labels = of_any if metric.endswith(ANY) else of_all
+    if labels is None:
         raise ValueError(f"there are scores of {metric!r}, but no labels of at least one object")
-    return of_any
+    return labelled.scores[name].copy(), labels
 
 
 def _there(

@@ -25,6 +25,7 @@ from energymargin.beliefs import Belief, Uncertainty
 from energymargin.beliefs.scoring import score_beliefs
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import generate
+from energymargin.executors import Threads
 from energymargin.limits import Limit
 from energymargin.scoring import score
 from energymargin.searches import SearchSettings
@@ -199,14 +200,9 @@ def _scored(
             cancel=cancel,
         )
         return Scored(table["capture"].tolist(), 0, 0)
+    by_index = dict(zip(indices, beliefs, strict=True))
     found = score_beliefs(
-        beliefs,
-        ["capture"],
-        particles=job.particles,
-        settings=settings,
-        indices=indices,
-        threads=1,
-        limit=limit,
+        by_index, ["capture"], job.particles, settings, executor=Threads(1), limit=limit
     )
     scores = [of_state["capture"] for of_state in found.values()]
     return Scored(
