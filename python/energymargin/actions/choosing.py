@@ -215,16 +215,13 @@ def _share_of(found: CaptureProbability) -> float:
 
 
 def _better(share: float, size: float, than: CaptureProbability, z: float) -> bool:
-    """Whether a share of `size` rollouts exceeds another by more than z standard errors."""
-    ours, our_size = _adjusted(share, size)
-    theirs, their_size = _adjusted(than.captured, than.effective)
-    variance = ours * (1 - ours) / our_size + theirs * (1 - theirs) / their_size
-    return bool(ours - theirs > z * np.sqrt(variance))
-
-
-def _adjusted(share: float, size: float) -> tuple[float, float]:
-    """With one success and one failure more (Agresti and Caffo)."""
-    return (share * size + 1) / (size + 2), size + 2
+    """Whether a share of `size` rollouts exceeds another by more than z standard errors, each with
+    one success and one failure more (Agresti and Caffo)."""
+    shares = np.array([share, than.captured])
+    sizes = np.array([size, than.effective])
+    shares, sizes = (shares * sizes + 1) / (sizes + 2), sizes + 2
+    variances = shares * (1 - shares) / sizes
+    return bool(shares[0] - shares[1] > z * np.sqrt(variances[0] + variances[1]))
 
 
 def _numbers(name: str, value: ArrayLike) -> NDArray[Any]:

@@ -8,8 +8,8 @@ a slope.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -92,26 +92,17 @@ def scaled(disturbance: Disturbance | None, factor: float) -> Disturbance | None
     """So many times as strong."""
     if factor == 1.0:
         return disturbance
-    if disturbance is None:
-        return Uniform(factor)
-    if isinstance(disturbance, Uniform):
-        return Uniform(factor * disturbance.strength, disturbance.objects, disturbance.hold)
-    if isinstance(disturbance, Gaussian):
-        force, torque = factor * disturbance.force, factor * disturbance.torque
-        return Gaussian(force, torque, disturbance.correlation_time)
-    if isinstance(disturbance, ActuationNoise):
-        force_, torque_ = factor * disturbance.force, factor * disturbance.torque
-        return of_plan(force_, torque_, factor * disturbance.targets, disturbance.hold)
-    return _Scaled(disturbance, factor) if callable(disturbance) else disturbance
+    stated = Uniform() if disturbance is None else disturbance
+    if isinstance(stated, Uniform):
+        return Uniform(factor * stated.strength, stated.objects, stated.hold)
+    if isinstance(stated, Gaussian):
+        return Gaussian(factor * stated.force, factor * stated.torque, stated.correlation_time)
+    if isinstance(stated, ActuationNoise):
+        force, torque = factor * stated.force, factor * stated.torque
+        return of_plan(force, torque, factor * stated.targets, stated.hold)
+    return partial(_scaled_wrenches, stated, factor) if callable(stated) else stated
 
 
-@dataclass(frozen=True)
-class _Scaled:
-    """A user's function, so many times as strong."""
-
-    function: Callable[[Any, Any], Any]
-    factor: float
-
-    def __call__(self, random: Any, times: Any) -> Any:
-        """Wrenches of all steps."""
-        return self.factor * np.asarray(self.function(random, times))
+def _scaled_wrenches(function: Any, factor: float, random: Any, times: Any) -> Array:
+    """Those of a user's function, so many times as strong."""
+    return factor * np.asarray(function(random, times))

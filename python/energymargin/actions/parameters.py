@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
 from energymargin.actions.trials import Question
-from energymargin.checks import shown
+from energymargin.checks import function_of, shown
 from energymargin.plans import in_steps
 
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]
@@ -77,14 +77,10 @@ class Maker:
                 f"constraints is {shown(self.constraints)}, expected a list of functions"
             )
         for number, one in enumerate(self.constraints):
-            if not callable(one):
-                raise ValueError(f"constraints[{number}] is {shown(one)}, expected a function")
+            function_of(f"constraints[{number}]", one, "values")
         if not isinstance(self.problem, Problem):
             raise ValueError(f"problem is {shown(self.problem)}, expected a Problem")
-        if not callable(self.make_plan):
-            raise ValueError(
-                f"make_plan is {shown(self.make_plan)}, expected a function of the values by name"
-            )
+        function_of("make_plan", self.make_plan, "values")
         values = self.box.values(self.box.start)
         for number, value in enumerate(self._constrained(values)):
             if value < 0:

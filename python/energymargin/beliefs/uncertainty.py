@@ -165,29 +165,13 @@ def is_distribution(value: Any) -> bool:
 
 def _check(place: str, quantity: str, value: Any) -> None:
     """Raises ValueError unless a body's uncertainty is one of its quantity."""
-    if quantity == "friction" and isinstance(value, Mapping):
-        for other, one in _by_body(place, value):
-            if isinstance(one, Mapping):
-                raise ValueError(f"{place}[{other!r}] is {shown(one)}, expected that of a pair")
-            _check(f"{place}[{other!r}]", quantity, one)
-    elif quantity in VALUES:
-        if not is_distribution(value):
-            _deviation(place, value)
-    elif _is_covariance(value):
-        _covariance(place, value)
-    else:
-        for name, one in zip(AXES[quantity], _six(place, value), strict=True):
-            if not is_distribution(one):
-                _deviation(f"{place}, {name},", one)
-
-
-def _deviation(place: str, value: Any) -> float:
-    try:
-        return not_negative_number(place, value)
-    except ValueError as error:
-        raise ValueError(
-            f"{error}, a standard deviation, or a frozen distribution of scipy.stats"
-        ) from None
+    if not (quantity == "friction" and isinstance(value, Mapping)):
+        _source(quantity, "", value, place=place)
+        return
+    for other, one in _by_body(place, value):
+        if isinstance(one, Mapping):
+            raise ValueError(f"{place}[{other!r}] is {shown(one)}, expected that of a pair")
+        _check(f"{place}[{other!r}]", quantity, one)
 
 
 def _six(place: str, value: Any) -> list[Any]:
@@ -248,16 +232,20 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
         scene.slice(name)  # which a link does not have, and says so
 
 
-def _source(quantity: str, body: str, value: Any, center: float = 0.0) -> Source:
-    """`center`: the problem's own coefficient or mass."""
+def _source(
+    quantity: str, body: str, value: Any, center: float = 0.0, *, place: str = ""
+) -> Source:
+    """`center`: the problem's own coefficient or mass. Raises ValueError with `place` on a value
+    that is none of the quantity."""
     if quantity in VALUES:
-        return _of_columns(quantity, body, value, {quantity: _quantiles(value, center)})
+        return _of_columns(quantity, body, value, {quantity: _quantiles(place, value, center)})
     if _is_covariance(value):
-        root = _covariance(quantity, value)
+        root = _covariance(place, value)
         names = tuple(f"axis {k + 1}" for k in range(root.shape[1]))
         return Source(quantity, body, names, lambda u: standard_normal(u) @ root.T, value)
-    axes = dict(zip(AXES[quantity], (_quantiles(one, 0.0) for one in value), strict=True))
-    return _of_columns(quantity, body, value, axes)
+    axes = zip(AXES[quantity], _six(place, value), strict=True)
+    columns = {name: _quantiles(f"{place}, {name},", one, 0.0) for name, one in axes}
+    return _of_columns(quantity, body, value, columns)
 
 
 def _pair_sources(
@@ -307,13 +295,17 @@ def _of_columns(
     return Source(quantity, body, inputs, values, given)
 
 
-def _quantiles(value: Any, center: float) -> Quantiles | None:
+def _quantiles(place: str, value: Any, center: float) -> Quantiles | None:
     """Quantiles of a distribution, or of a standard deviation about the center; None of 0."""
     if is_distribution(value):
         return lambda u: np.asarray(value.ppf(u), dtype=float)
-    if value == 0:
-        return None
-    return lambda u: center + float(value) * standard_normal(u)
+    try:
+        deviation = not_negative_number(place, value)
+    except ValueError as error:
+        raise ValueError(
+            f"{error}, a standard deviation, or a frozen distribution of scipy.stats"
+        ) from None
+    return (lambda u: center + deviation * standard_normal(u)) if deviation else None
 
 
 def standard_normal(u: NDArray[np.float64]) -> NDArray[np.float64]:

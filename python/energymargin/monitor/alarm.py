@@ -222,21 +222,16 @@ def alarms(
 ) -> Alarms:
     """What an alarm does on trajectories. Arguments and errors: as `threshold`."""
     parts = _trajectories(values, lost, ahead)
-    before = [part.values[: part.false_until] for part in parts]
-    lowest = [_lowest(own, alarm.count, alarm.window) for own in before]
-    false, leads = np.zeros(len(parts), dtype=bool), np.full(len(parts), np.nan)
-    for k, part in enumerate(parts):
-        on = alarm.follow(part.values)
-        false[k] = on[: part.false_until].any()
-        if part.lost is not None:
-            right = np.flatnonzero(on[part.false_until :])
-            leads[k] = part.lost - part.false_until - right[0] if len(right) else 0
-    return Alarms(
-        false,
-        np.array([low is not None for low in lowest], bool),
-        np.array([np.nan if part.lost is None else part.lost for part in parts], float),
-        leads,
-    )
+    false, possible, leads = [], [], []
+    for part in parts:
+        on, until = alarm.follow(part.values), part.false_until
+        false.append(on[:until].any())
+        possible.append(_lowest(part.values[:until], alarm.count, alarm.window) is not None)
+        right = np.flatnonzero(on[until:])
+        lead = 0 if part.lost is None or not len(right) else part.lost - until - right[0]
+        leads.append(np.nan if part.lost is None else lead)
+    losses = np.array([np.nan if part.lost is None else part.lost for part in parts], float)
+    return Alarms(np.array(false, bool), np.array(possible, bool), losses, np.array(leads, float))
 
 
 def first_loss(captured: ArrayLike) -> int | None:

@@ -371,11 +371,16 @@ class Monitor(Closing):
                 self._is_on = self.rule.after(self._recent, is_on=self._is_on)
 
     def _trend(self, time: float, value: float) -> float:
-        """Slope of this value and those of the time before it [1/s]."""
+        """Slope of the line of least squares through this value and those of the time before it
+        [1/s]; NaN below two times."""
         first = time - self._trend_window
         near = [(r.time, r.value) for r in self._history if first <= r.time < time]
         near = [(at, known) for at, known in near if not math.isnan(known)]
-        return _slope(*np.array([*near, (time, value)]).T)
+        t, y = np.array([*near, (time, value)]).T
+        if np.ptp(t) == 0:
+            return math.nan
+        t = t - t.mean()
+        return float(t @ (y - y.mean()) / (t @ t))
 
     def _warn(self, what: str, text: str) -> None:
         """Logs a fault, and the same one again only after another."""
@@ -386,11 +391,3 @@ class Monitor(Closing):
 
 def _text(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
-
-
-def _slope(t: NDArray[np.float64], y: NDArray[np.float64]) -> float:
-    """Slope of the line of least squares through values y at times t [s]; NaN below two times."""
-    if len(t) < 2 or np.ptp(t) == 0:
-        return float("nan")
-    t = t - t.mean()
-    return float(t @ (y - y.mean()) / (t @ t))
