@@ -32,19 +32,14 @@ class Parameters:
         """
         if not isinstance(given, Mapping) or not given:
             raise ValueError(f"parameters is {shown(given)}, expected a dict: name -> (low, high)")
-        bounds = np.array([_bounds(name, value) for name, value in given.items()])
-        self.names = tuple(given)
-        self._low, self._start, self._high = bounds.T
+        bounds = {name: _bounds(name, value) for name, value in given.items()}
+        self.ranges = {name: (low, high) for name, (low, _, high) in bounds.items()}
+        """By name (low, high)."""
+        self._low, self._start, self._high = np.array(list(bounds.values())).T
 
     def __len__(self) -> int:
         """D."""
-        return len(self.names)
-
-    @property
-    def ranges(self) -> dict[str, tuple[float, float]]:
-        """By name (low, high)."""
-        ends = zip(self._low.tolist(), self._high.tolist(), strict=True)
-        return dict(zip(self.names, ends, strict=True))
+        return len(self.ranges)
 
     @property
     def start(self) -> NDArray[np.float64]:
@@ -55,7 +50,7 @@ class Parameters:
         """By name, of a point in the unit cube, shape (D,). The start is met to the bit."""
         exact = np.array_equal(point, self.start)
         found = self._start if exact else self._low + point * (self._high - self._low)
-        return dict(zip(self.names, found.tolist(), strict=True))
+        return dict(zip(self.ranges, found.tolist(), strict=True))
 
 
 @dataclass(eq=False)

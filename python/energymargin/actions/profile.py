@@ -279,17 +279,15 @@ def _moments(
     step, plan = problem.scene.step, problem.plan
     for state, number, length in zip(states, numbers, lengths, strict=True):
         try:
-            moment = problem.with_state(state).replace(
-                horizon=length * step,
-                plan=None if plan is None else rest_of(plan, number, step),
-                start_outside=True,
-            )
+            ahead = None if plan is None else rest_of(plan, number, step)
+            moment = problem.with_state(state)
+            asked = moment.replace(horizon=length * step, plan=ahead, start_outside=True)
         except ValueError as error:
             ended = f"after {number * step:.4g} s of the nominal motion: {error}"
             if not problems:
                 raise ValueError(ended) from error
             return problems, ended
-        problems.append(moment)
+        problems.append(asked)
     return problems, None
 
 

@@ -435,15 +435,14 @@ def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:
 def _field(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Problem]:
     if not isinstance(problems, (Mapping, Sequence)) or isinstance(problems, str):
         raise ValueError(f"problems is {shown(problems)}, expected several, as a list or a dict")
-    if not isinstance(problems, Mapping):
-        problems = {str(number): problem for number, problem in enumerate(problems)}
     if not problems:
         raise ValueError("problems is empty, expected one at least")
-    names = [str(name) for name in problems]
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"problems has the name {twice!r} twice, expected different names")
-    return dict(zip(names, problems.values(), strict=True))
+    field: dict[str, Problem] = {}
+    for name, problem in problems.items() if isinstance(problems, Mapping) else enumerate(problems):
+        if str(name) in field:
+            raise ValueError(f"problems has the name {str(name)!r} twice, expected different names")
+        field[str(name)] = problem
+    return field
 
 
 def _check_alike(question: Question, field: Mapping[str, Problem]) -> None:

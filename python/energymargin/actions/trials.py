@@ -7,7 +7,7 @@ same particle (common random numbers). So candidates differ by what they do, not
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
 from typing import Any, NamedTuple, NoReturn
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.beliefs import Uncertainty
-from energymargin.checks import function_of, one_of, shown, whole_number
+from energymargin.checks import function_of, one_of, shown
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, too_many_diverged
 from energymargin.errors import DivergedError
@@ -27,7 +27,7 @@ from energymargin.executors.choice import chosen_executor
 from energymargin.limits import Limit
 from energymargin.parallel import run
 from energymargin.reprs import short_repr
-from energymargin.searches import SEARCHES, Search, SearchSettings, metric_search
+from energymargin.searches import Search, SearchSettings, metric_search
 
 OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
@@ -53,6 +53,8 @@ class Question:
     """Nodes of each search."""
     search: Search | None = None
     """Search of the efforts, as in `escape_effort`."""
+    settings: SearchSettings = field(init=False, repr=False)
+    """Those of each draw's search or rollouts."""
 
     def __post_init__(self) -> None:
         """Checks it."""
@@ -68,15 +70,8 @@ class Question:
                 f"disturbance is {shown(self.disturbance)} with the metric {self.metric!r}, "
                 "expected None: an effort is the least work within the problem's bounds"
             )
-        whole_number("seed", self.seed, 0, 2**64 - 1)
-        whole_number("nodes", self.nodes, 1)
-        if self.search is not None:
-            one_of("search", self.search, SEARCHES)
-
-    @property
-    def settings(self) -> SearchSettings:
-        """Those of each draw's search or rollouts."""
-        return SearchSettings(nodes=self.nodes, seed=self.seed, search=self.search)
+        checked = SearchSettings(nodes=self.nodes, seed=self.seed, search=self.search)
+        object.__setattr__(self, "settings", checked)
 
     @property
     def is_effort(self) -> bool:
