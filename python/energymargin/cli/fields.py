@@ -87,11 +87,12 @@ def option(settings: Any, setting: Field[Any], panel: str | None = None) -> insp
     """The option of a field; None is its value if it is not given."""
     default = getattr(settings, setting.name)
     kind, choices = _type(get_type_hints(type(settings))[setting.name])
-    shown = setting.metadata["shown"] or (False if default is None else in_words(default))
+    shown = setting.metadata["shown"] or ("" if default is None else in_words(default))
     info = typer.Option(
         flag_of(setting),
-        help=setting.metadata["help"],
-        show_default=False if kind is bool else shown,
+        help=setting.metadata["help"]
+        + (f" [default: {shown}]" if shown and kind is not bool else ""),
+        show_default=False,
         metavar=choices,
         rich_help_panel=panel,
     )
