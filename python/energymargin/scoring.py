@@ -126,7 +126,7 @@ COLUMNS: dict[str, type] = {
     "unconverged": np.int64,
     "lost_time": float,
 }
-"""Of a row, besides its scores."""
+"""Columns of a row besides its scores."""
 
 
 @dataclass(frozen=True, eq=False)

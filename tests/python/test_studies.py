@@ -98,8 +98,8 @@ def test_its_settings_are_the_options_of_its_command(tmp_path, capsys):
     called("--help")
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert "What becomes of numbers." in text
-    assert "To be squared, with commas between. [default: (1,2,3)]" in text
-    assert "[default: (two)]" in text and "--sign" not in text
+    assert "To be squared, with commas between. [default: 1,2,3]" in text
+    assert "[default: two]" in text and "--sign" not in text
     assert "A first picture: --numbers 7." in text
     assert "out/squares-of-numbers, or out/squares-of-numbers-quick" in text
 

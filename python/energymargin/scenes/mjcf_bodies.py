@@ -38,7 +38,7 @@ class Builder:
     roles: Mapping[int, str]
     """By body, where it is not "none"."""
     base: Pose
-    """Of the subtree, or of the world."""
+    """Name of the subtree's root, or of the world."""
     gravity: NDArray[np.float64]
     prefix: str
     limit: Limit

@@ -174,7 +174,7 @@ class Panel:
         rollouts = settings.rollouts
         self.rollouts = gui.add_slider(
             *("rollouts", 1, max(MOST_ROLLOUTS, 2 * rollouts), 1, rollouts),
-            hint="Of the probability; more make its interval narrower when scored again.",
+            hint="Rollouts of the probability; more make its interval narrower when scored again.",
             visible=timed,
         )
         self._curve = _plot(gui, "time ahead [s]", _series(CURVE, dots=False))

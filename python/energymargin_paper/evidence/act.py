@@ -49,7 +49,7 @@ class Settings:
     worlds: int = setting(200, "Held-out worlds of each task.")
     first: int = setting(10_000, "Number of the first world; those below were seen before.")
     budget: int = setting(0, "Simulation steps of a search; 0 takes the task's own.")
-    seed: int = setting(0, "Of the searches.")
+    seed: int = setting(0, "Seed of the searches.")
 
     def __post_init__(self) -> None:
         """Checks them, before anything is computed or written."""

@@ -38,8 +38,10 @@ FASTER, SPARE = 1.5, 0.2  # times MuJoCo's fastest speed and m/s beyond it: the 
 class Settings:
     """The study's settings; raises ValueError on numbers out of range."""
 
-    percent: int = setting(100, "Of each check's seeds; at least one is run.")
-    grasps: int = setting(GRASPS, f"Of a mug, from the folder that {contact_mug.FOLDER} names.")
+    percent: int = setting(100, "Percentage of each check's seeds; at least one is run.")
+    grasps: int = setting(
+        GRASPS, f"Grasps of a mug, from the folder that {contact_mug.FOLDER} names."
+    )
     seed: int = setting(0, "The first seed; the others follow.")
 
     def __post_init__(self) -> None:

@@ -54,7 +54,7 @@ class Settings:
     trajectories: int = setting(12, "Trajectories of each task.")
     nodes: int = setting(1000, "Nodes of a search for an escape.")
     rollouts: int = setting(20, "Rollouts of a probability, in each engine.")
-    strength: float = setting(0.6, "Of the random disturbances, as a share of the bounds.")
+    strength: float = setting(0.6, "Strength of the random disturbances, as a share of the bounds.")
     parts: int = setting(4, "Steps of MuJoCo in one of ours.")
 
     def __post_init__(self) -> None:

@@ -46,7 +46,7 @@ class Settings:
     """Settings of the study; raises ValueError on numbers out of range."""
 
     episodes: int = setting(200, "Episodes of each kind.")
-    seed: int = setting(0, "Of the first episodes; the others have the next ones.")
+    seed: int = setting(0, "Seed of the first episode; the others have the next ones.")
     noise: float = setting(2.0, "Standard deviation of the policy's noise on x and y [N].")
     on: float = setting(0.7, "The alarm goes on below this probability.")
     off: float = setting(0.9, "It goes off from this one on.")

@@ -59,7 +59,7 @@ class Settings:
     tasks: tuple[str, ...] = setting(
         ("push", "balance", "topple", "grasp", "scoop"), "Which tasks, with commas between."
     )
-    states: int = setting(10, "Of each task.")
+    states: int = setting(10, "States of each task.")
     rollouts: int = setting(20_000, "Of the reference search of a state.")
     nodes: int = setting(MANY, "Of each search of the library.")
     seeds: int = setting(3, "Searches of the library of a state.")
