@@ -29,9 +29,8 @@ btVector3 random_vector(std::mt19937& random, double size) {
   return {x, y, number(random)};
 }
 
-TEST(SweepAndPruneTest, FindsAllPairsWithinTheirReachesAndNoOthers) {
+TEST(NearPairs, FindsAllPairsWithinTheirReachesAndNoOthers) {
   std::mt19937 random(1);
-  SweepAndPrune sweep_and_prune;
   int found = 0;
   for (int round = 0; round < 200; ++round) {
     std::vector<Bounds> boxes{{btVector3(-1e18, -1e18, -1e18), btVector3(1e18, 1e18, 1e18)}};
@@ -49,9 +48,9 @@ TEST(SweepAndPruneTest, FindsAllPairsWithinTheirReachesAndNoOthers) {
       }
     }
     Pairs visited;
-    sweep_and_prune(boxes, reaches, [&](std::size_t a, std::size_t b) {
+    for (const auto& [a, b] : near_pairs(boxes, reaches)) {
       EXPECT_TRUE(visited.emplace(a, b).second) << a << " and " << b << " come twice";
-    });
+    }
     EXPECT_EQ(visited, near) << "round " << round;
     found += static_cast<int>(near.size());
   }
@@ -59,14 +58,13 @@ TEST(SweepAndPruneTest, FindsAllPairsWithinTheirReachesAndNoOthers) {
 }
 
 // One box that is nowhere finds itself near all others; they keep their own pairs.
-TEST(SweepAndPruneTest, ABoxThatIsNotANumberDisturbsNoOtherPair) {
+TEST(NearPairs, ABoxThatIsNotANumberDisturbsNoOtherPair) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::vector<Bounds> boxes;
   for (int i = 0; i < 50; ++i) boxes.push_back({btVector3(0.9 * i, 0, 0), btVector3(0.9 * i + 1.0, 1, 1)});
   boxes.push_back({btVector3(nan, nan, nan), btVector3(nan, nan, nan)});
   Pairs visited;
-  SweepAndPrune()(boxes, std::vector<double>(boxes.size(), 0.0),
-                  [&](std::size_t a, std::size_t b) { visited.emplace(a, b); });
+  for (const auto& [a, b] : near_pairs(boxes, std::vector<double>(boxes.size(), 0.0))) visited.emplace(a, b);
   for (std::size_t i = 0; i + 1 < 50; ++i) EXPECT_EQ(visited.count({i, i + 1}), 1U) << i;
 }
 

@@ -47,7 +47,7 @@ TEST(PiecePair, CylinderThatSpunAgainstABoxAndIsSqueezedIntoItMayLeaveAndGoNoDee
     EXPECT_EQ(share(still, {0.0, 0.0, 0.1}), 1.0) << i;
     cylinder = sweep(cylinder, still, {0.0, 0.0, 0.1}).at(1.0);
   }
-  cylinder.setOrigin({0.13 - 2.5 * skin, 0.0, 0.0});  // the cores overlap
+  cylinder.setOrigin({0.13 - 2.5 * skin, 0.0, 0.0});  // the inner shapes overlap
   EXPECT_EQ(share({0.002, 0.0, 0.0}, still), 1.0);
   EXPECT_LT(share({-0.02, 0.0, 0.0}, still), 0.1);
 }
@@ -61,7 +61,7 @@ TEST(PiecePair, CylinderThatSpinsIsNotLetThroughTheFaceOfABoxThatTurns) {
   double deepest = 0.0;
   for (int run = 0; run < 60; ++run) {
     Pair pair;
-    CorePair cores(pair.cylinder, pair.box);
+    SolidPair solids(pair.cylinder, pair.box);
     btTransform box = standing(still), cylinder = standing({0.135, 0.0, 0.0});
     const btVector3 turning = vector(run % 2 ? 0.02 : 0.3);
     for (int step = 0; step < 100; ++step) {
@@ -72,9 +72,10 @@ TEST(PiecePair, CylinderThatSpinsIsNotLetThroughTheFaceOfABoxThatTurns) {
       const double share = pair.pieces.safe_share(of_cylinder, of_box);
       (share < 1.0 ? limited : whole) += 1;
       for (double part = 0.1; part < 1.05; part += 0.1) {
-        CoreDistance found{};
-        const Cores state = cores.distance(of_cylinder.at(share * part), of_box.at(share * part), 1e18, found);
-        ASSERT_EQ(state, Cores::apart) << run << ", " << step << ", " << part << ", share " << share;
+        ClosestPoints found{};
+        const Separation state =
+            solids.inner_distance(of_cylinder.at(share * part), of_box.at(share * part), 1e18, found);
+        ASSERT_EQ(state, Separation::apart) << run << ", " << step << ", " << part << ", share " << share;
         deepest = std::max(deepest, 2.0 * skin - found.distance);
       }
       box = of_box.at(share);

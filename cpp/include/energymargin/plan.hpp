@@ -49,8 +49,9 @@ struct Plan {
 
 //! Throws std::invalid_argument on rows of unequal number or that are not finite, a step below that of the scene,
 //! wrenches on fixed or kinematic bodies, targets of joints without position control, and motors of bodies that
-//! are fixed or on a joint, or with limits that are negative or not finite, or of a kinematic body.
-void validate(const Plan& plan, const Scene& scene);
+//! are fixed or on a joint, or with limits that are negative or not finite, or of a kinematic body. Errors call the
+//! wrenches `wrenches`.
+void validate(const Plan& plan, const Scene& scene, const std::string& wrenches = "wrenches");
 
 //! As much of it as can be said without a scene.
 void validate(const Plan& plan);

@@ -72,6 +72,7 @@ struct Watch {
   int look_every = 1;                                      //!< steps from one state that `ends` is asked to the next
   int first = 0;                                           //!< steps of the plan, and of `look_every`, that are over
   const Plan* plan = nullptr;                              //!< if set: in place of the world's; it fits the scene
+  bool audit = false;                                      //!< whether the energy is balanced
 };
 
 //! The push of these wrenches.
@@ -161,9 +162,13 @@ class World {
   Contact deepest_contact(const State& state);
 
  private:
+  void validate_simulation(const State& state, const Plan& besides, int steps, const std::vector<int>& record) const;
   Placement& placement_at(const State& state);
 
   std::unique_ptr<Engine> engine_;
 };
+
+//! As World::deepest_contact, of a valid state, without a world.
+Contact deepest_contact(const Scene& scene, const State& state);
 
 }  // namespace energymargin

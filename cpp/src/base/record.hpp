@@ -17,6 +17,7 @@ struct Form {
 
 namespace forms {
 
+inline constexpr Form any{};
 inline constexpr Form positive{"positive"};
 inline constexpr Form not_negative{"not_negative"};
 inline constexpr Form positive_list{"positive_list"};

@@ -5,7 +5,6 @@
 
 #include "bounds/convex_piece.hpp"
 #include "energymargin/kinematics.hpp"
-#include "physics/deepest_contact.hpp"
 #include "scene/energy.hpp"
 
 namespace energymargin::bounds {

@@ -112,7 +112,7 @@ Obstacles::Obstacles(const Problem& problem, std::size_t object, const std::vect
       for (std::size_t i = 0; i < space.pieces().size(); ++i) {
         const ConvexPiece& whole = space.pieces()[i].whole;
         const double allowed =
-            allowed_overlap(whole.margin() + obstacle.margin(), whole.half_extent(), obstacle.half_extent());
+            allowed_penetration(whole.margin() + obstacle.margin(), whole.half_extent(), obstacle.half_extent());
         if (find_penetration(whole, start, obstacle, {whole.center(), 0.0}, any_depth).middle <= allowed)
           pairs_.push_back({i, obstacle, allowed});
       }

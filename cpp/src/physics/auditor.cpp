@@ -29,21 +29,21 @@ void Auditor::begin() {
   for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.springs().span(i).length_rate;
 }
 
-void Auditor::end(const PartResult& part) {
+void Auditor::end(const SubstepResult& substep) {
   simulation_.read(next_);
-  add_actuations(part.duration);
+  add_actuations(substep.duration);
   const StateLayout& layout = simulation_.layout();
   for (const std::size_t i : controlled_) {
-    add_control(i, layout.joint(state_.data(), i), layout.joint(next_.data(), i), part.duration);
+    add_control(i, layout.joint(state_.data(), i), layout.joint(next_.data(), i), substep.duration);
   }
   for (std::size_t i = 0; i < length_rates_.size(); ++i) {
     add_damper(simulation_.scene().springs()[i], length_rates_[i], simulation_.springs().span(i).length_rate,
-               part.duration);
+               substep.duration);
   }
-  // Velocities are a part behind the positions; where motion is lost, its loads do no work.
+  // Velocities are a substep behind the positions; where motion is lost, its loads do no work.
   const double power = energy_.power(next_);
-  audit_.integration -= 0.5 * part.duration * (power - energy_.power(state_));
-  audit_.overlap += power * part.lost;
+  audit_.integration -= 0.5 * substep.duration * (power - energy_.power(state_));
+  audit_.overlap += power * substep.lost;
 }
 
 Audit Auditor::audit() const {

@@ -1,5 +1,5 @@
 #pragma once
-// The balance of energy of a rollout, part by part.
+// The balance of energy of a rollout, substep by substep.
 
 #include <vector>
 
@@ -17,11 +17,11 @@ class Auditor {
   Auditor(const Auditor&) = delete;
   Auditor& operator=(const Auditor&) = delete;
 
-  //! To be called before anything acts in a part of a step, and when that is over.
+  //! To be called before anything acts in a substep, and when that is over.
   void begin();
-  void end(const PartResult& part);
+  void end(const SubstepResult& substep);
 
-  //! The balance of the parts so far; without energy_change and wrench, which others know.
+  //! The balance of the substeps so far; without energy_change and wrench, which others know.
   Audit audit() const;
 
  private:
@@ -35,9 +35,9 @@ class Auditor {
   Motion before_;
   std::vector<Velocity> velocities_, next_velocities_;  // of all bodies, where the robot pushes some
   std::vector<Load> held_;                              // of springs on kinematic bodies that carry no links
-  State state_;                                         // before the part
+  State state_;                                         // before the substep
   State next_;                                          // after it
-  std::vector<double> length_rates_;                    // of the springs, before the part
+  std::vector<double> length_rates_;                    // of the springs, before the substep
   std::vector<std::size_t> controlled_;                 // joints with a stiffness or a damping
   Audit audit_;
 };

@@ -1,20 +1,17 @@
 #include "physics/placement.hpp"
 
-#include "physics/deepest_contact.hpp"
-
 namespace energymargin {
 
 Contact Placement::deepest_contact() {
-  const std::vector<Body>& bodies = scene_.bodies();
   Contact deepest;
-  for (const auto& [a, b] : pairs_.near()) {
-    const ClosestPoints points = closest_points(a, b, 0.0);
-    if (points.distance >= deepest.distance) continue;
-    deepest.body_a = bodies[a].name;
-    deepest.body_b = bodies[b].name;
-    deepest.distance = points.distance;
-    deepest.position = points.position;
-    deepest.normal = points.normal;
+  for (const auto& [a, b] : pairs.near()) {
+    const auto closest = pairs.closest(a, b, 0.0);
+    if (!closest || closest->distance >= deepest.distance) continue;
+    deepest.body_a = scene_.bodies()[a].name;
+    deepest.body_b = scene_.bodies()[b].name;
+    deepest.distance = closest->distance;
+    deepest.position = from_bullet(closest->on_b);
+    deepest.normal = from_bullet(closest->normal);
     deepest.friction = scene_.contact_friction(a, b);
   }
   return deepest;

@@ -3,10 +3,7 @@
 
 #include "energymargin/world.hpp"
 #include "physics/bodies/moving_bodies.hpp"
-#include "physics/contacts/collision_filter.hpp"
 #include "physics/contacts/collision_pairs.hpp"
-#include "physics/contacts/dispatcher.hpp"
-#include "physics/pair_query.hpp"
 
 namespace energymargin {
 
@@ -14,46 +11,25 @@ namespace energymargin {
 class Placement {
  public:
   //! The scene outlives this.
-  explicit Placement(const Scene& scene)
-      : scene_(scene),
-        filter_(scene),
-        pair_query_(dispatcher_),
-        bodies_(scene),
-        pairs_(dispatcher_.bullet(), filter_, bodies_.colliders()) {}
-  Placement(const Placement&) = delete;
-  Placement& operator=(const Placement&) = delete;
+  explicit Placement(const Scene& scene) : bodies(scene), pairs(scene, bodies.colliders()), scene_(scene) {}
 
   //! Puts all bodies where a state says; no contact of the past is left.
   void restore(const State& state) {
-    bodies_.restore(state);
-    pairs_.forget();
+    bodies.restore(state);
+    pairs.forget();
   }
-
-  MovingBodies& bodies() { return bodies_; }
-  const MovingBodies& bodies() const { return bodies_; }
-  CollisionPairs& pairs() { return pairs_; }
-  const CollisionPairs& pairs() const { return pairs_; }
 
   //! A body as Bullet sees it.
-  const btCollisionObject& collider(std::size_t body) const { return *bodies_.colliders()[body]; }
-
-  bool can_collide(std::size_t a, std::size_t b) const { return filter_(a, b); }
-
-  //! Closest points of two bodies by their indices in the scene; none farther apart than `reach` [m].
-  ClosestPoints closest_points(std::size_t a, std::size_t b, double reach) {
-    return pair_query_(*bodies_.colliders()[a], *bodies_.colliders()[b], reach);
-  }
+  const btCollisionObject& collider(std::size_t body) const { return *bodies.colliders()[body]; }
 
   //! As World::deepest_contact.
   Contact deepest_contact();
 
+  MovingBodies bodies;
+  CollisionPairs pairs;
+
  private:
   const Scene& scene_;
-  CollisionFilter filter_;
-  ContactDispatcher dispatcher_;
-  PairQuery pair_query_;
-  MovingBodies bodies_;
-  CollisionPairs pairs_;
 };
 
 }  // namespace energymargin

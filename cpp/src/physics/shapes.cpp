@@ -76,8 +76,8 @@ bool is_nowhere_else(const Part& part, double half_extent) {
          part.pose.orientation.angularDistance(Quaternion::Identity()) <= rounding;
 }
 
-// The distance of the core's farthest point from the body's origin, or a little more.
-double core_reach(const btConvexShape& shape, const btTransform& in_body) {
+// The distance of the inner shape's farthest point from the body's origin, or a little more.
+double inner_reach(const btConvexShape& shape, const btTransform& in_body) {
   btVector3 farthest(0, 0, 0);
   for (int axis = 0; axis < 3; ++axis) {
     btVector3 along(0, 0, 0);
@@ -104,7 +104,7 @@ std::vector<Part> solids_in_bullet(const Shape& shape, const Inertial& inertial)
 void add_piece(CollisionShape& to, const btCollisionShape& piece, const btTransform& in_body, bool at_origin,
                double half_extent) {
   const auto& shape = static_cast<const btConvexShape&>(piece);
-  to.pieces.push_back({&shape, in_body, at_origin, core_reach(shape, in_body), half_extent});
+  to.pieces.push_back({&shape, in_body, at_origin, inner_reach(shape, in_body), half_extent});
   to.reach = std::max(to.reach, to.pieces.back().reach);
 }
 
@@ -113,6 +113,13 @@ void add_piece(CollisionShape& to, const btCollisionShape& piece, const btTransf
 btTransform bullet_pose(const Inertial& inertial, const BodyState& frame) {
   const BodyState center = state_at_point(inertial.center, frame);
   return btTransform(to_bullet(Quaternion(center.orientation * inertial.axes)), to_bullet(center.position));
+}
+
+BodyState frame_state(const Inertial& inertial, const btTransform& pose, const Vector3& velocity,
+                      const Vector3& angular_velocity) {
+  const Quaternion orientation = from_bullet(pose.getRotation()) * inertial.axes.conjugate();
+  return state_at_point(-inertial.center,
+                        {from_bullet(pose.getOrigin()), orientation.normalized(), velocity, angular_velocity});
 }
 
 std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, const BodyConstants& constants,

@@ -23,6 +23,10 @@ inline btTransform to_bullet(const Pose& pose) {
 //! Where Bullet's frame of a body is: at its centre of mass, along its principal axes.
 btTransform bullet_pose(const Inertial& inertial, const BodyState& frame);
 
+//! The state of a body's frame, from the pose and the velocities of its centre of mass.
+BodyState frame_state(const Inertial& inertial, const btTransform& pose, const Vector3& velocity,
+                      const Vector3& angular_velocity);
+
 //! Index in the scene of a body that Bullet has.
 inline std::size_t body_index(const btCollisionObject& object) {
   return static_cast<std::size_t>(object.getUserIndex());
@@ -33,7 +37,7 @@ struct ConvexPiece {
   const btConvexShape* shape;
   btTransform in_body;
   bool at_origin;      // whether it stands in its body's own frame
-  double reach;        // of its core's points from the body's origin; its core is what is left without its margin [m]
+  double reach;        // of the inner shape's points from the body's origin [m]
   double half_extent;  // the smallest [m]
 
   btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }

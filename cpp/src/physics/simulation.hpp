@@ -1,31 +1,18 @@
 #pragma once
 // A Scene in Bullet.
 
-#include <btBulletDynamicsCommon.h>
-
-#include <memory>
-#include <optional>
-#include <utility>
 #include <vector>
 
 #include "energymargin/world.hpp"
-#include "physics/carriers.hpp"
-#include "physics/contacts/continuous_collision.hpp"
 #include "physics/placement.hpp"
 #include "physics/solver/step_equations.hpp"
 #include "physics/springs.hpp"
 
 namespace energymargin {
 
-//! Where contacts are looked for.
-enum class Detection {
-  continuous,  ///< also on the way from one pose to the next: bodies do not pass through each other
-  discrete,    ///< at the poses alone, for comparison
-};
-
-//! What became of a part of a step.
-struct PartResult {
-  double duration;  // that it took [s]
+//! What became of a substep.
+struct SubstepResult {
+  double duration;  // [s]
   double lost;      // of it, in which nothing moved by itself [s]
   bool converged;   // whether the velocities satisfy their equations
 };
@@ -33,7 +20,7 @@ struct PartResult {
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.
 class Simulation {
  public:
-  explicit Simulation(const Scene& scene, Detection detection = Detection::continuous);
+  explicit Simulation(const Scene& scene);
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
@@ -62,15 +49,12 @@ class Simulation {
   void add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
 
   //! The target of a joint, until `restore`.
-  void set_target(std::size_t joint, double target) { bodies().set_target(joint, target); }
-  double target(std::size_t joint) const { return placement_.bodies().target(joint); }
+  void set_target(std::size_t joint, double target) { placement_.bodies.set_target(joint, target); }
+  double target(std::size_t joint) const { return placement_.bodies.target(joint); }
 
-  //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `parts` of the step are over; if
-  //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
-  PartResult advance(double duration, int parts);
-
-  //! One step: its parts together.
-  PartResult step();
+  //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `substeps` of the step are over;
+  //! if they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
+  SubstepResult advance(double duration, int substeps);
 
   const Springs& springs() const { return springs_; }
 
@@ -78,8 +62,8 @@ class Simulation {
   //! to date. Null ends it.
   void audit_impulses(const Motion* before) { impulses_ = {before, {}}; }
 
-  //! Velocities of the i-th of the objects: as they are, and after the loads and impulses of the last part, before it
-  //! coasted.
+  //! Velocities of the i-th of the objects: as they are, and after the loads and impulses of the last substep, before
+  //! it coasted.
   Velocity velocity(std::size_t i) const {
     return {objects()[i]->getLinearVelocity(), objects()[i]->getAngularVelocity()};
   }
@@ -88,16 +72,14 @@ class Simulation {
   //! The work since the audit began.
   const ImpulseWork& impulse_work() const { return impulses_.work; }
 
-  //! They have the forces of the last part of a step.
+  //! They have the forces of the last substep.
   std::vector<Contact> contacts() const;
 
-  //! The bodies where the last `restore` or `step` left them.
+  //! The bodies where the last `restore` or `advance` left them.
   Placement& placement() { return placement_; }
 
  private:
-  MovingBodies& bodies() { return placement_.bodies(); }
   void load_bodies();
-  double safe_share(double duration);
 
   Scene scene_;
   StateLayout layout_;
@@ -105,14 +87,12 @@ class Simulation {
   Placement placement_;
   ImpulseAudit impulses_;
   StepEquations equations_;
-  std::optional<ContinuousCollision> continuous_;
   Springs springs_;
-  Carriers carriers_;
   std::vector<Load> loads_;
   std::vector<Load> actuations_;
   std::vector<Motor> motors_;
   std::vector<Velocity> ways_;  // of all bodies
-  double last_duration_ = 0.0;  // of the part before; 0: none since `restore` [s]
+  double last_duration_ = 0.0;  // of the substep before; 0: none since `restore` [s]
 };
 
 }  // namespace energymargin

@@ -24,8 +24,8 @@ class Springs {
   //! By the index in the scene.
   SpringSpan span(std::size_t spring) const;
 
-  //! Finds the loads of stiffness and damping. A damper answers to the speed at the start of a part of a step, before
-  //! any force of that part: so this is asked when the part before is over.
+  //! Finds the loads of stiffness and damping. A damper answers to the speed at the start of a substep, before
+  //! any force of that one: so this is asked when the substep before is over.
   void update();
   const std::vector<Load>& loads() const { return loads_; }
 

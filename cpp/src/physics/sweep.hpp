@@ -1,5 +1,5 @@
 #pragma once
-// A body's motion through a part of a step.
+// A body's motion through a substep.
 
 #include <btBulletDynamicsCommon.h>
 
@@ -8,7 +8,7 @@ namespace energymargin {
 //! A pose after a way [m] and a turn [rad], about an axis that stays.
 btTransform moved_pose(const btTransform& start, const btVector3& way, const btVector3& turn);
 
-//! A body on its way through a part of a step.
+//! A body on its way through a substep.
 struct Sweep {
   btTransform start;
   btVector3 linear, angular;  // over the whole of it, as they are at the start [m], [rad]

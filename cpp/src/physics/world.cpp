@@ -7,7 +7,6 @@
 
 #include "base/check.hpp"
 #include "physics/engine.hpp"
-#include "scene/plan_checks.hpp"
 
 namespace energymargin {
 namespace {
@@ -51,13 +50,13 @@ World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-const Scene& World::scene() const { return engine_->simulation().scene(); }
-const StateLayout& World::layout() const { return engine_->simulation().layout(); }
+const Scene& World::scene() const { return engine_->simulation.scene(); }
+const StateLayout& World::layout() const { return engine_->simulation.layout(); }
 
 Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit, const Limit& limit,
                        double time) {
   validate(scene(), state);
-  const std::size_t objects = engine_->simulation().objects().size();
+  const std::size_t objects = engine_->simulation.objects().size();
   if (wrenches.size() != objects) {
     reject("wrenches", std::to_string(wrenches.size()) + " wrenches", std::to_string(objects) + ", one an object");
   }
@@ -71,22 +70,18 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
       reject(name, text(seconds), "at most " + std::to_string(most_steps) + " steps");
     }
   }
-  const int steps = engine_->simulation().whole_steps(duration);
+  const int steps = engine_->simulation.whole_steps(duration);
   Watch watch;
-  watch.first = engine_->simulation().whole_steps(time);
-  Rollout result = engine_->rollout(state, {push(wrenches, steps)}, limit, watch, audit);
+  watch.audit = audit;
+  watch.first = engine_->simulation.whole_steps(time);
+  Rollout result = rollout_unchecked(state, {push(wrenches, steps)}, limit, watch);
   if (!result.complete) limit.require();
-  result.energy = engine_->energy()(result.state);
+  result.energy = engine_->energy(result.state);
   return result;
 }
 
-Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit,
-                                 const Watch& watch) {
-  return engine_->rollout(state, pushes, limit, watch);
-}
-
-std::vector<Frame> World::simulate(const State& state, const Plan& besides, int steps, const std::vector<int>& record,
-                                   const Limit& limit) {
+void World::validate_simulation(const State& state, const Plan& besides, int steps,
+                                const std::vector<int>& record) const {
   validate(scene(), state);
   require_steps(steps);
   validate_record(record, steps);
@@ -96,37 +91,27 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
   for (const Targets& targets : besides.targets) {
     require_a_row_a_step("targets['" + targets.joint + "']", targets.positions.size(), steps);
   }
-  if (besides.rows() == 0) return engine_->simulate(state, nullptr, steps, record, limit);
-  Plan rows = besides;
-  rows.step = scene().stepping().step;
-  validate(rows, scene(), "drives");
-  const Robot robot(scene(), rows);
-  return engine_->simulate(state, &robot, steps, record, limit);
 }
 
 double World::energy(const State& state) const {
   validate(scene(), state);
-  return engine_->energy()(state);
-}
-
-std::vector<Contact> World::contacts(const State& state) {
-  validate(scene(), state);
-  return engine_->contacts(state);
+  return engine_->energy(state);
 }
 
 double World::distance(const State& state, const std::string& body_a, const std::string& body_b) {
   const std::size_t a = scene().index(body_a);
   const std::size_t b = scene().index(body_b);
   if (a == b) reject("body_b", "'" + body_b + "'", "another body than body_a");
-  return placement_at(state).closest_points(a, b, 1e9).distance;
+  const auto closest = placement_at(state).pairs.closest(a, b, 1e9);
+  return closest ? closest->distance : std::numeric_limits<double>::infinity();
 }
 
 Contact World::deepest_contact(const State& state) { return placement_at(state).deepest_contact(); }
 
 Placement& World::placement_at(const State& state) {
   validate(scene(), state);
-  engine_->simulation().restore(state);
-  return engine_->simulation().placement();
+  engine_->simulation.restore(state);
+  return engine_->simulation.placement();
 }
 
 }  // namespace energymargin

@@ -6,7 +6,6 @@
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
-#include "physics/deepest_contact.hpp"
 #include "problem/penetration.hpp"
 
 namespace energymargin {

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "scene/hull_faces.hpp"
-#include "scene/inertia.hpp"
 #include "scene/solids.hpp"
 
 namespace energymargin {
@@ -38,7 +37,7 @@ Moments moments(const std::vector<Vector3>& points) {
 
 }  // namespace
 
-void Geometry<ConvexHull>::validate(const ConvexHull& hull) {
+void validate(const ConvexHull& hull) {
   if (hull.points.size() < 4) reject("points", std::to_string(hull.points.size()) + " points", "at least 4");
   for (const Vector3& point : hull.points) require_finite("points", point);
   if (!(mass_properties(hull, 1.0).volume > 0.0)) {
@@ -47,7 +46,7 @@ void Geometry<ConvexHull>::validate(const ConvexHull& hull) {
 }
 
 // Along the principal axes: exact for a brick, close for the rest.
-double Geometry<ConvexHull>::smallest_half_extent(const ConvexHull& hull) {
+double smallest_half_extent(const ConvexHull& hull) {
   const Quaternion to_axes = mass_properties(hull, 1.0).axes.conjugate();
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
   Vector3 high = -low;
@@ -58,13 +57,13 @@ double Geometry<ConvexHull>::smallest_half_extent(const ConvexHull& hull) {
   return 0.5 * (high - low).minCoeff();
 }
 
-double Geometry<ConvexHull>::reach_from(const ConvexHull& hull, const Vector3& point) {
+double reach_from(const ConvexHull& hull, const Vector3& point) {
   double most = 0.0;
   for (const Vector3& corner : hull.points) most = std::max(most, (corner - point).norm());
   return most;
 }
 
-MassProperties Geometry<ConvexHull>::mass_properties(const ConvexHull& hull, double mass) {
+MassProperties mass_properties(const ConvexHull& hull, double mass) {
   const Moments total = moments(hull.points);
   const double size = total.second.norm();
   if (!(total.volume > 1e-12 * std::pow(size, 0.6))) return {};

@@ -15,7 +15,7 @@ inline double collision_margin(double smallest_half_extent, const std::optional<
 }
 
 //! How deep the simulation lets one solid come into another [m]; `margins` is the sum of both.
-inline double allowed_overlap(double margins, double half_extent_a, double half_extent_b) {
+inline double allowed_penetration(double margins, double half_extent_a, double half_extent_b) {
   constexpr double share_of_margins = 0.7, share_of_thickness = 0.3;  // of the thinner one's half extent
   return std::min(share_of_margins * margins, share_of_thickness * std::min(half_extent_a, half_extent_b));
 }

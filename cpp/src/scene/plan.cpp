@@ -7,7 +7,6 @@
 #include <type_traits>
 
 #include "base/check.hpp"
-#include "scene/plan_checks.hpp"
 
 namespace energymargin {
 namespace {
@@ -70,16 +69,6 @@ Wrenches constant_twist(const BodyState& state, int rows, double step) {
   return velocities;
 }
 
-}  // namespace
-
-int Plan::rows() const {
-  if (!wrenches.empty()) return static_cast<int>(wrenches.front().wrenches.rows());
-  if (!targets.empty()) return static_cast<int>(targets.front().positions.size());
-  return velocities.empty() ? 0 : static_cast<int>(velocities.front().velocities.rows());
-}
-
-namespace {
-
 void validate_rows(const Plan& plan, const std::string& wrenches) {
   const int rows = plan.rows();
   if (rows < 1) reject("plan", "empty", "at least one row of wrenches, targets or velocities");
@@ -104,8 +93,13 @@ void validate_rows(const Plan& plan, const std::string& wrenches) {
 
 }  // namespace
 
+int Plan::rows() const {
+  if (!wrenches.empty()) return static_cast<int>(wrenches.front().wrenches.rows());
+  if (!targets.empty()) return static_cast<int>(targets.front().positions.size());
+  return velocities.empty() ? 0 : static_cast<int>(velocities.front().velocities.rows());
+}
+
 void validate(const Plan& plan) { validate_rows(plan, "wrenches"); }
-void validate(const Plan& plan, const Scene& scene) { validate(plan, scene, "wrenches"); }
 
 void validate(const Plan& plan, const Scene& scene, const std::string& wrenches) {
   validate_rows(plan, wrenches);

@@ -61,10 +61,8 @@ struct Record<Compound> {
   static auto fields() {
     return std::tuple{
         Field{"parts", &Compound::parts, "Solids, each at its place in the body's frame."},
-        Field{"solid",
-              &Compound::solid,
-              "Of the solid that the parts stand for, as of a mesh; unset: those of the parts together.",
-              {},
+        Field{"solid", &Compound::solid,
+              "Of the solid that the parts stand for, as of a mesh; unset: those of the parts together.", forms::any,
               Presence::optional},
     };
   }

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/check.hpp"
-#include "base/crew.hpp"
+#include "base/thread_pool.hpp"
 #include "energymargin/random.hpp"
 #include "search/cost_space.hpp"
 #include "search/horizon.hpp"
@@ -100,15 +100,15 @@ class NoTarget : public ompl::base::ValidStateSampler {
 }  // namespace
 
 struct BoundedProblem::Simulations {
-  Crew crew;
+  ThreadPool pool;
   std::vector<std::unique_ptr<World>> worlds;  // one a thread
   EdgeStart edge_start;
   std::optional<Horizon> horizon;
 
   Simulations(const Problem& problem, const Region* captured, int threads)
-      : crew(threads), worlds(crew.size()), edge_start(problem), horizon(Horizon::of(problem, captured)) {
+      : pool(threads), worlds(pool.size()), edge_start(problem), horizon(Horizon::of(problem, captured)) {
     const auto make = [&](std::size_t i, std::size_t) { worlds[i] = std::make_unique<World>(world_of(problem)); };
-    crew.run(worlds.size(), make);
+    pool.run(worlds.size(), make);
   }
 };
 

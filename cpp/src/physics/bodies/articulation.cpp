@@ -102,12 +102,9 @@ void Articulation::restore(const State& state) {
 void Articulation::read(State& state) const {
   const Link& base = links_.front();
   if (free_) {
-    const Inertial& inertial = scene_.inertial(base.body);
-    const Quaternion orientation = from_bullet(base.pose.getRotation()) * inertial.axes.conjugate();
-    const BodyState center{from_bullet(base.pose.getOrigin()), orientation.normalized(),
-                           Eigen::Map<const Vector3>(velocities_.data()),
-                           Eigen::Map<const Vector3>(velocities_.data() + 3)};
-    StateLayout::write(state_at_point(-inertial.center, center), state.data() + layout_.offset(base.body));
+    const Eigen::Map<const Vector3> linear(velocities_.data()), angular(velocities_.data() + 3);
+    StateLayout::write(frame_state(scene_.inertial(base.body), base.pose, linear, angular),
+                       state.data() + layout_.offset(base.body));
   }
   for (std::size_t i = 1; i < links_.size(); ++i) {
     const int offset = layout_.joint_offset(*links_[i].joint);

@@ -11,9 +11,8 @@
 #include "energymargin/state.hpp"
 #include "physics/bodies/joint_control.hpp"
 #include "physics/bodies/spatial.hpp"
-#include "physics/load.hpp"
+#include "physics/motion.hpp"
 #include "physics/shapes.hpp"
-#include "physics/velocity.hpp"
 
 namespace energymargin {
 
@@ -40,7 +39,7 @@ class Articulation {
     double armature = 0.0;                          // of its joint [kg m^2] or [kg]
     btTransform pose = btTransform::getIdentity();
     btVector3 hinge{};                                                  // where its joint is, in the world
-    btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next part
+    btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next substep
   };
 
   //! The links on a free body `base`, or those on one fixed body that hang on joint `first`.
@@ -101,11 +100,11 @@ class Articulation {
   btVector3 velocity(const btCollisionObject& body, const btVector3& point,
                      const std::vector<double>& velocities) const;
 
-  //! A wrench in the next part of a step, at the centre of mass of a body of the tree.
+  //! A wrench in the next substep, at the centre of mass of a body of the tree.
   void apply(const btCollisionObject& body, const btVector3& force, const btVector3& torque);
   void clear_loads();
 
-  //! The velocities at which it goes in this part.
+  //! The velocities at which it goes in this substep.
   std::vector<double>& ways() { return ways_; }
   const std::vector<double>& ways() const { return ways_; }
 

@@ -5,9 +5,9 @@
 
 namespace energymargin {
 
-//! The torque is that at the end of the part, of a spring and a damper, which is stable for any stiffness. Over a part
-//! of duration h [s] its impulse is h (k (target - q - h v) + d (v_target - v)) = pull - resistance v, within the
-//! limit.
+//! The torque is that at the end of the substep, of a spring and a damper, which is stable for any stiffness. Over a
+//! substep of duration h [s] its impulse is h (k (target - q - h v) + d (v_target - v)) = pull - resistance v, within
+//! the limit.
 struct JointControl {
   const Joint* joint;  // the scene's
   int link, velocity;  // indices among the tree's

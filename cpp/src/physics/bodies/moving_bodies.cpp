@@ -83,7 +83,8 @@ void MovingBodies::read(Motion& motion) const {
 
 btVector3 MovingBodies::velocity(std::size_t body, const btVector3& point) const {
   if (tree_of_[body]) return trees_[*tree_of_[body]]->velocity(*colliders_[body], point);
-  return velocity_at(static_cast<const btRigidBody&>(*colliders_[body]), point);
+  const auto& rigid = static_cast<const btRigidBody&>(*colliders_[body]);
+  return rigid.getVelocityInLocalPoint(point - rigid.getCenterOfMassPosition());
 }
 
 void MovingBodies::clear_loads() {

@@ -24,7 +24,10 @@ void RigidBodies::add(const Scene& scene, std::size_t index) {
   rigid.setFlags(rigid.getFlags() | BT_DISABLE_WORLD_GRAVITY);  // `accelerate` brings it
   rigid.setUserIndex(static_cast<int>(index));
   if (body.fixed()) return;
-  if (body.kinematic) make_kinematic(rigid);
+  if (body.kinematic) {  // Bullet takes what has no inverse mass for fixed; this one moves
+    rigid.setMassProps(0.0, btVector3(0, 0, 0));
+    rigid.setCollisionFlags(rigid.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT);
+  }
   rigid.setActivationState(DISABLE_DEACTIVATION);
   slots_[index] = static_cast<int>(moving_.size());
   moving_.push_back(&rigid);
@@ -36,38 +39,25 @@ void RigidBodies::add(const Scene& scene, std::size_t index) {
   free_.push_back({layout_.offset(index), inertial, to_bullet(inertial.moments), to_bullet(acceleration)});
 }
 
-// Bullet takes what has no inverse mass for fixed; this one moves.
-void RigidBodies::make_kinematic(btRigidBody& rigid) {
-  rigid.setMassProps(0.0, btVector3(0, 0, 0));
-  rigid.setCollisionFlags(rigid.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT);
-}
-
 void RigidBodies::restore(const State& state) {
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     const Inertial& inertial = free_[i].inertial;
     btRigidBody& rigid = *moving_[i];
     const BodyState frame = StateLayout::read(state.data() + free_[i].offset);
     const BodyState center = state_at_point(inertial.center, frame);
-    const btTransform transform = bullet_pose(inertial, frame);
-    rigid.setCenterOfMassTransform(transform);
-    rigid.setInterpolationWorldTransform(transform);
+    rigid.setCenterOfMassTransform(bullet_pose(inertial, frame));
     rigid.setLinearVelocity(to_bullet(center.velocity));
-    rigid.setInterpolationLinearVelocity(rigid.getLinearVelocity());
     rigid.setAngularVelocity(to_bullet(center.angular_velocity));
-    rigid.setInterpolationAngularVelocity(rigid.getAngularVelocity());
-    rigid.clearForces();
   }
 }
 
 void RigidBodies::read(State& state) const {
   for (std::size_t i = 0; i < moving_.size(); ++i) {
-    const Inertial& inertial = free_[i].inertial;
     const btRigidBody& rigid = *moving_[i];
-    const btTransform& transform = rigid.getCenterOfMassTransform();
-    const Quaternion orientation = from_bullet(transform.getRotation()) * inertial.axes.conjugate();
-    const BodyState center{from_bullet(transform.getOrigin()), orientation.normalized(),
-                           from_bullet(rigid.getLinearVelocity()), from_bullet(rigid.getAngularVelocity())};
-    StateLayout::write(state_at_point(-inertial.center, center), state.data() + free_[i].offset);
+    const BodyState frame =
+        frame_state(free_[i].inertial, rigid.getCenterOfMassTransform(), from_bullet(rigid.getLinearVelocity()),
+                    from_bullet(rigid.getAngularVelocity()));
+    StateLayout::write(frame, state.data() + free_[i].offset);
   }
 }
 
@@ -116,15 +106,6 @@ void RigidBodies::move(double duration, double share) {
 btMatrix3x3 RigidBodies::inertia(std::size_t i) const {
   const btMatrix3x3& axes = moving_[i]->getWorldTransform().getBasis();
   return axes.scaled(free_[i].moments).timesTranspose(axes);
-}
-
-void set_velocities(btRigidBody& body, const Motor& motor) {
-  body.setLinearVelocity(motor.linear * body.getLinearFactor());
-  body.setAngularVelocity(motor.angular * body.getAngularFactor());
-}
-
-btVector3 velocity_at(const btRigidBody& body, const btVector3& point) {
-  return body.getVelocityInLocalPoint(point - body.getCenterOfMassPosition());
 }
 
 }  // namespace energymargin

@@ -8,10 +8,8 @@
 
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
-#include "physics/impulse_work.hpp"
-#include "physics/load.hpp"
+#include "physics/motion.hpp"
 #include "physics/shapes.hpp"
-#include "physics/velocity.hpp"
 
 namespace energymargin {
 
@@ -39,7 +37,7 @@ class RigidBodies {
   btVector3 acceleration(std::size_t i) const;
   const btVector3& torque(std::size_t i) const { return loads_[i].torque; }
 
-  //! How the i-th moving body goes in this part; without contacts, and with no turn to speak of, at its velocities.
+  //! How the i-th moving body goes in this substep; without contacts, and with no turn to speak of, at its velocities.
   void set_way(std::size_t i, const Velocity& way) { ways_[i] = way; }
   void read_ways(std::vector<Velocity>& velocities) const;
 
@@ -58,7 +56,6 @@ class RigidBodies {
     btVector3 acceleration;  // of gravity and the body's constant force [m/s^2]
   };
   void add(const Scene& scene, std::size_t index);
-  static void make_kinematic(btRigidBody& rigid);
 
   StateLayout layout_;
   std::vector<std::unique_ptr<btRigidBody>> all_;
@@ -71,11 +68,5 @@ class RigidBodies {
 
 //! Whether no impulse changes how a body moves, that is not fixed.
 inline bool is_kinematic(const btRigidBody& body) { return body.getInvMass() == 0.0 && !body.isStaticObject(); }
-
-//! Gives a kinematic body the velocities of a motor, but along and about locked axes.
-void set_velocities(btRigidBody& body, const Motor& motor);
-
-//! Velocity of the point of a body that is at `point` in the world [m/s].
-btVector3 velocity_at(const btRigidBody& body, const btVector3& point);
 
 }  // namespace energymargin

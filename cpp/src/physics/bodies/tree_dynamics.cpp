@@ -171,7 +171,7 @@ void TreeDynamics::coast(double duration, std::vector<double>& velocities, std::
   if (exact && (most > steady * fastest || !coasting_gravity_.isZero())) {
     return coast_by_runge_kutta(duration, velocities, way);
   }
-  // Of what turns by radians in a part, the change would be many times the velocities.
+  // Of what turns by radians in a substep, the change would be many times the velocities.
   const double within = most > fastest ? duration * fastest / most : duration;
   for (std::size_t i = 0; i < count_; ++i) {
     way[i] = velocities[i] + 0.5 * within * coasting_[i];

@@ -15,7 +15,7 @@ namespace energymargin {
 //! Newton and Euler's recursion for the bias (Featherstone 2008, tables 6.2 and 5.1). Drives without a torque limit are
 //! implicit: what they resist counts as inertia.
 //!
-//! A part of a step kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then
+//! A substep kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then
 //! lets it coast. Coasting keeps energy and momentum: it is a Runge-Kutta step of the fourth order where they count,
 //! which is without drives, or on a free base.
 class TreeDynamics {
@@ -28,7 +28,7 @@ class TreeDynamics {
   //! Velocities that are not prescribed by a kinematic base, and where they begin among the tree's.
   std::size_t prescribed() const { return tree_.kinematic() ? velocities_of_free_body : 0; }
 
-  //! Velocities of a kinematic base in this part, whatever acts on the tree; otherwise it keeps what it has.
+  //! Velocities of a kinematic base in this substep, whatever acts on the tree; otherwise it keeps what it has.
   void keep_base();
   void drive_base(const btVector3& linear, const btVector3& angular);
 
@@ -59,8 +59,8 @@ class TreeDynamics {
   //! Work of what drives a kinematic base, but for impulses on the tree, from velocities before to after [J].
   double work_on_base(double duration, const double* before, const double* after) const;
 
-  //! Of a tree that feels gravity as it coasts: half a part's length times by how much its power grows, from velocities
-  //! before to after, which is where its way ends [J]. Zero for other trees.
+  //! Of a tree that feels gravity as it coasts: half a substep's length times by how much its power grows, from
+  //! velocities before to after, which is where its way ends [J]. Zero for other trees.
   double gravity_beside(double duration, const std::vector<double>& before, const std::vector<double>& after);
 
   //! Adds what an impulse on a link is along the velocities.
@@ -85,7 +85,7 @@ class TreeDynamics {
   std::vector<int> links_;  // of the velocities
   Matrix inertia_, driven_, factors_;
   std::vector<double> forces_, bias_, rates_, coasting_, kicked_;
-  std::array<double, velocities_of_free_body> base_{};      // velocities of a kinematic base in this part
+  std::array<double, velocities_of_free_body> base_{};      // velocities of a kinematic base in this substep
   std::vector<SpatialInertia> bodies_, composites_;         // each link alone, and with all that hangs on it
   std::vector<SpatialVector> accelerations_, link_forces_;  // of the links, with constant velocities
   std::vector<SpatialVector> motions_;                      // of the links

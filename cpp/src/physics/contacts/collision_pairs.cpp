@@ -1,43 +1,38 @@
 #include "physics/contacts/collision_pairs.hpp"
 
-#include <algorithm>
-#include <tuple>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include "physics/contacts/found_contacts.hpp"
+#include <algorithm>
+#include <cmath>
+#include <tuple>
 
 namespace energymargin {
 namespace {
-
-double reach_of_contact(const btCollisionObject& object) {
-  return object.getCollisionShape()->getContactBreakingThreshold(gContactBreakingThreshold);
-}
-
-Bounds bounds_of(const btCollisionObject& object) {
-  Bounds bounds;
-  object.getCollisionShape()->getAabb(object.getWorldTransform(), bounds.low, bounds.high);
-  return bounds;
-}
 
 bool precedes(const CollisionPair& pair, const CollisionPair& other) {
   return std::tie(pair.a, pair.b) < std::tie(other.a, other.b);
 }
 
+WorldPlane plane_at(const CollisionShape& body, const btTransform& pose) {
+  return {static_cast<const btStaticPlaneShape&>(*body.shape), pose};
+}
+
 }  // namespace
 
-CollisionPairs::CollisionPairs(btCollisionDispatcher& dispatcher, const CollisionFilter& can_collide,
-                               const std::vector<btCollisionObject*>& colliders, std::size_t few)
-    : dispatcher_(dispatcher), can_collide_(can_collide), colliders_(colliders), all_kept_(colliders.size() <= few) {
-  for (const btCollisionObject* object : colliders_) {
-    bounds_.push_back(bounds_of(*object));
-    reaches_.push_back(reach_of_contact(*object));
+CollisionPairs::CollisionPairs(const Scene& scene, const std::vector<btCollisionObject*>& colliders)
+    : filter_(scene), colliders_(colliders), travels_(colliders.size()), all_kept_(colliders.size() <= few_bodies) {
+  for (std::size_t i = 0; i < colliders.size(); ++i) {
+    shapes_.push_back(&scene.collision_shape(i));
+    bounds_.push_back(bounds_of(*shapes_[i]->shape, pose(i)));
+    reaches_.push_back(shapes_[i]->shape->getContactBreakingThreshold(gContactBreakingThreshold));
   }
   if (!all_kept_) {
-    found_.resize(colliders_.size() * colliders_.size());
+    found_.resize(colliders.size() * colliders.size());
     return;
   }
-  for (std::size_t a = 0; a < colliders_.size(); ++a) {
-    for (std::size_t b = a + 1; b < colliders_.size(); ++b) {
-      if (can_collide_(a, b)) add(a, b);
+  for (std::size_t a = 0; a < colliders.size(); ++a) {
+    for (std::size_t b = a + 1; b < colliders.size(); ++b) {
+      if (can_collide(a, b)) add(a, b);
     }
   }
 }
@@ -59,16 +54,16 @@ void CollisionPairs::update() {
   for (CollisionPair& pair : pairs_) {
     if (pair.gap <= pair.reach) {
       detect(pair);
-    } else if (pair.algorithm) {
+    } else {
       drop(pair);
     }
   }
 }
 
-// Those of pairs found later too; `find` does their own.
+// `find` sets the gaps of pairs that it adds.
 void CollisionPairs::set_bounds() {
   for (std::size_t i = 0; i < colliders_.size(); ++i) {
-    if (!colliders_[i]->isStaticObject()) bounds_[i] = bounds_of(*colliders_[i]);
+    if (!colliders_[i]->isStaticObject()) bounds_[i] = bounds_of(*shapes_[i]->shape, pose(i));
   }
   for (CollisionPair& pair : pairs_) pair.gap = gap_of(bounds_[pair.a], bounds_[pair.b]);
   find(reaches_);
@@ -77,24 +72,20 @@ void CollisionPairs::set_bounds() {
 void CollisionPairs::find(const std::vector<double>& reaches) {
   if (all_kept_) return;
   const auto known = static_cast<std::ptrdiff_t>(pairs_.size());
-  sweep_and_prune_(bounds_, reaches, [this](std::size_t a, std::size_t b) {
+  for (const auto& [a, b] : near_pairs(bounds_, reaches)) {
     const std::size_t number = a * colliders_.size() + b;
-    if (found_[number]) return;
+    if (found_[number]) continue;
     found_[number] = true;
-    if (can_collide_(a, b)) add(a, b);
-  });
+    if (can_collide(a, b)) add(a, b);
+  }
   std::sort(pairs_.begin() + known, pairs_.end(), precedes);
   std::inplace_merge(pairs_.begin(), pairs_.begin() + known, pairs_.end(), precedes);
 }
 
 void CollisionPairs::add(std::size_t a, std::size_t b) {
-  pairs_.push_back(
-      {a, b, std::min(reaches_[a], reaches_[b]), can_collide_.friction(a, b), gap_of(bounds_[a], bounds_[b])});
-}
-
-std::vector<CollisionPair>& CollisionPairs::within(const std::vector<double>& travels) {
-  find(travels);
-  return pairs_;
+  const bool swaps = comes_first(*shapes_[b], *shapes_[a]);
+  pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, std::min(reaches_[a], reaches_[b]), filter_.friction(a, b),
+                    gap_of(bounds_[a], bounds_[b])});
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {
@@ -107,22 +98,107 @@ std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {
 }
 
 void CollisionPairs::detect(CollisionPair& pair) {
-  btCollisionObject& a = *colliders_[pair.a];
-  btCollisionObject& b = *colliders_[pair.b];
-  const btCollisionObjectWrapper of_a(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
-  const btCollisionObjectWrapper of_b(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
-  if (!pair.algorithm) {
-    pair.algorithm = dispatcher_.findAlgorithm(&of_a, &of_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  const std::size_t a = pair.first, b = pair.second;
+  const CollisionShape &of_a = *shapes_[a], &of_b = *shapes_[b];
+  const bool on_plane = of_b.pieces.empty();
+  if (pair.order.empty()) {
+    pair.order = all_pieces(of_a, of_b);
+    for (const PieceIndices& at : pair.order) {
+      if (!on_plane) pair.solids.emplace_back(*of_a.pieces[at.a].shape, *of_b.pieces[at.b].shape);
+    }
   }
-  FoundContacts result(&of_a, &of_b, pair.friction, points_);
-  pair.algorithm->processCollision(&of_a, &of_b, info_, &result);
+  pair.remembers = true;
+  const NearPieces near(of_a, pose(a), of_b, pose(b));
+  for (std::size_t k = 0; k < pair.order.size(); ++k) {
+    const PieceIndices& at = pair.order[k];
+    if (near.apart(at)) {
+      if (!on_plane) pair.solids[k].forget();
+      continue;
+    }
+    if (!near.meet(at)) continue;
+    const btTransform pose_a = of_a.pieces[at.a].pose(pose(a));
+    btVector3 normal;
+    const std::vector<FacePoint>* points = &on_plane_;
+    if (on_plane) {
+      const WorldPlane plane = plane_at(of_b, pose(b));
+      normal = plane.normal;
+      find_plane_contacts(InnerShape(*of_a.pieces[at.a].shape), pose_a, plane, pair.reach, on_plane_);
+    } else {
+      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(pose(b)), pair.reach, normal);
+    }
+    for (const FacePoint& point : *points) {
+      if (point.distance > pair.reach) continue;
+      points_.push_back(
+          {a, b, point.on_b + normal * point.distance, point.on_b, point.grip, normal, point.distance, pair.friction});
+    }
+  }
 }
 
 void CollisionPairs::drop(CollisionPair& pair) {
-  if (!pair.algorithm) return;
-  pair.algorithm->~btCollisionAlgorithm();
-  dispatcher_.freeCollisionAlgorithm(pair.algorithm);
-  pair.algorithm = nullptr;
+  if (!pair.remembers) return;
+  for (SolidPair& solids : pair.solids) solids.forget();
+  pair.remembers = false;
+}
+
+std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t b, double reach) const {
+  if (comes_first(*shapes_[b], *shapes_[a])) {
+    std::optional<ClosestPoints> least = closest(b, a, reach);
+    if (least) *least = {-least->normal, least->on_b + least->normal * least->distance, least->distance};
+    return least;
+  }
+  const CollisionShape &of_a = *shapes_[a], &of_b = *shapes_[b];
+  std::optional<ClosestPoints> least;
+  if (of_a.pieces.empty()) return least;  // two planes, or nothing
+  const auto take = [&least](const ClosestPoints& points) {
+    if (!least || points.distance < least->distance) least = points;
+  };
+  const double within = std::min(reaches_[a], reaches_[b]) + reach;
+  const NearPieces near(of_a, pose(a), of_b, pose(b));
+  std::vector<FacePoint> on_plane;
+  for (const PieceIndices& at : all_pieces(of_a, of_b)) {
+    if (reach == 0.0 && (near.apart(at) || !near.meet(at))) continue;
+    const btConvexShape& solid = *of_a.pieces[at.a].shape;
+    const btTransform pose_a = of_a.pieces[at.a].pose(pose(a));
+    if (of_b.pieces.empty()) {
+      const WorldPlane plane = plane_at(of_b, pose(b));
+      find_plane_contacts(InnerShape(solid), pose_a, plane, within, on_plane);
+      for (const FacePoint& point : on_plane) take({plane.normal, point.on_b, point.distance});
+      continue;
+    }
+    const ConvexPiece& other = of_b.pieces[at.b];
+    if (const auto found = SolidPair(solid, *other.shape).closest(pose_a, other.pose(pose(b)), within)) take(*found);
+  }
+  return least;
+}
+
+// The base of a tree moves as a free body does; a link's velocity turns with it.
+Sweep CollisionPairs::sweep(std::size_t body, const Velocity& velocity, double duration) const {
+  const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(colliders_[body]);
+  return {pose(body), velocity.linear * duration, velocity.angular * duration, link && link->m_link >= 0};
+}
+
+double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, double duration) {
+  for (std::size_t i = 0; i < shapes_.size(); ++i) {
+    const Velocity& velocity = velocities[i];
+    travels_[i] = duration * (velocity.linear.length() + velocity.angular.length() * shapes_[i]->reach);
+  }
+  find(travels_);
+  double share = 1.0;
+  for (CollisionPair& pair : pairs_) {
+    const double motion = travels_[pair.a] + travels_[pair.b];
+    if (!(pair.gap <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
+    const std::vector<ConvexPiece>&pieces_a = shapes_[pair.a]->pieces, &pieces_b = shapes_[pair.b]->pieces;
+    if (pair.pieces.empty()) {
+      for (const ConvexPiece& of_a : pieces_a) {
+        for (const ConvexPiece& of_b : pieces_b) pair.pieces.emplace_back(of_a, of_b);
+      }
+    }
+    if (pair.pieces.empty()) continue;
+    const Sweep sweep_a = sweep(pair.a, velocities[pair.a], duration);
+    const Sweep sweep_b = sweep(pair.b, velocities[pair.b], duration);
+    for (PiecePair& pieces : pair.pieces) share *= pieces.safe_share(sweep_a.first(share), sweep_b.first(share));
+  }
+  return share;
 }
 
 }  // namespace energymargin

@@ -7,7 +7,7 @@
 
 namespace energymargin {
 
-//! As the bodies stand; nothing of it is kept from one part of a step to the next.
+//! As the bodies stand; nothing of it is kept from one substep to the next.
 struct ContactPoint {
   std::size_t a, b;  // indices of the bodies in the scene
   btVector3 on_a, on_b;
@@ -15,7 +15,7 @@ struct ContactPoint {
   btVector3 normal;             // from b to a
   double distance;              // negative in penetration [m]
   double friction;              // coefficient
-  double normal_impulse = 0.0;  // on a, of the last part [N s]
+  double normal_impulse = 0.0;  // on a, of the last substep [N s]
   btVector3 friction_impulse = btVector3(0, 0, 0);  // on a [N s]
 };
 

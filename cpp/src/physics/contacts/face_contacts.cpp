@@ -18,6 +18,9 @@ constexpr double same_point = 1e-3;   // points so near are one
 constexpr double same_corner = 1e-2;  // corners of a face so near are the ends of an edge along the normal
 constexpr double straight = 1e-6;     // a corner so near the line between its neighbours is none
 
+// Faces that are not flat may miss the deepest point, by more than this share of the margins.
+constexpr double same_depth = 0.1;
+
 // The plane of contact.
 struct ContactPlane {
   btVector3 origin, x, y, normal;
@@ -40,46 +43,32 @@ Corner between(const Corner& a, const Corner& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.height + share * (b.height - a.height)};
 }
 
-// Whether corners are those of the solid with its margin; others are those of its core.
-bool has_sharp_corners(const Core& core) {
-  return core.kind() == BOX_SHAPE_PROXYTYPE || core.kind() == CYLINDER_SHAPE_PROXYTYPE ||
-         core.kind() == CONVEX_HULL_SHAPE_PROXYTYPE;
-}
+// Whether corners are those of the solid with its margin; others are those of its inner shape.
+bool has_sharp_corners(const InnerShape& solid) { return solid.is_box() || solid.is_cylinder() || solid.is_hull(); }
+
+// Whether the corners of the other side are visited too: those of a thin plate are near.
+bool has_back(const InnerShape& solid) { return solid.is_box() || solid.is_hull(); }
 
 // Calls `visit` with the points of a solid that can be corners of its outermost face along `direction`, in its own
 // frame.
 template <typename Visit>
-void for_each_corner(const Core& core, double margin, const btVector3& direction, const Visit& visit) {
-  const double sharp = has_sharp_corners(core) ? margin : 0.0;
-  const btVector3 half = core.half() + btVector3(sharp, sharp, sharp);
-  switch (core.kind()) {
-    case CONVEX_HULL_SHAPE_PROXYTYPE:
-      for (const btVector3& corner : core.corners()) visit(corner);
-      return;
-    case BOX_SHAPE_PROXYTYPE:
-      for (int i = 0; i < 8; ++i) {
-        visit(btVector3(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 4 ? half.z() : -half.z()));
-      }
-      return;
-    case CYLINDER_SHAPE_PROXYTYPE: {
-      const double across = std::hypot(direction.x(), direction.y());
-      if (across > lying) {
-        const double scale = half.x() / across;
-        for (const double z : {-half.z(), half.z()}) visit(btVector3(direction.x() * scale, direction.y() * scale, z));
-        return;
-      }
-      const double z = direction.z() < 0.0 ? -half.z() : half.z();
-      for (int i = 0; i < corners_of_a_rim; ++i) {
-        const double angle = SIMD_2_PI * i / corners_of_a_rim;
-        visit(btVector3(half.x() * std::cos(angle), half.x() * std::sin(angle), z));
-      }
-      return;
-    }
-    case CAPSULE_SHAPE_PROXYTYPE:
-      for (const double z : {-half.z(), half.z()}) visit(btVector3(0.0, 0.0, z));
-      return;
-    default:  // a sphere has none
-      return;
+void for_each_corner(const InnerShape& solid, const btVector3& direction, const Visit& visit) {
+  if (has_back(solid)) return solid.for_each_corner(visit);
+  if (solid.kind() == CAPSULE_SHAPE_PROXYTYPE) {
+    for (const double z : {-solid.half().z(), solid.half().z()}) visit(btVector3(0.0, 0.0, z));
+  }
+  if (!solid.is_cylinder()) return;  // a sphere has none
+  const btVector3 half = solid.half() + btVector3(solid.margin(), solid.margin(), solid.margin());
+  const double across = std::hypot(direction.x(), direction.y());
+  if (across > lying) {
+    const double scale = half.x() / across;
+    for (const double z : {-half.z(), half.z()}) visit(btVector3(direction.x() * scale, direction.y() * scale, z));
+    return;
+  }
+  const double z = direction.z() < 0.0 ? -half.z() : half.z();
+  for (int i = 0; i < corners_of_a_rim; ++i) {
+    const double angle = SIMD_2_PI * i / corners_of_a_rim;
+    visit(btVector3(half.x() * std::cos(angle), half.x() * std::sin(angle), z));
   }
 }
 
@@ -134,28 +123,23 @@ void order(Face& face, Face& scratch, double outward, double depth) {
   face.swap(scratch);
 }
 
-// Whether the corners of the other side are visited too: those of a thin plate are near.
-bool has_back(const Core& core) {
-  return core.kind() == CONVEX_HULL_SHAPE_PROXYTYPE || core.kind() == BOX_SHAPE_PROXYTYPE;
-}
-
 // The outermost face of a solid along `outward`, 1 or -1 times the normal.
-void find_face(const Core& core, const btTransform& pose, const ContactPlane& plane, double outward, double margin,
+void find_face(const InnerShape& solid, const btTransform& pose, const ContactPlane& plane, double outward,
                double depth, Face& face, Face& scratch) {
   face.clear();
   const btVector3 direction = plane.normal * outward * pose.getBasis();
   double least = BT_LARGE_FLOAT, most = -BT_LARGE_FLOAT;
-  for_each_corner(core, margin, direction, [&](const btVector3& point) {
+  for_each_corner(solid, direction, [&](const btVector3& point) {
     const double along = direction.dot(point);
     least = std::min(least, along);
     most = std::max(most, along);
   });
-  if (has_back(core)) depth = std::min(depth, 0.5 * (most - least));
+  if (has_back(solid)) depth = std::min(depth, 0.5 * (most - least));
   // A hull's corners may be as sharp as needles: they make its face as wide as it is, and no deeper than it is rounded.
-  const double rounded = direction.dot(core.support(direction)) + margin;
-  const double reached = core.kind() == CONVEX_HULL_SHAPE_PROXYTYPE ? std::min(most, rounded) : BT_LARGE_FLOAT;
-  const double outside = has_sharp_corners(core) ? 0.0 : margin;
-  for_each_corner(core, margin, direction, [&](const btVector3& point) {
+  const double rounded = direction.dot(solid.support(direction)) + solid.margin();
+  const double reached = solid.is_hull() ? std::min(most, rounded) : BT_LARGE_FLOAT;
+  const double outside = has_sharp_corners(solid) ? 0.0 : solid.margin();
+  for_each_corner(solid, direction, [&](const btVector3& point) {
     const double along = direction.dot(point);
     if (along < most - depth) return;
     face.push_back(plane(pose(point)));
@@ -219,17 +203,37 @@ double height_at(const Face& face, const Corner& point) {
 
 }  // namespace
 
+const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const btTransform& pose_a,
+                                                     const btTransform& pose_b, double reach, btVector3& normal) {
+  const auto closest = solids.closest(pose_a, pose_b, reach);
+  if (!closest) {
+    points_.clear();
+    return points_;
+  }
+  normal = closest->normal;
+  find(solids, pose_a, pose_b, normal, reach, reach);
+  if (points_.size() > 1) {
+    double least = reach;
+    for (const FacePoint& point : points_) least = std::min(least, point.distance);
+    if (least <= closest->distance + same_depth * solids.margins()) return points_;
+  } else {
+    points_.clear();
+  }
+  points_.push_back({closest->on_b, closest->on_b, closest->distance});
+  return points_;
+}
+
 const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const btTransform& pose_a,
                                                  const btTransform& pose_b, const btVector3& normal, double depth,
                                                  double reach) {
   points_.clear();
   ContactPlane plane{pose_b.getOrigin(), {}, {}, normal};
   btPlaneSpace1(normal, plane.x, plane.y);
-  find_face(solids.core_a(), pose_a, plane, -1.0, solids.margin_a(), depth, a_, scratch_);
-  find_face(solids.core_b(), pose_b, plane, 1.0, solids.margin_b(), depth, b_, scratch_);
+  find_face(solids.a(), pose_a, plane, -1.0, depth, a_, scratch_);
+  find_face(solids.b(), pose_b, plane, 1.0, depth, b_, scratch_);
   if (a_.size() < 2 || b_.size() < 2) return points_;
-  const bool round = a_.size() == corners_of_a_rim && solids.core_a().kind() == CYLINDER_SHAPE_PROXYTYPE;
-  const bool other_round = b_.size() == corners_of_a_rim && solids.core_b().kind() == CYLINDER_SHAPE_PROXYTYPE;
+  const bool round = a_.size() == corners_of_a_rim && solids.a().is_cylinder();
+  const bool other_round = b_.size() == corners_of_a_rim && solids.b().is_cylinder();
   const bool cuts_b = b_.size() == 2 && a_.size() > 2;  // a line is cut by a face
   shared_ = cuts_b ? b_ : a_;
   const Face& other = cuts_b ? a_ : b_;

@@ -1,8 +1,6 @@
 #pragma once
 // Contacts of two solids whose faces or lines may lie on one another.
 
-#include <btBulletDynamicsCommon.h>
-
 #include <vector>
 
 #include "physics/contacts/solid_pair.hpp"
@@ -23,6 +21,11 @@ struct FacePoint {
 //! The corners of what two faces share, or the ends of what two lines or a line and a face do.
 class FaceContacts {
  public:
+  //! All contacts of two solids within `reach` [m], from where they stand alone: the points of their faces, and the
+  //! closest points where those miss them. `normal` becomes theirs, from b to a.
+  const std::vector<FacePoint>& contacts(SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                         double reach, btVector3& normal);
+
   //! Those that are within `reach` [m]. `normal` is the unit vector from b to a. Of each solid those corners count that
   //! are within `depth` [m] of its farthest point along the normal.
   const std::vector<FacePoint>& find(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,

@@ -3,25 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/contacts/gjk.hpp"
 #include "scene/margins.hpp"
 
 namespace energymargin {
 namespace {
 
-// Shares of what they may overlap.
+// Shares of the allowed penetration.
 constexpr double in_contact = 0.5;  // where a motion ends
-constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a part of a step
+constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a substep
 
-// Of what they may overlap: pieces that begin a rollout deeper than that are left to their contacts.
+// Pieces that begin a rollout deeper than this share of the allowed penetration are left to their contacts.
 constexpr double deep_start = 1.5;
 
 constexpr double no_bend = 1e-8;   // of a square speed: a change of it that hardly counts
-constexpr double fine_turn = 0.3;  // rad, between two looks at pieces that turn
-constexpr int most_looks = 40;
+constexpr double fine_turn = 0.3;  // rad, between two checks of pieces that turn
+constexpr int most_checks = 40;
 
-btVector3 support(const Core& core, const btTransform& pose, const btVector3& direction) {
-  return pose(core.support(direction * pose.getBasis()));
+btVector3 support(const InnerShape& shape, const btTransform& pose, const btVector3& direction) {
+  return pose(shape.support(direction * pose.getBasis()));
 }
 
 }  // namespace
@@ -37,14 +36,13 @@ struct PiecePair::Sweeps {
 PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
     : a_(a),
       b_(b),
-      cores_(*a.shape, *b.shape),
-      margins_(a.shape->getMarginNonVirtual() + b.shape->getMarginNonVirtual()),
-      allowed_(allowed_overlap(margins_, a.half_extent, b.half_extent)) {}
+      solids_(*a.shape, *b.shape),
+      allowed_(allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)) {}
 
 double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
   const Sweeps sweeps(a, b);
   if (has_normal_ && !starts_deep_ && separates_as_before(sweeps)) return 1.0;
-  const std::optional<Closest> closest = find_closest(a.start, b.start);
+  const std::optional<ClosestPoints> closest = find_closest(a.start, b.start);
   if (!closest) find_normal(sweeps);
   const double now = closest ? closest->distance : gap(sweeps, 0.0);
   if (first_query_) starts_deep_ = now < -deep_start * allowed_;
@@ -54,23 +52,16 @@ double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
   return closest ? advance(sweeps, now) : linear_share(sweeps, now);
 }
 
-// Of the pieces at these poses of their bodies; none where the cores overlap. The normal becomes the one that counts.
-std::optional<PiecePair::Closest> PiecePair::find_closest(const btTransform& a, const btTransform& b) {
-  const std::optional<Closest> closest = closest_at(a, b);
+// Closest points at these poses of the bodies; none where the inner shapes penetrate each other. The normal becomes the
+// one that counts.
+std::optional<ClosestPoints> PiecePair::find_closest(const btTransform& a, const btTransform& b) {
+  const std::optional<ClosestPoints> closest = closest_at(a, b);
   if (closest) set_normal(closest->normal, a, b);
   return closest;
 }
 
-std::optional<PiecePair::Closest> PiecePair::closest_at(const btTransform& a, const btTransform& b) {
-  const btTransform pose_a = a_.pose(a);
-  const btTransform pose_b = b_.pose(b);
-  CoreDistance cores;
-  if (cores_.distance(pose_a, pose_b, BT_LARGE_FLOAT, cores) == Cores::apart) {
-    return Closest{cores.distance - margins_, cores.normal};
-  }
-  const btPointCollector points = closest_points(*a_.shape, pose_a, *b_.shape, pose_b, Overlap::ignored);
-  if (!points.m_hasResult) return std::nullopt;
-  return Closest{points.m_distance, points.m_normalOnBInWorld};
+std::optional<ClosestPoints> PiecePair::closest_at(const btTransform& a, const btTransform& b) {
+  return solids_.closest(a_.pose(a), b_.pose(b), BT_LARGE_FLOAT, Penetration::ignored);
 }
 
 void PiecePair::set_normal(const btVector3& normal, const btTransform& a, const btTransform& b) {
@@ -80,8 +71,8 @@ void PiecePair::set_normal(const btVector3& normal, const btTransform& a, const 
   normal_of_b_ = normal * b.getBasis();
 }
 
-// A face takes its normal along as it turns. If neither does, that counts which tells more: the other one may have
-// spun.
+// A face takes its normal along as it turns. If neither normal separates the pieces, the one that tells more counts:
+// the other piece may have spun.
 bool PiecePair::separates_as_before(const Sweeps& sweeps) {
   const btVector3 of_b = sweeps.b.start.getBasis() * normal_of_b_;
   const btVector3 of_a = sweeps.a.start.getBasis() * normal_of_a_;
@@ -93,33 +84,31 @@ bool PiecePair::separates_as_before(const Sweeps& sweeps) {
   return false;
 }
 
-bool PiecePair::too_deep(const btTransform& a, const btTransform& b) const {
-  return has_normal_ && !starts_deep_ && gap(a, b, normal_) < -allowed_;
-}
-
-// Where the cores overlap: the direction that separated them, or else that of least penetration.
+// Where the inner shapes penetrate each other, the direction counts that separated them, or else that of least
+// penetration.
 void PiecePair::find_normal(const Sweeps& sweeps) {
   if (has_normal_) return;
   const btTransform pose_a = a_.pose(sweeps.a.start);
   const btTransform pose_b = b_.pose(sweeps.b.start);
-  const btPointCollector points = closest_points(*a_.shape, pose_a, *b_.shape, pose_b, Overlap::measured);
+  const auto closest = solids_.closest_by_bullet(pose_a, pose_b, BT_LARGE_FLOAT, Penetration::measured);
   const btVector3 offset = pose_a.getOrigin() - pose_b.getOrigin();
   btVector3 normal(0, 0, 1);
-  if (points.m_hasResult) {
-    normal = points.m_normalOnBInWorld;
+  if (closest) {
+    normal = closest->normal;
   } else if (!offset.fuzzyZero()) {
     normal = offset.normalized();
   }
   set_normal(normal, sweeps.a.start, sweeps.b.start);
 }
 
-// Their distance along the normal.
+// The distance of the pieces along the normal.
 double PiecePair::gap(const Sweeps& sweeps, double share) const {
   return gap(sweeps.a.at(share), sweeps.b.at(share), normal_);
 }
 
 double PiecePair::gap(const btTransform& a, const btTransform& b, const btVector3& normal) const {
-  return normal.dot(support(cores_.a(), a_.pose(a), -normal) - support(cores_.b(), b_.pose(b), normal)) - margins_;
+  const btVector3 apart = support(solids_.a(), a_.pose(a), -normal) - support(solids_.b(), b_.pose(b), normal);
+  return normal.dot(apart) - solids_.margins();
 }
 
 // The least distance that a motion from `now` may lead to.
@@ -141,37 +130,37 @@ bool PiecePair::separates(const Sweeps& sweeps) const {
 bool PiecePair::stay_separate(const Sweeps& sweeps, double now) const {
   const double bound = least(now);
   if (now - approach(sweeps) >= bound) return true;
-  // Between two looks points are off a straight way by an eighth of what their sweeps bend.
+  // Between two checks points are off a straight way by an eighth of what their sweeps bend.
   const double bend = sweeps.a.bend(a_.reach) + sweeps.b.bend(b_.reach);
-  const double looks = 1.0 + std::floor(std::sqrt(0.125 * bend / (deeper * allowed_)));
-  if (!(looks <= most_looks)) return false;
-  for (double i = 1.0; i <= looks; ++i) {
-    if (gap(sweeps, i / looks) < bound) return false;
+  const double checks = 1.0 + std::floor(std::sqrt(0.125 * bend / (deeper * allowed_)));
+  if (!(checks <= most_checks)) return false;
+  for (double i = 1.0; i <= checks; ++i) {
+    if (gap(sweeps, i / checks) < bound) return false;
   }
   return true;
 }
 
-// The same by a normal that turns: one that stays tells of a face that turns only that its far end comes closer.
-// Between two looks the distance is less by no more than what the travel makes of the normal's turn.
+// Whether a normal that turns tells it: one that stays tells of a face that turns only that its far end comes closer.
+// Between two checks the distance is less by no more than what the travel makes of the normal's turn.
 bool PiecePair::slide(const Sweeps& sweeps, double now) {
   const double bound = least(now);
   const double travel = (sweeps.a.linear - sweeps.b.linear).length() + sweeps.a.angular.length() * a_.reach +
                         sweeps.b.angular.length() * b_.reach;
   const double across = 0.25 * travel / (deeper * allowed_);
-  const double looks = 1.0 + std::floor(std::max(sweeps.turn / fine_turn, std::sqrt(across * sweeps.turn)));
-  if (!(looks <= most_looks)) return false;
+  const double checks = 1.0 + std::floor(std::max(sweeps.turn / fine_turn, std::sqrt(across * sweeps.turn)));
+  if (!(checks <= most_checks)) return false;
   const auto turning = [&](const Sweep& face) {
-    for (double i = 1.0; i <= looks; ++i) {
-      if (gap(sweeps.a.at(i / looks), sweeps.b.at(i / looks), face.turned(normal_, i / looks)) < bound) return false;
+    for (double i = 1.0; i <= checks; ++i) {
+      if (gap(sweeps.a.at(i / checks), sweeps.b.at(i / checks), face.turned(normal_, i / checks)) < bound) return false;
     }
     return true;
   };
   if (turning(sweeps.a) || turning(sweeps.b)) return true;
   btVector3 normal = normal_;
-  for (double i = 1.0; i <= looks; ++i) {
-    const std::optional<Closest> closest = closest_at(sweeps.a.at(i / looks), sweeps.b.at(i / looks));
+  for (double i = 1.0; i <= checks; ++i) {
+    const std::optional<ClosestPoints> closest = closest_at(sweeps.a.at(i / checks), sweeps.b.at(i / checks));
     if (!closest || closest->distance < bound) return false;
-    if ((closest->normal - normal).length() * across > looks) return false;
+    if ((closest->normal - normal).length() * across > checks) return false;
     normal = closest->normal;
   }
   return true;
@@ -185,19 +174,20 @@ double PiecePair::approach(const Sweeps& sweeps) const {
 
 // A share so near that they come no closer by then than `room` [m]: along the normal a point moves as fast as it does
 // now, and for every turn since by that turn x its arm x its turning faster.
-double PiecePair::next_look(const Sweeps& sweeps, double share, double room) const {
+double PiecePair::next_check(const Sweeps& sweeps, double share, double room) const {
   double speed = 0.0;
   double acceleration = 0.0;
-  const auto add = [&](const ConvexPiece& piece, const Core& core, const Sweep& sweep, const btVector3& direction) {
+  const auto add = [&](const ConvexPiece& piece, const InnerShape& shape, const Sweep& sweep,
+                       const btVector3& direction) {
     const btVector3 across = direction.cross(sweep.angular);
     const btTransform pose = sweep.at(share);
-    const btVector3 arm = support(core, piece.pose(pose), across) - pose.getOrigin();
+    const btVector3 arm = support(shape, piece.pose(pose), across) - pose.getOrigin();
     speed += across.dot(arm) + direction.dot(sweep.screw ? sweep.turned(sweep.linear, share) : sweep.linear);
     acceleration +=
         sweep.angular.length() * (across.length() * piece.reach + (sweep.screw ? sweep.linear.length() : 0.0));
   };
-  add(a_, cores_.a(), sweeps.a, -normal_);
-  add(b_, cores_.b(), sweeps.b, normal_);
+  add(a_, solids_.a(), sweeps.a, -normal_);
+  add(b_, solids_.b(), sweeps.b, normal_);
   // The root of room = speed x + acceleration x^2 / 2. Where the acceleration hardly counts, near numbers would cancel
   // in it.
   const double bend = 2.0 * acceleration * room;
@@ -205,23 +195,23 @@ double PiecePair::next_look(const Sweeps& sweeps, double share, double room) con
   return speed > 0.0 ? share + room / speed : 1.0;
 }
 
-// In each round as far as they can come together at most.
+// Each iteration goes as far as the pieces are sure not to meet.
 double PiecePair::advance(const Sweeps& sweeps, double now) {
   const double bound = least(now);
   double distance = now;
   double share = 0.0;
-  for (int i = 0; i < most_looks && distance > contact(now); ++i) {
+  for (int i = 0; i < most_checks && distance > contact(now); ++i) {
     const double safe = share;
-    share = next_look(sweeps, share, distance - bound);
+    share = next_check(sweeps, share, distance - bound);
     if (share >= 1.0) return 1.0;
-    const std::optional<Closest> closest = find_closest(sweeps.a.at(share), sweeps.b.at(share));
+    const std::optional<ClosestPoints> closest = find_closest(sweeps.a.at(share), sweeps.b.at(share));
     if (!closest) return safe;
     distance = closest->distance;
   }
   return share;
 }
 
-// Along a normal that stays.
+// The share along a normal that stays.
 double PiecePair::linear_share(const Sweeps& sweeps, double now) const {
   const double end = gap(sweeps, 1.0);
   return end >= least(now) ? 1.0 : std::clamp((now - least(now)) / (now - end), 0.0, 1.0);

@@ -1,17 +1,15 @@
 #pragma once
 // Two convex pieces that move, and how far they can.
 
-#include <btBulletDynamicsCommon.h>
-
 #include <optional>
 
-#include "physics/contacts/core_distance.hpp"
+#include "physics/contacts/solid_pair.hpp"
 #include "physics/shapes.hpp"
 #include "physics/sweep.hpp"
 
 namespace energymargin {
 
-//! Two pieces may overlap a little: by less than their margins, so that the separating direction is known,
+//! Two pieces may penetrate each other a little: by less than their margins, so that the separating direction is known,
 //! and by less than a third of the thinner one's half extent, so that they are pushed out to the side where they came
 //! from.
 class PiecePair {
@@ -20,7 +18,7 @@ class PiecePair {
 
   //! Forgets which direction separated them, for a new rollout.
   void forget() {
-    cores_.forget();
+    solids_.forget();
     has_normal_ = starts_deep_ = false;
     first_query_ = true;
   }
@@ -29,18 +27,11 @@ class PiecePair {
   //! (Mirtich 1996), where no direction separates them on the whole way.
   double safe_share(const Sweep& a, const Sweep& b);
 
-  //! Whether they are deeper in each other than they may be, where they stand now.
-  bool too_deep(const btTransform& a, const btTransform& b) const;
-
  private:
   struct Sweeps;
-  struct Closest {
-    double distance;   // of the pieces [m]
-    btVector3 normal;  // from b to a
-  };
 
-  std::optional<Closest> find_closest(const btTransform& a, const btTransform& b);
-  std::optional<Closest> closest_at(const btTransform& a, const btTransform& b);
+  std::optional<ClosestPoints> find_closest(const btTransform& a, const btTransform& b);
+  std::optional<ClosestPoints> closest_at(const btTransform& a, const btTransform& b);
   void set_normal(const btVector3& normal, const btTransform& a, const btTransform& b);
   bool separates_as_before(const Sweeps& sweeps);
   void find_normal(const Sweeps& sweeps);
@@ -50,16 +41,15 @@ class PiecePair {
   bool stay_separate(const Sweeps& sweeps, double now) const;
   bool slide(const Sweeps& sweeps, double now);
   double approach(const Sweeps& sweeps) const;
-  double next_look(const Sweeps& sweeps, double share, double room) const;
+  double next_check(const Sweeps& sweeps, double share, double room) const;
   double advance(const Sweeps& sweeps, double now);
   double linear_share(const Sweeps& sweeps, double now) const;
   double least(double now) const;
   double contact(double now) const;
 
   ConvexPiece a_, b_;
-  CorePair cores_;
-  double margins_;                       // of both [m]
-  double allowed_;                       // overlap [m]
+  SolidPair solids_;
+  double allowed_;                       // penetration [m]
   btVector3 normal_;                     // from b to a, the last that separated them, if `has_normal_`
   btVector3 normal_of_a_, normal_of_b_;  // the same in the frames of the bodies, as they stood then
   bool has_normal_ = false;

@@ -1,12 +1,25 @@
 #pragma once
-// Contacts of solids with a plane, all points at once.
+// Contacts of a solid with a plane.
 
-class btCollisionDispatcher;
+#include <vector>
+
+#include "physics/contacts/face_contacts.hpp"
 
 namespace energymargin {
 
-//! Makes `dispatcher` use these contacts for every solid on a plane. Bullet's own algorithm finds one point a step and
-//! gathers the rest over several; a body that slides fast loses them again, sinks and tilts.
-void use_plane_contacts(btCollisionDispatcher& dispatcher);
+//! Where a plane is in the world: normal . x = offset.
+struct WorldPlane {
+  btVector3 normal;
+  double offset;  // [m]
+
+  WorldPlane(const btStaticPlaneShape& plane, const btTransform& pose)
+      : normal(pose.getBasis() * plane.getPlaneNormal()),
+        offset(plane.getPlaneConstant() + normal.dot(pose.getOrigin())) {}
+};
+
+//! Sets `points` to all points of a solid within `reach` of a plane [m], at once: a body that slides fast would lose
+//! those that Bullet gathers over several steps, sink and tilt.
+void find_plane_contacts(const InnerShape& solid, const btTransform& pose, const WorldPlane& plane, double reach,
+                         std::vector<FacePoint>& points);
 
 }  // namespace energymargin

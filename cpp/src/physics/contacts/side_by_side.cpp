@@ -14,21 +14,18 @@ constexpr double tilt = 0.01;
 // before. Of cylinders that cross, they are at the lowest point of a parabola through both ends and the middle.
 constexpr double clearly_closer = 1e-5;
 
-bool is_cylinder(const Core& core) { return core.kind() == CYLINDER_SHAPE_PROXYTYPE; }
-bool is_box(const Core& core) { return core.kind() == BOX_SHAPE_PROXYTYPE; }
-
 // The nearest point of a box or a cylinder to one beside it, across `axis`, in its own frame.
-btVector3 nearest_across(const Core& core, int axis, btVector3 point) {
+btVector3 nearest_across(const InnerShape& shape, int axis, btVector3 point) {
   point[axis] = 0.0;
-  const btVector3& half = core.half();
-  if (is_cylinder(core)) return point * (half.x() / point.length());
+  const btVector3& half = shape.half();
+  if (shape.is_cylinder()) return point * (half.x() / point.length());
   for (int i = 0; i < 3; ++i) point[i] = std::clamp(point[i], -half[i], half[i]);
   return point;
 }
 
 // `a` is a cylinder, `b` a box or a cylinder; in the frame of b.
 struct Beside {
-  const Core &a, &b;
+  const InnerShape &a, &b;
   btVector3 center, along;  // of a, and its axis
   int axis;                 // of b, that is parallel
 
@@ -47,13 +44,14 @@ struct Beside {
 
   bool is_inside(const btVector3& point) const {
     const double radius = b.half().x();
-    return is_cylinder(b) && point.x() * point.x() + point.y() * point.y() <= radius * radius;
+    return b.is_cylinder() && point.x() * point.x() + point.y() * point.y() <= radius * radius;
   }
 };
 
-std::optional<CoreDistance> beside(const Core& a, const btTransform& pose_a, const Core& b, const btTransform& pose_b) {
+std::optional<ClosestPoints> beside(const InnerShape& a, const btTransform& pose_a, const InnerShape& b,
+                                    const btTransform& pose_b) {
   const btVector3 along = pose_a.getBasis().getColumn(2) * pose_b.getBasis();
-  const int axis = is_cylinder(b) ? 2 : along.absolute().maxAxis();
+  const int axis = b.is_cylinder() ? 2 : along.absolute().maxAxis();
   if (1.0 - std::abs(along[axis]) > 0.5 * tilt * tilt) return std::nullopt;
   const Beside pair{a, b, (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis(), along, axis};
   const double low = std::max(pair.center[axis] - a.half().z(), -b.half()[axis]);
@@ -67,16 +65,16 @@ std::optional<CoreDistance> beside(const Core& a, const btTransform& pose_a, con
   btVector3 away = on_axis - on_b;
   const double distance = away.length() - a.half().x();
   if (pair.is_inside(on_axis) || !(distance >= clearly_apart(a, b))) return std::nullopt;
-  return CoreDistance{pose_b.getBasis() * away.normalized(), pose_b(on_b), distance};
+  return ClosestPoints{pose_b.getBasis() * away.normalized(), pose_b(on_b), distance};
 }
 
 }  // namespace
 
-std::optional<CoreDistance> distance_side_by_side(const Core& a, const btTransform& pose_a, const Core& b,
-                                                  const btTransform& pose_b) {
-  if (is_cylinder(a) && (is_cylinder(b) || is_box(b))) return beside(a, pose_a, b, pose_b);
-  if (!is_box(a) || !is_cylinder(b)) return std::nullopt;
-  std::optional<CoreDistance> swapped = beside(b, pose_b, a, pose_a);
+std::optional<ClosestPoints> distance_side_by_side(const InnerShape& a, const btTransform& pose_a, const InnerShape& b,
+                                                   const btTransform& pose_b) {
+  if (a.is_cylinder() && (b.is_cylinder() || b.is_box())) return beside(a, pose_a, b, pose_b);
+  if (!a.is_box() || !b.is_cylinder()) return std::nullopt;
+  std::optional<ClosestPoints> swapped = beside(b, pose_b, a, pose_a);
   if (swapped) {
     swapped->normal = -swapped->normal;
     swapped->on_b -= swapped->normal * swapped->distance;

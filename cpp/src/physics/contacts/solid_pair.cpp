@@ -1,13 +1,14 @@
 #include "physics/contacts/solid_pair.hpp"
 
-#include "physics/contacts/gjk.hpp"
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 
 namespace energymargin {
 namespace {
 
-// Remembers the point. Bullet may turn a normal round after it has separated the solids along the axis that it returns.
-struct OnePoint : GjkResult {
-  std::optional<ClosestContact> point;
+struct OnePoint : btDiscreteCollisionDetectorInterface::Result {
+  std::optional<ClosestPoints> point;
 
   void setShapeIdentifiersA(int, int) override {}
   void setShapeIdentifiersB(int, int) override {}
@@ -18,20 +19,26 @@ struct OnePoint : GjkResult {
 
 }  // namespace
 
-std::optional<ClosestContact> SolidPair::closest(const btTransform& pose_a, const btTransform& pose_b, double reach) {
-  const double margins = margin_a() + margin_b();
-  CoreDistance cores;
-  const Cores found = cores_.distance(pose_a, pose_b, margins + reach, cores);
-  if (found == Cores::too_far) return std::nullopt;
-  if (found == Cores::apart) {
-    return ClosestContact{cores.normal, cores.on_b + cores.normal * margin_b(), cores.distance - margins};
-  }
-  GjkInput input;
+std::optional<ClosestPoints> SolidPair::closest(const btTransform& pose_a, const btTransform& pose_b, double reach,
+                                                Penetration penetration) {
+  ClosestPoints inner;
+  const Separation separation = inner_distance(pose_a, pose_b, margins() + reach, inner);
+  if (separation == Separation::too_far) return std::nullopt;
+  if (separation == Separation::too_near) return closest_by_bullet(pose_a, pose_b, reach, penetration);
+  return ClosestPoints{inner.normal, inner.on_b + inner.normal * b_.margin(), inner.distance - margins()};
+}
+
+std::optional<ClosestPoints> SolidPair::closest_by_bullet(const btTransform& pose_a, const btTransform& pose_b,
+                                                          double reach, Penetration penetration) const {
+  btDiscreteCollisionDetectorInterface::ClosestPointInput input;
   input.m_transformA = pose_a;
   input.m_transformB = pose_b;
-  input.m_maximumDistanceSquared = (margins + reach) * (margins + reach);
+  input.m_maximumDistanceSquared = (margins() + reach) * (margins() + reach);
+  btVoronoiSimplexSolver simplex;
+  btGjkEpaPenetrationDepthSolver depth;
+  btGjkPairDetector detector(&shape_a_, &shape_b_, &simplex, penetration == Penetration::measured ? &depth : nullptr);
   OnePoint result;
-  closest_points(a_, b_, input, result);
+  detector.getClosestPoints(input, result, nullptr);
   return result.point;
 }
 

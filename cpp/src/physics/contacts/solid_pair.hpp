@@ -1,39 +1,57 @@
 #pragma once
 // Two convex solids, and their closest points.
 
-#include <btBulletDynamicsCommon.h>
-
 #include <optional>
 
-#include "physics/contacts/core_distance.hpp"
+#include "physics/contacts/inner_shape.hpp"
 
 namespace energymargin {
 
-//! Where two solids are closest.
-struct ClosestContact {
-  btVector3 normal;  // unit vector, from b to a
-  btVector3 on_b;
-  double distance;  // negative in penetration [m]
+//! Where two inner shapes are.
+enum class Separation {
+  apart,     ///< the distance is known
+  too_far,   ///< farther than was asked for
+  too_near,  ///< they penetrate each other, or nearly so: the direction is not known
 };
 
-//! Bullet asks first whether the solids without their margins overlap, then how far apart they are, and then looks back
-//! whether the normal is the wrong way round. Where they are found apart, as they nearly always are, that answers all
-//! three; so Bullet is asked where they are not. A search begins where the last one of this pair ended.
+//! What Bullet says of inner shapes that penetrate each other.
+enum class Penetration {
+  ignored,  ///< no points
+  measured  ///< EPA's points, at the penetration depth
+};
+
+//! Our GJK answers where the inner shapes are apart, as they nearly always are: Bullet asks thrice, so it is asked only
+//! where they are not. A search begins with the points that the last one of this pair ended with.
 class SolidPair {
  public:
-  SolidPair(const btConvexShape& a, const btConvexShape& b) : a_(a), b_(b), cores_(a, b) {}
+  //! The shapes outlive this.
+  SolidPair(const btConvexShape& a, const btConvexShape& b) : shape_a_(a), shape_b_(b), a_(a), b_(b) {}
 
-  const Core& core_a() const { return cores_.a(); }
-  const Core& core_b() const { return cores_.b(); }
-  double margin_a() const { return a_.getMarginNonVirtual(); }
-  double margin_b() const { return b_.getMarginNonVirtual(); }
+  const InnerShape& a() const { return a_; }
+  const InnerShape& b() const { return b_; }
+
+  //! The sum of both margins [m].
+  double margins() const { return a_.margin() + b_.margin(); }
+
+  //! The next search begins anew.
+  void forget() { count_ = 0; }
 
   //! None if they are farther than `reach` from each other [m].
-  std::optional<ClosestContact> closest(const btTransform& pose_a, const btTransform& pose_b, double reach);
+  std::optional<ClosestPoints> closest(const btTransform& pose_a, const btTransform& pose_b, double reach,
+                                       Penetration penetration = Penetration::measured);
+
+  //! Closest points of the inner shapes, up to `reach` [m].
+  Separation inner_distance(const btTransform& pose_a, const btTransform& pose_b, double reach, ClosestPoints& result);
+
+  //! Bullet's closest points of the solids, up to `reach` [m].
+  std::optional<ClosestPoints> closest_by_bullet(const btTransform& pose_a, const btTransform& pose_b, double reach,
+                                                 Penetration penetration) const;
 
  private:
-  const btConvexShape &a_, &b_;
-  CorePair cores_;
+  const btConvexShape &shape_a_, &shape_b_;
+  InnerShape a_, b_;
+  int count_ = 0;                // of the points that the last search ended with
+  btVector3 on_a_[3], on_b_[3];  // in the shapes' own frames
 };
 
 }  // namespace energymargin

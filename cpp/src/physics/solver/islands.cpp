@@ -13,8 +13,8 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 // Calls `visit` with the rows of an island, contacts first.
 template <typename Visit>
 void for_each_row(const VelocitySystem& system, const Island& island, const Visit& visit) {
-  for (const int i : island.contacts) visit(system.contacts()[index(i)]);
-  for (const int i : island.limited) visit(system.limited()[index(i)]);
+  for (const std::size_t i : island.contacts) visit(system.contacts()[i]);
+  for (const std::size_t i : island.limited) visit(system.limited()[i]);
 }
 
 }  // namespace
@@ -51,15 +51,17 @@ void Islands::find(const VelocitySystem& system) {
       places_[i] = static_cast<int>(count_++);
       if (islands_.size() < count_) islands_.emplace_back();
       Island& island = islands_[count_ - 1];
-      for (std::vector<int>* of : {&island.movers, &island.contacts, &island.limited}) of->clear();
+      island.movers.clear();
+      island.contacts.clear();
+      island.limited.clear();
     }
     places_[i] = places_[index(first)];
     islands_[index(places_[i])].movers.push_back(static_cast<int>(i));
   }
-  const auto add = [&](const RowSides& sides, std::vector<int> Island::* rows, std::size_t i) {
+  const auto add = [&](const RowSides& sides, std::vector<std::size_t> Island::* rows, std::size_t i) {
     if (sides.a < 0 && sides.b < 0) return;
     const int mover = sides.a >= 0 ? sides.a : sides.b;
-    (islands_[index(places_[index(mover)])].*rows).push_back(static_cast<int>(i));
+    (islands_[index(places_[index(mover)])].*rows).push_back(i);
   };
   for (std::size_t i = 0; i < system.contacts().size(); ++i) add(system.contacts()[i], &Island::contacts, i);
   for (std::size_t i = 0; i < system.limited().size(); ++i) add(system.limited()[i], &Island::limited, i);

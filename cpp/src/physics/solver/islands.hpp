@@ -10,7 +10,8 @@ namespace energymargin {
 
 //! Movers, contacts and limited rows by their places in the system.
 struct Island {
-  std::vector<int> movers, contacts, limited;
+  std::vector<int> movers;
+  std::vector<std::size_t> contacts, limited;
   std::vector<int> first;  //!< column of each row of its matrix that is not zero
 
   //! Whether nothing acts on it but its loads.

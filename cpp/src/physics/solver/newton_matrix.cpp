@@ -14,13 +14,13 @@ bool NewtonSolver::find_direction(const Island& island) {
   changes_.resize(island.first.size());
   double* const local = changes_.data();
   for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const Mover& mover = this->mover(i);
     for (int j = 0; j < mover.count; ++j)
       local[islands_.row(i) + j] = -residual_[static_cast<std::size_t>(mover.begin + j)];
   }
   matrix_.solve(local);
   for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const Mover& mover = this->mover(i);
     std::copy_n(local + islands_.row(i), mover.count, direction.begin() + mover.begin);
   }
   return true;
@@ -29,18 +29,16 @@ bool NewtonSolver::find_direction(const Island& island) {
 void NewtonSolver::assemble(const Island& island) {
   matrix_.reset(island.first);
   for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const Mover& mover = this->mover(i);
     const double* inertia = inertias_.data() + mover.inertia;
     for (int j = 0; j < mover.count; ++j) {
       std::copy_n(inertia + j * mover.count, mover.count, matrix_.row(islands_.row(i) + j) + islands_.row(i));
     }
   }
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.contacts) {
     if (responses_[k].regime != Regime::open) add_contact_block(contacts_[k], responses_[k]);
   }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.limited) {
     if (limited_slopes_[k] != 0.0) add_limited_block(limited_[k], limited_slopes_[k]);
   }
 }
@@ -58,8 +56,8 @@ void NewtonSolver::add_blocks(const RowSides& sides, const Add& add) {
 
 void NewtonSolver::add_contact_block(const RowSides& sides, const ContactResponse& response) {
   add_blocks(sides, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
-    const Mover& from = movers_[static_cast<std::size_t>(left)];
-    const Mover& to = movers_[static_cast<std::size_t>(right)];
+    const Mover& from = mover(left);
+    const Mover& to = mover(right);
     const double* const along = numbers_.data() + of_left;
     const double* const jacobian = numbers_.data() + of_right;
     if (from.count == usual_count && to.count == usual_count) {
@@ -88,8 +86,8 @@ void NewtonSolver::add_contact_block(const RowSides& sides, const ContactRespons
 
 void NewtonSolver::add_limited_block(const RowSides& sides, double slope) {
   add_blocks(sides, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
-    const Mover& from = movers_[static_cast<std::size_t>(left)];
-    const Mover& to = movers_[static_cast<std::size_t>(right)];
+    const Mover& from = mover(left);
+    const Mover& to = mover(right);
     const double* const along = numbers_.data() + of_left;
     for (int i = 0; i < from.count; ++i) {
       if (along[i] == 0.0) continue;

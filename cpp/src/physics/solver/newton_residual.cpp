@@ -19,7 +19,7 @@ constexpr double least_turnover = 1e-3;
 template <typename Respond, typename RespondLimited>
 double NewtonSolver::evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited) {
   for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const Mover& mover = this->mover(i);
     const double* inertia = inertias_.data() + mover.inertia;
     const double* velocities = velocities_.data() + mover.begin;
     const double* free = free_.data() + mover.begin;
@@ -32,37 +32,31 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
       turnover_[static_cast<std::size_t>(mover.begin + j)] = std::abs(momentum);
     }
   }
-  const auto take = [&](int index, std::size_t begin, const double* impulse, int rows) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* jacobian = numbers_.data() + begin;
-    double* residual = residual_.data() + mover.begin;
-    double* turnover = turnover_.data() + mover.begin;
-    if (mover.count == usual_count && rows == 3) return take_contact(jacobian, impulse, residual, turnover);
-    for (int j = 0; j < mover.count; ++j) {
-      double sum = 0.0;
-      for (int row = 0; row < rows; ++row) sum += impulse[row] * jacobian[row * mover.count + j];
-      residual[j] -= sum;
-      turnover[j] += std::abs(sum);
-    }
+  const auto take = [&](const RowSides& sides, const double* impulse, int rows) {
+    for_each_side(sides, [&](const Mover& mover, const double* jacobian) {
+      double* residual = residual_.data() + mover.begin;
+      double* turnover = turnover_.data() + mover.begin;
+      if (mover.count == usual_count && rows == 3) return take_contact(jacobian, impulse, residual, turnover);
+      for (int j = 0; j < mover.count; ++j) {
+        double sum = 0.0;
+        for (int row = 0; row < rows; ++row) sum += impulse[row] * jacobian[row * mover.count + j];
+        residual[j] -= sum;
+        turnover[j] += std::abs(sum);
+      }
+    });
   };
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.contacts) {
     const ContactRows& rows = contacts_[k];
     const ContactVector speeds_now = speeds(rows, velocities_);
     for (std::size_t row = 0; row < 3; ++row) misses_[k][row] = rows.target[row] - speeds_now[row];
     respond(k);
-    if (responses_[k].regime == Regime::open) continue;
-    take(rows.a, rows.of_a, responses_[k].impulse.data(), 3);
-    take(rows.b, rows.of_b, responses_[k].impulse.data(), 3);
+    if (responses_[k].regime != Regime::open) take(rows, responses_[k].impulse.data(), 3);
   }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.limited) {
     const LimitedRow& row = limited_[k];
     limited_misses_[k] = row.target - speed(row, 0, velocities_);
     const double impulse = respond_limited(k);
-    take(row.a, row.of_a, &impulse, 1);
-    take(row.b, row.of_b, &impulse, 1);
+    take(row, &impulse, 1);
   }
   return error(island);
 }
@@ -109,7 +103,7 @@ double NewtonSolver::augmented_limited(std::size_t k) {
 double NewtonSolver::error(const Island& island) const {
   double worst = 0.0;
   for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const Mover& mover = this->mover(i);
     const double* inertia = inertias_.data() + mover.inertia;
     double error = 0.0, turnover = 0.0;
     for (int j = 0; j < mover.count; ++j) {

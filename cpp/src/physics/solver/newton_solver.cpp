@@ -50,13 +50,8 @@ bool NewtonSolver::solve_again(int iterations, double tolerance) {
     }
     const bool solved = solve(island, iterations, tolerance);
     converged = converged && solved;
-    for (const int k : island.contacts) {
-      contacts_[static_cast<std::size_t>(k)].impulse = responses_[static_cast<std::size_t>(k)].impulse;
-    }
-    for (const int k : island.limited) {
-      LimitedRow& row = limited_[static_cast<std::size_t>(k)];
-      row.impulse = row.impulse_at(limited_misses_[static_cast<std::size_t>(k)]);
-    }
+    for (const std::size_t k : island.contacts) contacts_[k].impulse = responses_[k].impulse;
+    for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_at(limited_misses_[k]);
     if (solved) balance(island);  // what is left of an error would be blown up
     recover(island);
   }
@@ -72,8 +67,7 @@ void NewtonSolver::save(const Island& island) {
 // where walls close on a body nothing helps. Whether there were any.
 bool NewtonSolver::harden(const Island& island) {
   bool any = false;
-  for (const int c : island.contacts) {
-    const auto k = static_cast<std::size_t>(c);
+  for (const std::size_t k : island.contacts) {
     FrictionLaw& law = contacts_[k].law;
     const double gives = law.normal_softness * responses_[k].impulse[2];
     if (!(gives > most_given)) continue;
@@ -130,8 +124,7 @@ bool NewtonSolver::solve(const Island& island, int iterations, double tolerance)
 
 // Keeps the directions of what slides before a step.
 void NewtonSolver::keep_directions(const Island& island) {
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.contacts) {
     directions_[k] = {0.0, 0.0};
     if (responses_[k].regime == Regime::slides) directions_[k] = {misses_[k][0], misses_[k][1]};
   }
@@ -142,16 +135,11 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
   if (sweeps == first_sweeps) sweeps_.start(island);
   sweeps_.run(island, sweeps);
   predicted_.resize(contacts_.size());
-  for (const int i : island.movers) {
-    std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
-  }
-  for (const int i : island.contacts) {
-    predicted_[static_cast<std::size_t>(i)] = sweeps_.impulse(static_cast<std::size_t>(i));
-  }
+  for (const int i : island.movers) std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
+  for (const std::size_t k : island.contacts) predicted_[k] = sweeps_.impulse(k);
   predicted_limited_.resize(limited_.size());
   limited_weights_.resize(limited_.size());
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.limited) {
     predicted_limited_[k] = sweeps_.limited_impulse(k);
     limited_weights_[k] = 1.0 / (sweeps_.limited_inverse_mass(k) + limited_[k].softness);
   }
@@ -160,8 +148,7 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
     augmented_error(island);
     if (!find_direction(island)) return error;
     const double length = i < whole_steps || i % 3 == 2 ? 1.0 : shorter_step;
-    for (const int c : island.contacts) {
-      const auto k = static_cast<std::size_t>(c);
+    for (const std::size_t k : island.contacts) {
       ContactVector whole = responses_[k].impulse;
       const ContactVector changes = speeds(contacts_[k], direction_);
       for (std::size_t row = 0; row < 3; ++row) {
@@ -171,8 +158,7 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
       }
       for (std::size_t row = 0; row < 3; ++row) predicted_[k][row] += length * (whole[row] - predicted_[k][row]);
     }
-    for (const int c : island.limited) {
-      const auto k = static_cast<std::size_t>(c);
+    for (const std::size_t k : island.limited) {
       const double whole = limited_impulses_[k] - limited_slopes_[k] * speed(limited_[k], 0, direction_);
       predicted_limited_[k] += length * (whole - predicted_limited_[k]);
     }
@@ -187,24 +173,17 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
 
 // Impulses and velocities that belong together, where nothing better was found.
 void NewtonSolver::take_swept(const Island& island) {
-  for (const int i : island.movers) {
-    std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
-  }
-  for (const int i : island.contacts) {
-    responses_[static_cast<std::size_t>(i)].impulse = sweeps_.impulse(static_cast<std::size_t>(i));
-  }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const int i : island.movers) std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
+  for (const std::size_t k : island.contacts) responses_[k].impulse = sweeps_.impulse(k);
+  for (const std::size_t k : island.limited) {
     limited_misses_[k] = sweeps_.limited_impulse(k) * limited_[k].softness;
   }
 }
 
 void NewtonSolver::add_step(const Island& island, double length) {
   for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    for (int j = mover.begin; j < mover.begin + mover.count; ++j) {
-      velocities_[static_cast<std::size_t>(j)] += length * direction_[static_cast<std::size_t>(j)];
-    }
+    const double* const direction = direction_.data() + begin(i);
+    for (int j = 0; j < count(i); ++j) velocities(i)[j] += length * direction[j];
   }
 }
 
@@ -212,7 +191,7 @@ void NewtonSolver::add_step(const Island& island, double length) {
 // one body gives another one gets.
 void NewtonSolver::balance(const Island& island) {
   for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const Mover& mover = this->mover(i);
     const int count = mover.count;
     double* const velocities = velocities_.data() + mover.begin;
     double* const rest = residual_.data() + mover.begin;
@@ -236,27 +215,23 @@ void NewtonSolver::balance(const Island& island) {
   }
 }
 
-// How the velocities would answer if overlapping bodies were asked to part by their `recovery` faster, while everything
-// that presses or sticks goes on doing so. It moves them, and speeds up nothing.
+// How the velocities would answer if bodies in each other were asked to part by their `recovery` faster, while
+// everything that presses or sticks goes on doing so. It moves them, and speeds up nothing.
 void NewtonSolver::recover(const Island& island) {
-  const auto overlaps = [](const auto& rows) { return rows.recovery > 0.0; };
-  const bool any = std::any_of(island.contacts.begin(), island.contacts.end(),
-                               [&](int k) { return overlaps(contacts_[static_cast<std::size_t>(k)]); }) ||
-                   std::any_of(island.limited.begin(), island.limited.end(),
-                               [&](int k) { return overlaps(limited_[static_cast<std::size_t>(k)]); });
+  const auto penetrates = [](const auto& rows) { return rows.recovery > 0.0; };
+  const bool any =
+      std::any_of(island.contacts.begin(), island.contacts.end(),
+                  [&](std::size_t k) { return penetrates(contacts_[k]); }) ||
+      std::any_of(island.limited.begin(), island.limited.end(), [&](std::size_t k) { return penetrates(limited_[k]); });
   if (!any) return;
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    std::fill_n(residual_.begin() + mover.begin, mover.count, 0.0);
-  }
-  const auto press = [&](int index, std::size_t begin, int row, double impulse) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* jacobian = numbers_.data() + begin + row * mover.count;
-    for (int j = 0; j < mover.count; ++j) residual_[static_cast<std::size_t>(mover.begin + j)] -= jacobian[j] * impulse;
+  for (const int i : island.movers) std::fill_n(residual_.begin() + begin(i), count(i), 0.0);
+  const auto press = [&](const RowSides& sides, int row, double impulse) {
+    for_each_side(sides, [&](const Mover& mover, const double* jacobian) {
+      double* const residual = residual_.data() + mover.begin;
+      for (int j = 0; j < mover.count; ++j) residual[j] -= jacobian[row * mover.count + j] * impulse;
+    });
   };
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.contacts) {
     const ContactRows& rows = contacts_[k];
     const double leaving = std::max(0.0, rows.target[2] - misses_[k][2]);
     const double asked = std::max(0.0, rows.recovery - leaving);
@@ -266,23 +241,16 @@ void NewtonSolver::recover(const Island& island) {
     if (!sticks) law.friction = 0.0;
     respond_as(presses ? Regime::sticks : Regime::open, law, {}, responses_[k]);
     if (!presses) continue;
-    const double normal = 1.0 / rows.law.normal_softness;
-    press(rows.a, rows.of_a, 2, normal * asked);
-    press(rows.b, rows.of_b, 2, normal * asked);
+    press(rows, 2, 1.0 / rows.law.normal_softness * asked);
   }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.limited) {
     const LimitedRow& row = limited_[k];
     if (row.recovery <= 0.0) continue;
     limited_slopes_[k] = 1.0 / row.softness;
-    press(row.a, row.of_a, 0, row.recovery / row.softness);
-    press(row.b, row.of_b, 0, row.recovery / row.softness);
+    press(row, 0, row.recovery / row.softness);
   }
   if (!find_direction(island)) return;
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    std::copy_n(direction_.begin() + mover.begin, mover.count, recovery_.begin() + mover.begin);
-  }
+  for (const int i : island.movers) std::copy_n(direction_.begin() + begin(i), count(i), recovery_.begin() + begin(i));
 }
 
 }  // namespace energymargin

@@ -16,25 +16,25 @@ constexpr double least_mobility = 1e-6;
 constexpr double sticking_share = 0.999;
 constexpr double least_bend = 1e-6;
 
-// What turns by more than this in a part of a step bends its way by more than the first term says, and sticks nowhere
+// What turns by more than this in a substep bends its way by more than the first term says, and sticks nowhere
 // for long: there a bend would do work [rad].
 constexpr double most_bent = 0.1;
 
 }  // namespace
 
 // False where an impulse along the normal moves nothing.
-bool StepEquations::add_contact(const ContactPoint& point, const StepPart& part) {
+bool StepEquations::add_contact(const ContactPoint& point, const Substep& substep) {
   Frame frame;
   frame.axes[2] = point.normal;
   btPlaneSpace1(frame.axes[2], frame.axes[0], frame.axes[1]);
   ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b));
   if (point.distance > 0.0) {
-    rows.target[2] = -point.distance / part.duration;  // up to the touch it may close
+    rows.target[2] = -point.distance / substep.duration;  // up to the touch it may close
   } else {
-    share_error(-point.distance, part, rows.target[2], rows.recovery);
+    share_error(-point.distance, substep, rows.target[2], rows.recovery);
   }
-  add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, part.duration);
-  add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, part.duration);
+  add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, substep.duration);
+  add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, substep.duration);
   rows.law.friction = point.friction;
   const double inverse_mass = solver_.inverse_mass(rows, 2);
   rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
@@ -51,17 +51,17 @@ bool StepEquations::add_contact(const ContactPoint& point, const StepPart& part)
 
 void StepEquations::add_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
   if (bodies_.tree_of(end.body)) return add_tree_end(rows, end, frame, duration);
-  if (rigid_of_[end.body] >= 0) add_rigid_end(rows, end, frame, duration);
+  if (is_rigid(end.body)) add_rigid_end(rows, end, frame, duration);
 }
 
 // The velocity of a point that a kinematic body has goes to the target; so does what the way of a free one bends by.
 void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
-  const RigidMover& rigid = rigids_[static_cast<std::size_t>(rigid_of_[end.body])];
-  const btRigidBody& body = *bodies_.rigids().moving()[static_cast<std::size_t>(rigid_of_[end.body])];
+  const RigidMover& rigid = this->rigid(end.body);
+  const btRigidBody& body = *rigid.body;
   const btVector3& spin = body.getAngularVelocity();
   const btVector3 arm = end.point - body.getCenterOfMassPosition();
   const btVector3 grip = end.grip - body.getCenterOfMassPosition();
-  const btVector3 bend = bend_of(static_cast<std::size_t>(rigid_of_[end.body]), spin, grip, duration);
+  const btVector3 bend = bend_of(rigid, spin, grip, duration);
   if (rigid.mover < 0) {
     const btVector3 at_point = body.getLinearVelocity() + spin.cross(arm);
     const btVector3 at_grip = body.getLinearVelocity() + spin.cross(grip) + bend;
@@ -90,24 +90,24 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
 }
 
 // How far the way of a point is off a straight one, over the time [m/s].
-btVector3 StepEquations::bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm,
-                                 double duration) const {
+btVector3 StepEquations::bend_of(const RigidMover& rigid, const btVector3& spin, const btVector3& arm,
+                                 double duration) {
   if (spin.length2() * duration * duration > most_bent * most_bent) return {0, 0, 0};
-  return (spin.cross(spin.cross(arm)) + rigids_[rigid].turning.cross(arm)) * (0.5 * duration);
+  return (spin.cross(spin.cross(arm)) + rigid.turning.cross(arm)) * (0.5 * duration);
 }
 
-// Ways bend by the spins at the end of the part, which were not known. That counts where something sticks, and would
+// Ways bend by the spins at the end of the substep, which were not known. That counts where something sticks, and would
 // creep. Whether it counts anywhere.
-bool StepEquations::update_bends(const StepPart& part) {
+bool StepEquations::update_bends(const Substep& substep) {
   bool counts = false;
   for (std::size_t k = 0; k < contact_points_.size(); ++k) {
     ContactRows& rows = solver_.contacts()[k];
     const double friction = rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1];
     const double most = sticking_share * rows.law.friction * rows.impulse[2];
     if (!(friction < most * most)) continue;
-    const ContactPoint& point = part.contacts[contact_points_[k]];
-    const btVector3 change = bend_change({point.a, point.on_a, point.grip, 1.0}, part.duration) +
-                             bend_change({point.b, point.on_b, point.grip, -1.0}, part.duration);
+    const ContactPoint& point = substep.contacts[contact_points_[k]];
+    const btVector3 change = bend_change({point.a, point.on_a, point.grip, 1.0}, substep.duration) +
+                             bend_change({point.b, point.on_b, point.grip, -1.0}, substep.duration);
     if (!(change.length2() > least_bend * least_bend)) continue;
     btVector3 x, y;
     btPlaneSpace1(point.normal, x, y);
@@ -119,17 +119,15 @@ bool StepEquations::update_bends(const StepPart& part) {
 }
 
 btVector3 StepEquations::bend_change(const End& end, double duration) const {
-  if (rigid_of_[end.body] < 0) return {0, 0, 0};
-  const auto i = static_cast<std::size_t>(rigid_of_[end.body]);
-  const RigidMover& rigid = rigids_[i];
-  if (rigid.mover < 0) return {0, 0, 0};
-  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  if (!is_rigid(end.body) || rigid(end.body).mover < 0) return {0, 0, 0};
+  const RigidMover& rigid = this->rigid(end.body);
   btVector3 spin(0, 0, 0);
   for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
     if (rigid.axes[row] >= 3) spin[rigid.axes[row] - 3] = solver_.velocities(rigid.mover)[row];
   }
-  const btVector3 arm = end.grip - body.getCenterOfMassPosition();
-  return end.sign * (bend_of(i, spin, arm, duration) - bend_of(i, body.getAngularVelocity(), arm, duration));
+  const btVector3 arm = end.grip - rigid.body->getCenterOfMassPosition();
+  const btVector3& spin_before = rigid.body->getAngularVelocity();
+  return end.sign * (bend_of(rigid, spin, arm, duration) - bend_of(rigid, spin_before, arm, duration));
 }
 
 void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {

@@ -47,8 +47,8 @@ StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies, ImpulseAu
 }
 
 void StepEquations::find_axes(const Scene& scene) {
-  for (const btRigidBody* body : bodies_.rigids().moving()) {
-    RigidMover made;
+  for (btRigidBody* body : bodies_.rigids().moving()) {
+    RigidMover made{body};
     const Body& of_scene = scene.bodies()[body_index(*body)];
     for (int axis = 0; axis < 6 && !of_scene.kinematic; ++axis) {
       const double factor = axis < 3 ? of_scene.linear_factor[axis] : of_scene.angular_factor[axis - 3];
@@ -59,32 +59,32 @@ void StepEquations::find_axes(const Scene& scene) {
   }
 }
 
-bool StepEquations::solve(const StepPart& part) {
+bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
   kinds_.clear();
   contact_points_.clear();
   for (TreeDynamics& tree : trees_) tree.keep_base();
-  for (const Motor& motor : part.motors) drive_kinematic(motor);
-  for (std::size_t i = 0; i < rigids_.size(); ++i) add_rigid(i, part.duration);
-  for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, part);
-  for (const Motor& motor : part.motors) add_motor(motor, part.duration);
-  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic, part);
-  for (std::size_t i = 0; i < part.contacts.size(); ++i) {
-    const ContactPoint& point = part.contacts[i];
+  for (const Motor& motor : substep.motors) drive_kinematic(motor);
+  for (std::size_t i = 0; i < rigids_.size(); ++i) add_rigid(i, substep.duration);
+  for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, substep);
+  for (const Motor& motor : substep.motors) add_motor(motor, substep.duration);
+  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic, substep);
+  for (std::size_t i = 0; i < substep.contacts.size(); ++i) {
+    const ContactPoint& point = substep.contacts[i];
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
-    if (add_contact(point, part)) contact_points_.push_back(i);
+    if (add_contact(point, substep)) contact_points_.push_back(i);
   }
-  bool converged = solver_.solve(part.iterations, part.tolerance);
-  if (update_bends(part)) converged = solver_.solve_again(part.iterations, part.tolerance);
-  for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i, part.duration);
-  for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, part.duration);
+  bool converged = solver_.solve(substep.iterations, substep.tolerance);
+  if (update_bends(substep)) converged = solver_.solve_again(substep.iterations, substep.tolerance);
+  for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i, substep.duration);
+  for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, substep.duration);
   return converged;
 }
 
 int StepEquations::mover_of(std::size_t body) const {
   const auto& tree = bodies_.tree_of(body);
   if (tree) return tree_movers_[*tree];
-  return rigid_of_[body] < 0 ? -1 : rigids_[static_cast<std::size_t>(rigid_of_[body])].mover;
+  return is_rigid(body) ? rigid(body).mover : -1;
 }
 
 // A kinematic body has the velocities of its motor from now on.
@@ -93,13 +93,15 @@ void StepEquations::drive_kinematic(const Motor& motor) {
     if (trees_[*tree].tree().kinematic()) trees_[*tree].drive_base(motor.linear, motor.angular);
     return;
   }
-  btRigidBody& body = *bodies_.rigids().moving()[static_cast<std::size_t>(rigid_of_[motor.body])];
-  if (is_kinematic(body)) set_velocities(body, motor);
+  btRigidBody& body = *rigid(motor.body).body;
+  if (!is_kinematic(body)) return;
+  body.setLinearVelocity(motor.linear * body.getLinearFactor());  // not along and about locked axes
+  body.setAngularVelocity(motor.angular * body.getAngularFactor());
 }
 
 void StepEquations::add_rigid(std::size_t i, double duration) {
   RigidMover& rigid = rigids_[i];
-  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  const btRigidBody& body = *rigid.body;
   rigid.turning.setZero();
   if (is_kinematic(body)) return;
   const int count = static_cast<int>(rigid.axes.size());
@@ -124,10 +126,10 @@ void StepEquations::add_rigid(std::size_t i, double duration) {
   if (count == 6) find_turning(i, duration);
 }
 
-// Velocities after the loads of the part.
+// Velocities after the loads of the substep.
 void StepEquations::kick(std::size_t i, double duration, double* free) const {
   const RigidMover& rigid = rigids_[i];
-  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  const btRigidBody& body = *rigid.body;
   const btVector3 linear = bodies_.rigids().acceleration(i) * duration;
   const btVector3 twist = bodies_.rigids().torque(i) * duration;
   const btMatrix3x3 inertia = bodies_.rigids().inertia(i);
@@ -159,7 +161,7 @@ void StepEquations::kick(std::size_t i, double duration, double* free) const {
 
 // Zero where the spin stays what it is, or nearly so.
 void StepEquations::find_turning(std::size_t i, double duration) {
-  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  const btRigidBody& body = *rigids_[i].body;
   const btMatrix3x3& axes = body.getWorldTransform().getBasis();
   const btVector3& moments = bodies_.rigids().moments(i);
   const btVector3 local = body.getAngularVelocity() * axes;
@@ -171,7 +173,7 @@ void StepEquations::find_turning(std::size_t i, double duration) {
 // A body that turns freely keeps its angular momentum, and by the midpoint rule its energy (Simo and Wong 1991).
 void StepEquations::coast(std::size_t i, double duration, btVector3& mean) {
   RigidMover& rigid = rigids_[i];
-  const btMatrix3x3& axes = bodies_.rigids().moving()[i]->getWorldTransform().getBasis();
+  const btMatrix3x3& axes = rigid.body->getWorldTransform().getBasis();
   const btVector3& moments = bodies_.rigids().moments(i);
   const btVector3 momentum = bodies_.rigids().inertia(i) * rigid.pushed.angular;
   const auto spin_after = [&](const btVector3& turn) {
@@ -186,18 +188,18 @@ void StepEquations::coast(std::size_t i, double duration, btVector3& mean) {
   rigid.spin = spin_after(mean * duration);
 }
 
-// Whether nothing constrains a tree in this part, and nothing drives it.
-bool StepEquations::is_alone(std::size_t index, const StepPart& part) const {
+// Whether nothing constrains a tree in this substep, and nothing drives it.
+bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   const Articulation& tree = trees_[index].tree();
   if (trees_[index].drives() || tree.kinematic()) return false;
   const auto is_here = [&](std::size_t body) { return bodies_.tree_of(body) == index; };
   for (const Articulation::Link& link : tree.links()) {
     if (!link.force.isZero() || !link.torque.isZero()) return false;
   }
-  for (const ContactPoint& point : part.contacts) {
+  for (const ContactPoint& point : substep.contacts) {
     if (is_here(point.a) || is_here(point.b)) return false;
   }
-  for (const Motor& motor : part.motors) {
+  for (const Motor& motor : substep.motors) {
     if (is_here(motor.body)) return false;
   }
   for (const MimicConstraint& mimic : bodies_.mimics()) {
@@ -209,10 +211,10 @@ bool StepEquations::is_alone(std::size_t index, const StepPart& part) const {
 }
 
 // A joint that hits its stop speeds up its neighbours within the same step.
-void StepEquations::add_tree(std::size_t i, const StepPart& part) {
+void StepEquations::add_tree(std::size_t i, const Substep& substep) {
   TreeDynamics& dynamics = trees_[i];
   Articulation& tree = dynamics.tree();
-  dynamics.prepare(part.duration, gravity_, is_alone(i, part));
+  dynamics.prepare(substep.duration, gravity_, is_alone(i, substep));
   const std::size_t skipped = dynamics.prescribed();
   const std::size_t count = dynamics.count() - skipped;
   tree_movers_[i] = -1;
@@ -228,20 +230,20 @@ void StepEquations::add_tree(std::size_t i, const StepPart& part) {
     const auto velocity = static_cast<std::size_t>(control.velocity);
     fastest = std::max({fastest, std::abs(dynamics.kicked()[velocity]), std::abs(tree.velocities()[velocity])});
   }
-  const double reach = std::max(stop_reach, stop_steps * part.duration * fastest);
+  const double reach = std::max(stop_reach, stop_steps * substep.duration * fastest);
   for (const JointControl& control : tree.controls()) {
     const double position = tree.links()[static_cast<std::size_t>(control.link)].position;
     const double lower = position - control.joint->lower;
     const double upper = control.joint->upper - position;
-    if (control.drives() && control.limited()) add_drive(i, control, position, part.duration);
-    if (lower < reach) add_stop(i, control, 1.0, lower, part);
-    if (upper < reach) add_stop(i, control, -1.0, upper, part);
+    if (control.drives() && control.limited()) add_drive(i, control, position, substep.duration);
+    if (lower < reach) add_stop(i, control, 1.0, lower, substep);
+    if (upper < reach) add_stop(i, control, -1.0, upper, substep);
   }
 }
 
 void StepEquations::set_rigid(std::size_t i, double duration) {
   RigidMover& rigid = rigids_[i];
-  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  const btRigidBody& body = *rigid.body;
   rigid.pushed = {body.getLinearVelocity(), body.getAngularVelocity()};
   Velocity recovery;
   for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
@@ -271,22 +273,21 @@ void StepEquations::set_tree(std::size_t i, double duration) {
 }
 
 // Work is done before all coasts. `share` is that of their way that bodies can go.
-void StepEquations::commit(const StepPart& part, double share) {
-  write_contacts(part.contacts);
-  const auto& moving = bodies_.rigids().moving();
-  for (std::size_t i = 0; i < rigids_.size(); ++i) {
-    moving[i]->setLinearVelocity(rigids_[i].pushed.linear);
-    moving[i]->setAngularVelocity(rigids_[i].pushed.angular);
+void StepEquations::commit(const Substep& substep, double share) {
+  write_contacts(substep.contacts);
+  for (const RigidMover& rigid : rigids_) {
+    rigid.body->setLinearVelocity(rigid.pushed.linear);
+    rigid.body->setAngularVelocity(rigid.pushed.angular);
   }
   for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_pushed_[i];
   if (audit_.before) {
-    add_work(part, share);
+    add_work(substep, share);
     for (std::size_t i = 0; i < trees_.size(); ++i) {
-      audit_.work.gravity += trees_[i].gravity_beside(part.duration, audit_.before->trees[i], tree_ends_[i]);
+      audit_.work.gravity += trees_[i].gravity_beside(substep.duration, audit_.before->trees[i], tree_ends_[i]);
     }
   }
   if (share < 1.0) return;  // what does not get to where it coasts gains no energy of it
-  for (std::size_t i = 0; i < rigids_.size(); ++i) moving[i]->setAngularVelocity(rigids_[i].spin);
+  for (const RigidMover& rigid : rigids_) rigid.body->setAngularVelocity(rigid.spin);
   for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_ends_[i];
 }
 

@@ -44,26 +44,26 @@ void StepEquations::add_drive(std::size_t tree, const JointControl& control, dou
 }
 
 // Speed that puts a share of an error right, and how much of that is to be done beside the velocities.
-void StepEquations::share_error(double error, const StepPart& part, double& target, double& recovery) const {
-  const double speed = error_share * error / part.whole;
+void StepEquations::share_error(double error, const Substep& substep, double& target, double& recovery) const {
+  const double speed = error_share * error / substep.whole;
   target = std::clamp(speed, -slow, slow);
   recovery = speed - target;
 }
 
 // The joint may not cross its stop in this step; beyond it, it is brought back.
 void StepEquations::add_stop(std::size_t tree, const JointControl& control, double direction, double gap,
-                             const StepPart& part) {
+                             const Substep& substep) {
   const TreeDynamics& dynamics = trees_[tree];
   const auto velocity = static_cast<std::size_t>(control.velocity);
   LimitedRow& row = add_limited(Kind::stop, tree_movers_[tree], -1);
   solver_.numbers(row.of_a)[velocity - dynamics.prescribed()] = direction;
   row.low = 0.0;
   row.softness = softness_share * solver_.inverse_mass(row, 0);
-  row.target = -gap / part.duration;
-  if (gap <= 0.0) share_error(-gap, part, row.target, row.recovery);
+  row.target = -gap / substep.duration;
+  if (gap <= 0.0) share_error(-gap, substep, row.target, row.recovery);
 }
 
-void StepEquations::add_mimic(const MimicConstraint& mimic, const StepPart& part) {
+void StepEquations::add_mimic(const MimicConstraint& mimic, const Substep& substep) {
   const auto link = [this](const MimicConstraint::End& end) -> const Articulation::Link& {
     return trees_[end.tree].tree().links()[static_cast<std::size_t>(end.link)];
   };
@@ -79,7 +79,7 @@ void StepEquations::add_mimic(const MimicConstraint& mimic, const StepPart& part
   solver_.numbers(row.b < 0 ? row.of_a : row.of_b)[column(tree_b, followed)] -= multiplier;
   const double error = follower.position - multiplier * followed.position - mimic.mimic.offset;
   row.softness = mimic_softness * solver_.inverse_mass(row, 0);
-  share_error(-error, part, row.target, row.recovery);
+  share_error(-error, substep, row.target, row.recovery);
 }
 
 // A row along and about each axis that is not locked.
@@ -89,8 +89,7 @@ void StepEquations::add_motor(const Motor& motor, double duration) {
   if (mover < 0 || (tree && trees_[*tree].prescribed() > 0)) return;
   const int count = tree ? velocities_of_free_body : solver_.count(mover);
   for (int column = 0; column < count; ++column) {
-    const int axis =
-        tree ? column : rigids_[static_cast<std::size_t>(rigid_of_[motor.body])].axes[static_cast<std::size_t>(column)];
+    const int axis = tree ? column : rigid(motor.body).axes[static_cast<std::size_t>(column)];
     LimitedRow& row = add_limited(Kind::motor, mover, -1);
     solver_.numbers(row.of_a)[column] = 1.0;
     row.softness = softness_share * solver_.inverse_mass(row, 0);

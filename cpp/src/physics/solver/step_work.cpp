@@ -1,22 +1,22 @@
-// The work of the impulses of a part of a step.
+// The work of the impulses of a substep.
 
 #include "physics/solver/step_equations.hpp"
 
 namespace energymargin {
 
-void StepEquations::add_work(const StepPart& part, double share) {
-  for (const std::size_t k : contact_points_) add_contact_work(part.contacts[k]);
+void StepEquations::add_work(const Substep& substep, double share) {
+  for (const std::size_t k : contact_points_) add_contact_work(substep.contacts[k]);
   add_limited_work();
-  add_recovery_work(part.duration * share);
+  add_recovery_work(substep.duration * share);
   for (std::size_t i = 0; i < trees_.size(); ++i) {
     if (trees_[i].prescribed() == 0) continue;
     audit_.work.motors +=
-        trees_[i].work_on_base(part.duration, audit_.before->trees[i].data(), trees_[i].tree().velocities().data());
+        trees_[i].work_on_base(substep.duration, audit_.before->trees[i].data(), trees_[i].tree().velocities().data());
   }
 }
 
-// Each impulse times the mean of the velocities before the part and after it. A kinematic body keeps none of it: what
-// stands against the impulse is its drive.
+// Each impulse times the mean of the velocities before the substep and after it. A kinematic body keeps none of it:
+// what stands against the impulse is its drive.
 void StepEquations::add_contact_work(const ContactPoint& point) {
   const btVector3 normal = point.normal * point.normal_impulse;
   const btVector3& friction = point.friction_impulse;
@@ -34,7 +34,7 @@ btVector3 StepEquations::mean_velocity(std::size_t body, const btVector3& point)
     return 0.5 *
            (of.velocity(collider, point, audit_.before->trees[*tree]) + of.velocity(collider, point, of.velocities()));
   }
-  if (rigid_of_[body] < 0) return {0, 0, 0};
+  if (!is_rigid(body)) return {0, 0, 0};
   const Motion::OfBody& before = audit_.before->bodies[body];
   const btVector3 arm = point - bodies_.colliders()[body]->getWorldTransform().getOrigin();
   return 0.5 * (before.linear + before.angular.cross(arm) + bodies_.velocity(body, point));
@@ -43,11 +43,7 @@ btVector3 StepEquations::mean_velocity(std::size_t body, const btVector3& point)
 // What of it a kinematic body, or the kinematic base of its tree, has.
 btVector3 StepEquations::prescribed_velocity(std::size_t body, const btVector3& point) const {
   const auto& tree = bodies_.tree_of(body);
-  if (!tree) {
-    return rigid_of_[body] >= 0 && rigids_[static_cast<std::size_t>(rigid_of_[body])].mover < 0
-               ? mean_velocity(body, point)
-               : btVector3(0, 0, 0);
-  }
+  if (!tree) return is_rigid(body) && rigid(body).mover < 0 ? mean_velocity(body, point) : btVector3(0, 0, 0);
   if (trees_[*tree].prescribed() == 0) return {0, 0, 0};
   const Articulation& of = *bodies_.trees()[*tree];
   const double* before = audit_.before->trees[*tree].data();
@@ -58,12 +54,12 @@ btVector3 StepEquations::prescribed_velocity(std::size_t body, const btVector3& 
 void StepEquations::add_limited_work() {
   if (kinds_.empty()) return;
   std::vector<double> sums = solver_.all_velocities();
-  for (std::size_t i = 0; i < rigids_.size(); ++i) {
-    if (rigids_[i].mover < 0) continue;
-    const Motion::OfBody& before = audit_.before->bodies[body_index(*bodies_.rigids().moving()[i])];
-    double* const sum = sums.data() + solver_.begin(rigids_[i].mover);
-    for (std::size_t row = 0; row < rigids_[i].axes.size(); ++row) {
-      const int axis = rigids_[i].axes[row];
+  for (const RigidMover& rigid : rigids_) {
+    if (rigid.mover < 0) continue;
+    const Motion::OfBody& before = audit_.before->bodies[body_index(*rigid.body)];
+    double* const sum = sums.data() + solver_.begin(rigid.mover);
+    for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
+      const int axis = rigid.axes[row];
       sum[row] += axis < 3 ? before.linear[axis] : before.angular[axis - 3];
     }
   }
@@ -83,12 +79,12 @@ void StepEquations::add_limited_work() {
 
 // Recovery moves bodies and leaves their velocities alone.
 void StepEquations::add_recovery_work(double duration) {
-  for (std::size_t i = 0; i < rigids_.size(); ++i) {
-    if (rigids_[i].mover < 0) continue;
-    const Motion::OfBody& loaded = audit_.before->bodies[body_index(*bodies_.rigids().moving()[i])];
-    const double* recovery = solver_.recovery(rigids_[i].mover);
-    for (std::size_t row = 0; row < rigids_[i].axes.size(); ++row) {
-      const int axis = rigids_[i].axes[row];
+  for (const RigidMover& rigid : rigids_) {
+    if (rigid.mover < 0) continue;
+    const Motion::OfBody& loaded = audit_.before->bodies[body_index(*rigid.body)];
+    const double* recovery = solver_.recovery(rigid.mover);
+    for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
+      const int axis = rigid.axes[row];
       audit_.work.overlap -= (axis < 3 ? loaded.force[axis] : loaded.torque[axis - 3]) * recovery[row] * duration;
     }
   }

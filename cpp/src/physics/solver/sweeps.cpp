@@ -18,15 +18,13 @@ void Sweeps::start(const Island& island) {
     const VelocitySystem::Mover& mover = system_.mover(i);
     std::copy_n(system_.all_free().data() + mover.begin, mover.count, velocities_.data() + mover.begin);
   }
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.contacts) {
     const ContactRows& rows = system_.contacts()[k];
     contacts_[k] = {};
     contacts_[k].of_a = answer(rows.a, rows.of_a, 3, contacts_[k].inverse_masses.data());
     contacts_[k].of_b = answer(rows.b, rows.of_b, 3, contacts_[k].inverse_masses.data());
   }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
+  for (const std::size_t k : island.limited) {
     const LimitedRow& row = system_.limited()[k];
     limited_[k] = {};
     limited_[k].of_a = answer(row.a, row.of_a, 1, &limited_[k].inverse_mass);
@@ -72,13 +70,11 @@ std::size_t Sweeps::answer(int index, std::size_t begin, int rows, double* inver
 
 void Sweeps::run(const Island& island, int sweeps) {
   for (int i = 0; i < sweeps; ++i) {
-    for (const int k : island.limited) resolve_limited(static_cast<std::size_t>(k));
+    for (const std::size_t k : island.limited) resolve_limited(k);
     if (i % 2 == 0) {
-      for (const int k : island.contacts) resolve_contact(static_cast<std::size_t>(k));
+      for (const std::size_t k : island.contacts) resolve_contact(k);
     } else {
-      for (auto k = island.contacts.rbegin(); k != island.contacts.rend(); ++k) {
-        resolve_contact(static_cast<std::size_t>(*k));
-      }
+      for (auto k = island.contacts.rbegin(); k != island.contacts.rend(); ++k) resolve_contact(*k);
     }
   }
 }

@@ -64,46 +64,31 @@ LimitedRow& VelocitySystem::add_limited(int a, int b) {
 
 double VelocitySystem::inverse_mass(const RowSides& sides, int row) const {
   double sum = 0.0;
-  const auto add = [&](int index, std::size_t begin) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* jacobian = numbers_.data() + begin + row * mover.count;
+  for_each_side(sides, [&](const Mover& mover, const double* jacobian) {
+    jacobian += row * mover.count;
     const double* inverses = inverse_diagonal_.data() + mover.begin;
-    for (int i = 0; i < mover.count; ++i) {
-      sum += jacobian[i] * jacobian[i] * inverses[i];
-    }
-  };
-  add(sides.a, sides.of_a);
-  add(sides.b, sides.of_b);
+    for (int i = 0; i < mover.count; ++i) sum += jacobian[i] * jacobian[i] * inverses[i];
+  });
   return sum;
 }
 
 double VelocitySystem::speed(const RowSides& sides, int row, const std::vector<double>& velocities) const {
   double sum = 0.0;
-  const auto add = [&](int index, std::size_t begin) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    sum += dot(numbers_.data() + begin + row * mover.count, velocities.data() + mover.begin, mover.count);
-  };
-  add(sides.a, sides.of_a);
-  add(sides.b, sides.of_b);
+  for_each_side(sides, [&](const Mover& mover, const double* jacobian) {
+    sum += dot(jacobian + row * mover.count, velocities.data() + mover.begin, mover.count);
+  });
   return sum;
 }
 
 ContactVector VelocitySystem::speeds(const ContactRows& rows, const std::vector<double>& velocities) const {
   ContactVector sums{};
-  const auto add = [&](int index, std::size_t begin) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* const jacobian = numbers_.data() + begin;
+  for_each_side(rows, [&](const Mover& mover, const double* jacobian) {
     const double* const of_mover = velocities.data() + mover.begin;
     if (mover.count == usual_count) return add_speeds(jacobian, of_mover, sums);
     for (std::size_t row = 0; row < 3; ++row) {
       sums[row] += dot(jacobian + row * static_cast<std::size_t>(mover.count), of_mover, mover.count);
     }
-  };
-  add(rows.a, rows.of_a);
-  add(rows.b, rows.of_b);
+  });
   return sums;
 }
 

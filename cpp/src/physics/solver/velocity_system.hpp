@@ -94,6 +94,13 @@ class VelocitySystem {
   const std::vector<double>& all_free() const { return free_; }
   const std::vector<double>& all_velocities() const { return velocities_; }
 
+  //! Calls `visit(mover, jacobian)` for each mover of some rows.
+  template <typename Visit>
+  void for_each_side(const RowSides& sides, const Visit& visit) const {
+    if (sides.a >= 0) visit(mover(sides.a), numbers(sides.of_a));
+    if (sides.b >= 0) visit(mover(sides.b), numbers(sides.of_b));
+  }
+
  protected:
   std::vector<Mover> movers_;
   std::vector<double> inertias_, inverse_diagonal_, free_, velocities_, recovery_, numbers_;

@@ -1,6 +1,6 @@
 // Closest points of two convex solids without their margins, found anew and from the last ones.
 
-#include "physics/contacts/core_distance.hpp"
+#include "physics/contacts/solid_pair.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,7 @@
 #include <memory>
 #include <random>
 
-#include "physics/contacts/gjk.hpp"
-#include "physics/contacts/solid_pair.hpp"
+#include "physics/contacts/side_by_side.hpp"
 
 namespace energymargin {
 namespace {
@@ -65,7 +64,7 @@ class Draw {
 };
 
 // How far two cores are apart along a normal: no more than their distance.
-double gap(const CorePair& pair, const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal) {
+double gap(const SolidPair& pair, const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal) {
   return normal.dot(pose_a(pair.a().support(-normal * pose_a.getBasis())) -
                     pose_b(pair.b().support(normal * pose_b.getBasis())));
 }
@@ -77,7 +76,7 @@ void for_pairs(int of_each, const Visit& visit) {
   for (int kinds = 0; kinds < 25; ++kinds) {
     for (int i = 0; i < of_each; ++i) {
       const auto a = draw.solid(kinds / 5), b = draw.solid(kinds % 5);
-      CorePair pair(*a, *b);
+      SolidPair pair(*a, *b);
       btTransform pose_a = draw.pose();
       const btTransform pose_b = draw.pose();
       for (int motion = 0; motion < 4; ++motion) {
@@ -88,25 +87,25 @@ void for_pairs(int of_each, const Visit& visit) {
   }
 }
 
-bool side_by_side(const CorePair& pair, const btTransform& pose_a, const btTransform& pose_b) {
+bool side_by_side(const SolidPair& pair, const btTransform& pose_a, const btTransform& pose_b) {
   return distance_side_by_side(pair.a(), pose_a, pair.b(), pose_b).has_value();
 }
 
 // The normal proves it: a plane across it is between the solids, and they are no nearer than along it.
-TEST(CoreDistance, IsTheGapAlongItsNormalAnewAndFromTheLastPoints) {
+TEST(InnerDistance, IsTheGapAlongItsNormalAnewAndFromTheLastPoints) {
   int apart = 0;
-  for_pairs(200, [&](CorePair& pair, const btConvexShape&, const btTransform& pose_a, const btConvexShape&,
+  for_pairs(200, [&](SolidPair& pair, const btConvexShape&, const btTransform& pose_a, const btConvexShape&,
                      const btTransform& pose_b) {
     if (side_by_side(pair, pose_a, pose_b)) return;
-    CoreDistance found;
-    if (pair.distance(pose_a, pose_b, any_reach, found) != Cores::apart) return;
+    ClosestPoints found;
+    if (pair.inner_distance(pose_a, pose_b, any_reach, found) != Separation::apart) return;
     ++apart;
     EXPECT_NEAR(found.normal.length(), 1.0, 1e-12);
     EXPECT_NEAR(found.distance, gap(pair, pose_a, pose_b, found.normal), 1e-9);
-    CorePair anew = pair;
+    SolidPair anew = pair;
     anew.forget();
-    CoreDistance again;
-    ASSERT_EQ(anew.distance(pose_a, pose_b, any_reach, again), Cores::apart);
+    ClosestPoints again;
+    ASSERT_EQ(anew.inner_distance(pose_a, pose_b, any_reach, again), Separation::apart);
     EXPECT_NEAR(again.distance, found.distance, 1e-9);
     EXPECT_LT((again.normal - found.normal).length(), 2e-4 + 3e-8 / found.distance);
   });
@@ -114,58 +113,58 @@ TEST(CoreDistance, IsTheGapAlongItsNormalAnewAndFromTheLastPoints) {
 }
 
 // Bullet's ends at a millionth of the squared distance, or where the next vertex is near the last one.
-TEST(CoreDistance, IsThatOfBulletOrLessByWhatItLeaves) {
-  for_pairs(100, [&](CorePair& pair, const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
+TEST(InnerDistance, IsThatOfBulletOrLessByWhatItLeaves) {
+  for_pairs(100, [&](SolidPair& pair, const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
                      const btTransform& pose_b) {
     if (side_by_side(pair, pose_a, pose_b)) return;
-    const btPointCollector points = closest_points(a, pose_a, b, pose_b, Overlap::ignored);
-    const double bullet = points.m_distance + a.getMarginNonVirtual() + b.getMarginNonVirtual();
-    CoreDistance found;
-    if (pair.distance(pose_a, pose_b, any_reach, found) == Cores::apart) {
-      ASSERT_TRUE(points.m_hasResult);
+    const auto points = SolidPair(a, b).closest_by_bullet(pose_a, pose_b, any_reach, Penetration::ignored);
+    const double bullet = (points ? points->distance : any_reach) + pair.margins();
+    ClosestPoints found;
+    if (pair.inner_distance(pose_a, pose_b, any_reach, found) == Separation::apart) {
+      ASSERT_TRUE(points.has_value());
       EXPECT_LT(found.distance, bullet + 1e-9);
       EXPECT_GT(found.distance, bullet - 3e-4);
-      const btVector3 on_b = points.m_pointInWorld - points.m_normalOnBInWorld * b.getMarginNonVirtual();
+      const btVector3 on_b = points->on_b - points->normal * b.getMarginNonVirtual();
       const bool round = pair.a().kind() == CYLINDER_SHAPE_PROXYTYPE || pair.b().kind() == CYLINDER_SHAPE_PROXYTYPE;
       EXPECT_GT(found.distance, bullet - (round ? 3e-4 : 1e-5));
-      EXPECT_LT((points.m_normalOnBInWorld - found.normal).length(), round ? 0.3 : 2e-3);
+      EXPECT_LT((points->normal - found.normal).length(), round ? 0.3 : 2e-3);
       EXPECT_NEAR(found.normal.dot(on_b - found.on_b), 0.0, 3e-4);
     } else {
-      EXPECT_TRUE(!points.m_hasResult || bullet < 2e-5);
+      EXPECT_TRUE(!points || bullet < 2e-5);
     }
   });
 }
 
-TEST(CoreDistance, IsTooFarExactlyWhereItIsAboveItsReach) {
-  for_pairs(100, [](CorePair& pair, const btConvexShape&, const btTransform& pose_a, const btConvexShape&,
+TEST(InnerDistance, IsTooFarExactlyWhereItIsAboveItsReach) {
+  for_pairs(100, [](SolidPair& pair, const btConvexShape&, const btTransform& pose_a, const btConvexShape&,
                     const btTransform& pose_b) {
-    CoreDistance known, found;
-    CorePair anew = pair;
-    if (anew.distance(pose_a, pose_b, any_reach, known) != Cores::apart) return;
-    EXPECT_EQ(pair.distance(pose_a, pose_b, known.distance * (1.0 - 1e-5), found), Cores::too_far);
-    ASSERT_EQ(pair.distance(pose_a, pose_b, known.distance * (1.0 + 1e-5), found), Cores::apart);
+    ClosestPoints known, found;
+    SolidPair anew = pair;
+    if (anew.inner_distance(pose_a, pose_b, any_reach, known) != Separation::apart) return;
+    EXPECT_EQ(pair.inner_distance(pose_a, pose_b, known.distance * (1.0 - 1e-5), found), Separation::too_far);
+    ASSERT_EQ(pair.inner_distance(pose_a, pose_b, known.distance * (1.0 + 1e-5), found), Separation::apart);
     EXPECT_NEAR(found.distance, known.distance, 1e-9);
   });
 }
 
-TEST(CoreDistance, SolidsWithTheSameCentreAreTooNear) {
+TEST(InnerDistance, SolidsWithTheSameCentreAreTooNear) {
   Draw draw;
   const btTransform pose = draw.pose();
   for (int kinds = 0; kinds < 25; ++kinds) {
     if (kinds / 5 == 4 || kinds % 5 == 4) continue;  // a hull's centre may be outside
     const auto a = draw.solid(kinds / 5), b = draw.solid(kinds % 5);
-    CorePair pair(*a, *b);
-    CoreDistance found;
+    SolidPair pair(*a, *b);
+    ClosestPoints found;
     for (const double aside : {0.0, 1e-300, 1e-12}) {
       btTransform other = pose;
       other.getOrigin() += btVector3(aside, 0.0, 0.0);
-      EXPECT_EQ(pair.distance(pose, other, any_reach, found), Cores::too_near) << kinds << ", " << aside;
+      EXPECT_EQ(pair.inner_distance(pose, other, any_reach, found), Separation::too_near) << kinds << ", " << aside;
     }
   }
 }
 
 // Of parallel faces, of edges, and of needles that are as good as flat.
-TEST(CoreDistance, OfSolidsInLineIsWhatIsBetweenThem) {
+TEST(InnerDistance, OfSolidsInLineIsWhatIsBetweenThem) {
   const auto shape = [](int kind, const btVector3& half) -> std::unique_ptr<btConvexShape> {
     std::unique_ptr<btConvexShape> made = std::make_unique<btBoxShape>(half);
     if (kind == 1) made = std::make_unique<btCylinderShapeZ>(btVector3(half.x(), half.x(), half.z()));
@@ -187,12 +186,12 @@ TEST(CoreDistance, OfSolidsInLineIsWhatIsBetweenThem) {
   for (const btVector3& half : {btVector3(0.05, 0.05, 0.05), btVector3(1e-6, 1e-6, 0.1), btVector3(0.1, 0.1, 1e-6)}) {
     for (int kinds = 0; kinds < 9; ++kinds) {
       const auto a = shape(kinds / 3, half), b = shape(kinds % 3, half);
-      CorePair pair(*a, *b);
+      SolidPair pair(*a, *b);
       for (const double away : {1e-4, 0.01, 1.0, 100.0}) {
         const btTransform frame(turned, btVector3(0.1, 0.2, 0.3));
         const btTransform above = frame * btTransform(btQuaternion::getIdentity(), {0.0, 0.0, 2.0 * half.z() + away});
-        CoreDistance found;
-        ASSERT_EQ(pair.distance(above, frame, any_reach, found), Cores::apart) << kinds << ", " << away;
+        ClosestPoints found;
+        ASSERT_EQ(pair.inner_distance(above, frame, any_reach, found), Separation::apart) << kinds << ", " << away;
         EXPECT_NEAR(found.distance, away, 1e-9 * away + 1e-13) << kinds;
         EXPECT_LT((found.normal - frame.getBasis().getColumn(2)).length(), 1e-4) << kinds << ", " << away;
       }
@@ -246,11 +245,12 @@ Errors errors_side_by_side(double tilt, bool box, double slenderness) {
     const btTransform pose_b = draw.pose();
     const btTransform pose_a = pose_b * btTransform(tilted, place);
 
-    const CorePair pair(cylinder, *standing);
+    const SolidPair pair(cylinder, *standing);
     const auto found = distance_side_by_side(pair.a(), pose_a, pair.b(), pose_b);
     const btConvexHullShape prism = prism_of(radius, slenderness * radius);
-    CoreDistance expected;
-    if (CorePair(prism, *standing).distance(pose_a, pose_b, any_reach, expected) != Cores::apart || !found) continue;
+    ClosestPoints expected;
+    if (SolidPair(prism, *standing).distance(pose_a, pose_b, any_reach, expected) != Separation::apart || !found)
+      continue;
     ++counted;
     worst.distance = std::max(worst.distance, std::abs(found->distance - expected.distance));
     worst.normal = std::max(worst.normal, double((found->normal - expected.normal).length()));
@@ -260,7 +260,7 @@ Errors errors_side_by_side(double tilt, bool box, double slenderness) {
 }
 
 // The prism is thinner by up to 0.2 um, and its normals are up to 3 mrad off.
-TEST(CoreDistance, OfCylindersSideBySideIsWithinAFewMicrometresUpToATiltOfAHundredth) {
+TEST(InnerDistance, OfCylindersSideBySideIsWithinAFewMicrometresUpToATiltOfAHundredth) {
   for (const double slenderness : {1.0, 3.0, 30.0}) {
     for (const bool box : {false, true}) {
       EXPECT_LT(errors_side_by_side(0.0, box, slenderness).distance, 2e-7) << slenderness << ", " << box;
@@ -274,7 +274,7 @@ TEST(CoreDistance, OfCylindersSideBySideIsWithinAFewMicrometresUpToATiltOfAHundr
   }
 }
 
-TEST(CoreDistance, OfABoxAndACylinderBesideItIsTheSameInEitherOrder) {
+TEST(InnerDistance, OfABoxAndACylinderBesideItIsTheSameInEitherOrder) {
   Draw draw;
   btCylinderShapeZ cylinder(btVector3(0.02, 0.02, 0.05));
   btBoxShape box(btVector3(0.03, 0.04, 0.05));
@@ -282,7 +282,7 @@ TEST(CoreDistance, OfABoxAndACylinderBesideItIsTheSameInEitherOrder) {
     const btTransform of_box = draw.pose();
     const btTransform of_cylinder = of_box * btTransform(draw.turn(draw.even(0.0, 0.003)),
                                                          {0.06 + draw.even(0.0, 0.01), draw.even(-0.06, 0.06), 0.0});
-    const CorePair pair(cylinder, box);
+    const SolidPair pair(cylinder, box);
     const auto there = distance_side_by_side(pair.a(), of_cylinder, pair.b(), of_box);
     const auto back = distance_side_by_side(pair.b(), of_box, pair.a(), of_cylinder);
     ASSERT_TRUE(there && back);
@@ -293,12 +293,12 @@ TEST(CoreDistance, OfABoxAndACylinderBesideItIsTheSameInEitherOrder) {
 }
 
 // One within the other, on one axis, one above the other, of no common height.
-TEST(CoreDistance, OfCylindersThatAreNotBesideEachOtherHasNoClosedForm) {
+TEST(InnerDistance, OfCylindersThatAreNotBesideEachOtherHasNoClosedForm) {
   btCylinderShapeZ cylinder(btVector3(0.02, 0.02, 0.05));
   btBoxShape box(btVector3(0.03, 0.04, 0.05));
   const btTransform frame = btTransform::getIdentity();
   for (const btConvexShape* other : {static_cast<btConvexShape*>(&cylinder), static_cast<btConvexShape*>(&box)}) {
-    const CorePair pair(cylinder, *other);
+    const SolidPair pair(cylinder, *other);
     for (const btVector3& place : {btVector3(0.0, 0.0, 0.0), btVector3(0.0, 0.0, 0.02), btVector3(0.01, 0.0, 0.0),
                                    btVector3(0.0, 0.0, 0.2), btVector3(0.1, 0.0, 0.2)}) {
       const btTransform pose(btQuaternion::getIdentity(), place);

@@ -1,5 +1,5 @@
 #pragma once
-// Threads that stay for many rounds of jobs.
+// Threads that stay for many batches of jobs.
 
 #include <atomic>
 #include <condition_variable>
@@ -10,20 +10,22 @@
 #include <thread>
 #include <vector>
 
+#include "base/threads.hpp"
+
 namespace energymargin {
 
-//! The caller's thread and some more. Between two rounds those look for work for a while before they sleep, since to
-//! wake a core takes long beside a short round.
-class Crew {
+//! The caller's thread and some more. Between two batches those yield for a while before they sleep, since to wake a
+//! processor takes long beside a short batch.
+class ThreadPool {
  public:
   //! `job(i, thread)`, with thread < size().
   using Job = std::function<void(std::size_t i, std::size_t thread)>;
 
-  //! Of `threads` threads, the caller's among them; fewer if the system gives no more.
-  explicit Crew(int threads);
-  ~Crew();
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
+  //! `threads` threads, the caller's among them; fewer if the system gives no more.
+  explicit ThreadPool(int threads);
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
 
   std::size_t size() const { return threads_.size() + 1; }
 
@@ -43,14 +45,14 @@ class Crew {
   std::mutex mutex_;
   std::condition_variable changed_;
 
-  // Of a round.
+  // The batch.
   const Job* job_ = nullptr;
   std::size_t count_ = 0;
   std::atomic<std::size_t> next_{0};
   std::exception_ptr error_;
   std::atomic<std::size_t> busy_{0};  // threads besides the caller's that are not done with it
 
-  std::atomic<int> rounds_{0};
+  std::atomic<int> batches_{0};
   std::atomic<bool> over_{false};
 };
 

@@ -1,19 +1,23 @@
-#include "physics/contacts/core_distance.hpp"
+// GJK (Gilbert, Johnson and Keerthi 1988): the point of the difference of two convex sets that is closest to the
+// origin.
 
 #include <algorithm>
 #include <initializer_list>
+
+#include "physics/contacts/side_by_side.hpp"
+#include "physics/contacts/solid_pair.hpp"
 
 namespace energymargin {
 namespace {
 
 constexpr double no_closer = 1e-9;  // share of a squared distance, below which a step is none
 constexpr double flat = 1e-16;      // square of the sine, below which four vertices lie in one plane
-constexpr int most_rounds = 100;
+constexpr int most_iterations = 100;
 
 // A vertex of the simplex: a point of a less a point of b.
 struct Vertex {
   btVector3 difference;
-  btVector3 on_a, on_b;  // in the cores' own frames
+  btVector3 on_a, on_b;  // in the shapes' own frames
   double weight = 0.0;   // of it in the closest point
 };
 
@@ -134,11 +138,12 @@ class Simplex {
 
 }  // namespace
 
-// In b's frame.
-Cores CorePair::distance(const btTransform& pose_a, const btTransform& pose_b, double reach, CoreDistance& result) {
+// The search is in b's frame.
+Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransform& pose_b, double reach,
+                                     ClosestPoints& result) {
   if (const auto found = distance_side_by_side(a_, pose_a, b_, pose_b)) {
     result = *found;
-    return result.distance > reach ? Cores::too_far : Cores::apart;
+    return result.distance > reach ? Separation::too_far : Separation::apart;
   }
   const btMatrix3x3 turn = pose_b.getBasis().transposeTimes(pose_a.getBasis());
   const btVector3 offset = (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis();
@@ -165,16 +170,16 @@ Cores CorePair::distance(const btTransform& pose_a, const btTransform& pose_b, d
     result.distance = btSqrt(squared);
     result.normal = pose_b.getBasis() * closest / result.distance;
     result.on_b = pose_b(simplex.on_b());
-    return Cores::apart;
+    return Separation::apart;
   };
   const double least = clearly_apart(a_, b_);
-  for (int round = 0; squared > least * least; ++round) {
-    if (round == most_rounds) break;
+  for (int i = 0; squared > least * least; ++i) {
+    if (i == most_iterations) break;
     const Vertex next = vertex(a_.support(-closest * turn), b_.support(closest));
     const double bound = closest.dot(next.difference);
     if (bound > 0.0 && bound * bound > closest.length2() * reach * reach) {
       keep();
-      return Cores::too_far;
+      return Separation::too_far;
     }
     if (squared - bound <= squared * no_closer) return known();
     Simplex larger = simplex;
@@ -187,7 +192,7 @@ Cores CorePair::distance(const btTransform& pose_a, const btTransform& pose_b, d
     squared = after;
   }
   count_ = 0;
-  return Cores::too_near;
+  return Separation::too_near;
 }
 
 }  // namespace energymargin

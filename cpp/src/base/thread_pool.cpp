@@ -1,51 +1,52 @@
-#include "base/crew.hpp"
+#include "base/thread_pool.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
-#include "base/threads.hpp"
+#include "energymargin/parallel.hpp"
 
 namespace energymargin {
 namespace {
 
-// How long a thread looks for a change before it sleeps: longer than most edges of a search take.
+// How long a thread waits for a change before it sleeps: longer than most edges of a search take.
 constexpr std::chrono::milliseconds patience{2};
 
 }  // namespace
 
-Crew::Crew(int threads) {
+ThreadPool::ThreadPool(int threads) {
   const auto more = static_cast<std::size_t>(with_threads && threads > 1 ? threads - 1 : 0);
   threads_.reserve(more);
   while (threads_.size() < more && start_thread(threads_, [this, thread = threads_.size() + 1] { serve(thread); })) {
   }
 }
 
-Crew::~Crew() {
+ThreadPool::~ThreadPool() {
   tell([&] { over_ = true; });
   for (std::thread& thread : threads_) thread.join();
 }
 
-void Crew::run(std::size_t count, const Job& job) {
+void ThreadPool::run(std::size_t count, const Job& job) {
   job_ = &job;
   count_ = count;
   next_ = 0;
   busy_ = threads_.size();
-  tell([&] { ++rounds_; });
+  tell([&] { ++batches_; });
   work(0);
   wait_until([&] { return busy_ == 0; });
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-void Crew::serve(std::size_t thread) {
-  for (int round = 1;; ++round) {
-    wait_until([&] { return rounds_ == round || over_; });
+void ThreadPool::serve(std::size_t thread) {
+  for (int batch = 1;; ++batch) {
+    wait_until([&] { return batches_ == batch || over_; });
     if (over_) return;
     work(thread);
     tell([&] { --busy_; });
   }
 }
 
-void Crew::work(std::size_t thread) {
+void ThreadPool::work(std::size_t thread) {
   for (std::size_t i = next_++; i < count_; i = next_++) {
     try {
       (*job_)(i, thread);
@@ -58,7 +59,7 @@ void Crew::work(std::size_t thread) {
 }
 
 template <typename Condition>
-void Crew::wait_until(const Condition& condition) {
+void ThreadPool::wait_until(const Condition& condition) {
   const auto end = std::chrono::steady_clock::now() + patience;
   while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
   if (condition()) return;
@@ -67,12 +68,19 @@ void Crew::wait_until(const Condition& condition) {
 }
 
 template <typename Change>
-void Crew::tell(const Change& change) {
+void ThreadPool::tell(const Change& change) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     change();
   }
   changed_.notify_all();
+}
+
+void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job, const Limit& limit) {
+  const auto most = static_cast<int>(std::min(count, static_cast<std::size_t>(std::max(threads, 1))));
+  ThreadPool(most).run(count, [&](std::size_t i, std::size_t) {
+    if (!limit.reached()) job(i);
+  });
 }
 
 }  // namespace energymargin
