@@ -37,8 +37,8 @@ void Auditor::end(const SubstepResult& substep) {
     add_control(i, layout.joint(state_.data(), i), layout.joint(next_.data(), i), substep.duration);
   }
   for (std::size_t i = 0; i < length_rates_.size(); ++i) {
-    add_damper(simulation_.scene().springs()[i], length_rates_[i], simulation_.springs().span(i).length_rate,
-               substep.duration);
+    const double stretch = 0.5 * (length_rates_[i] + simulation_.springs().span(i).length_rate) * substep.duration;
+    audit_.damping -= simulation_.scene().springs()[i].damping * length_rates_[i] * stretch;
   }
   // Velocities are a substep behind the positions; where motion is lost, its loads do no work.
   const double power = energy_.power(next_);
@@ -88,11 +88,6 @@ void Auditor::add_control(std::size_t index, const JointState& before, const Joi
   const double share = (limited(spring + moving) - limited(spring)) / moving;
   audit_.damping += share * damping * turned;
   audit_.drives += share * drive * turned;
-}
-
-void Auditor::add_damper(const Spring& spring, double rate_before, double rate_after, double duration) {
-  const double stretch = 0.5 * (rate_before + rate_after) * duration;
-  audit_.damping -= spring.damping * rate_before * stretch;
 }
 
 }  // namespace energymargin

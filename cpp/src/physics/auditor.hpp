@@ -27,7 +27,6 @@ class Auditor {
  private:
   void add_actuations(double duration);
   void add_control(std::size_t joint, const JointState& before, const JointState& after, double duration);
-  void add_damper(const Spring& spring, double rate_before, double rate_after, double duration);
 
   Simulation& simulation_;
   const Energy& energy_;

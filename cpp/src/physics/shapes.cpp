@@ -14,8 +14,8 @@ namespace {
 
 constexpr double rounding = 1e-9;  // of poses: a share of the size, and rad
 
-// A shape whose box of bounds has room around it. Bullet drops the contacts of a compound's part as soon as the boxes
-// of bounds lie apart, be it by a rounding error, and the body would fall for a step.
+// A shape whose box of bounds has room around it: contacts of a compound's part end where the boxes lie apart, be it by
+// a rounding error, and the body would fall for a step.
 template <typename Base>
 struct Roomy : Base {
   using Base::Base;

@@ -24,11 +24,6 @@ void require_a_row_a_step(const std::string& name, Eigen::Index rows, int steps)
   if (rows != steps) reject(name, std::to_string(rows) + " rows", std::to_string(steps) + " rows, one a step");
 }
 
-void require_steps(int steps) {
-  require_at_least("steps", steps, 1);
-  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
-}
-
 }  // namespace
 
 Push push(const Disturbance& wrenches, int steps) {
@@ -83,7 +78,8 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
 void World::validate_simulation(const State& state, const Plan& besides, int steps,
                                 const std::vector<int>& record) const {
   validate(scene(), state);
-  require_steps(steps);
+  require_at_least("steps", steps, 1);
+  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
   validate_record(record, steps);
   for (const Drive& drive : besides.wrenches) {
     require_a_row_a_step("drives['" + drive.body + "']", drive.wrenches.rows(), steps);

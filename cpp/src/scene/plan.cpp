@@ -29,10 +29,6 @@ void require_columns(const std::string& name, const Wrenches& rows) {
   if (rows.cols() != 6) reject(name, std::to_string(rows.cols()) + " columns", "6 columns");
 }
 
-void require_new(const std::string& name, bool is_new) {
-  if (!is_new) reject(name, "there twice", "each name once");
-}
-
 void require_step(const Plan& plan, const Scene& scene) {
   const double steps = plan.step / scene.stepping().step;
   if (!(std::isfinite(steps) && steps > 1.0 - rounding)) {
@@ -76,7 +72,7 @@ void validate_rows(const Plan& plan, const std::string& wrenches) {
   std::set<std::string> names;
   const auto require = [&](const std::string& name, const auto& numbers) {
     require_rows(name, numbers, rows);
-    require_new(name, names.insert(name).second);
+    if (!names.insert(name).second) reject(name, "there twice", "each name once");
   };
   for (const Drive& drive : plan.wrenches) {
     require_columns(named(wrenches, drive.body), drive.wrenches);

@@ -91,12 +91,7 @@ class Articulation {
   //! What these velocities of the tree are for the links and a free base, each at the index of its body in the scene.
   void read(const std::vector<double>& from, std::vector<Velocity>& velocities) const;
 
-  //! Velocity of the point of a body of the tree that is at `point` in the world.
-  btVector3 velocity(const btCollisionObject& body, const btVector3& point) const {
-    return velocity(body, point, velocities_);
-  }
-
-  //! The same if these were the tree's velocities.
+  //! Velocity of the point of a body of the tree that is at `point` in the world, at these velocities of the tree.
   btVector3 velocity(const btCollisionObject& body, const btVector3& point,
                      const std::vector<double>& velocities) const;
 

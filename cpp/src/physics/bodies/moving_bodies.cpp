@@ -82,7 +82,10 @@ void MovingBodies::read(Motion& motion) const {
 }
 
 btVector3 MovingBodies::velocity(std::size_t body, const btVector3& point) const {
-  if (tree_of_[body]) return trees_[*tree_of_[body]]->velocity(*colliders_[body], point);
+  if (tree_of_[body]) {
+    const Articulation& tree = *trees_[*tree_of_[body]];
+    return tree.velocity(*colliders_[body], point, tree.velocities());
+  }
   const auto& rigid = static_cast<const btRigidBody&>(*colliders_[body]);
   return rigid.getVelocityInLocalPoint(point - rigid.getCenterOfMassPosition());
 }

@@ -10,8 +10,8 @@
 
 namespace energymargin {
 
-//! All pairs can, except two bodies that no contact can move, two bodies that a joint connects, which overlap there,
-//! and those that the scene disables. The scene outlives this.
+//! All pairs can, except two bodies that no contact can move, two bodies that a joint connects, which are in each other
+//! there, and those that the scene disables. The scene outlives this.
 class CollisionFilter {
  public:
   explicit CollisionFilter(const Scene& scene) : scene_(scene), bodies_(scene.bodies()) {

@@ -11,13 +11,13 @@ namespace {
 // Of a sliver less than was asked for can be taken off, or nothing.
 constexpr int most_halvings = 8;
 
-double shrink(const std::vector<Vector3>& points, double margin, btConvexHullComputer& core) {
+double shrink(const std::vector<Vector3>& points, double margin, btConvexHullComputer& inner) {
   const auto compute = [&](double asked) {
-    return core.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), asked, 0.5);
+    return inner.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), asked, 0.5);
   };
   for (int i = 0; i < most_halvings; ++i, margin *= 0.5) {
     const double shrunk = compute(margin);
-    if (shrunk >= 0.0 && core.vertices.size() > 0) return shrunk;
+    if (shrunk >= 0.0 && inner.vertices.size() > 0) return shrunk;
   }
   return compute(0.0);
 }
@@ -25,9 +25,9 @@ double shrink(const std::vector<Vector3>& points, double margin, btConvexHullCom
 }  // namespace
 
 HullShape::HullShape(const std::vector<Vector3>& points, double margin) {
-  btConvexHullComputer core;
-  const double shrunk = shrink(points, margin, core);
-  for (int i = 0; i < core.vertices.size(); ++i) addPoint(core.vertices[i], false);
+  btConvexHullComputer inner;
+  const double shrunk = shrink(points, margin, inner);
+  for (int i = 0; i < inner.vertices.size(); ++i) addPoint(inner.vertices[i], false);
   recalcLocalAabb();
   setMargin(shrunk);
   btConvexHullComputer whole;

@@ -9,8 +9,8 @@
 
 namespace energymargin {
 
-//! Bullet's hull is a core with a margin around it, whose corners are round: its faces are smaller than those of the
-//! points that it is made of. Where it lies on a face, or stands on a plane, these corners count, as a box's do.
+//! Bullet's hull is an inner shape with a margin around it, whose corners are round: its faces are smaller than those
+//! of the points that it is made of. Where it lies on a face, or stands on a plane, these corners count, as a box's do.
 class HullShape : public btConvexHullShape {
  public:
   //! The hull of points, with at most this margin [m].

@@ -1,5 +1,6 @@
 #pragma once
-// Coulomb's law at one contact point, as a function of the relative velocity there.
+// Coulomb's law at one contact point, as a function of the relative velocity there: law (1) and its augmented form, of
+// docs/engineering/contact.md#the-law.
 
 #include <array>
 
@@ -8,12 +9,10 @@ namespace energymargin {
 //! Two tangential numbers and the normal one.
 using ContactVector = std::array<double, 3>;
 
-//! A contact resists by impulse = miss / softness, as far as Coulomb's cone |tangential| <= friction * normal allows.
-//! `miss` is what the velocity should be minus what it is [m/s]; softness [m/s per N s] is so small that it only makes
-//! the impulses of redundant points unique.
+//! impulse = miss / softness within the cone |tangential| <= friction * normal. `miss` is what the velocity should be
+//! minus what it is [m/s]; softness is in m/s per N s.
 struct FrictionLaw {
-  //! How soft contacts are, as shares of what a unit impulse changes along a row. What sticks creeps by a
-  //! ten-thousandth of what it would fall in a step. Along the normal, positions make up for it.
+  //! Softness, as shares of what a unit impulse changes along a row.
   static constexpr double normal_share = 1e-3;
   static constexpr double tangential_share = 1e-4;
 

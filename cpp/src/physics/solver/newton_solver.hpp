@@ -11,12 +11,9 @@
 
 namespace energymargin {
 
-//! Finds velocities v with A (v - v_free) = sum of J' impulse(J v). Each island of movers is
-//! solved on its own.
-//!
-//! Newton's method on Coulomb's law converges in one to three iterations from a good guess. Where some iterations bring
-//! the error down by too little, as in a blow, sweeps of sequential impulses find out what opens, sticks and slides,
-//! and Newton's method goes on from there.
+//! Finds velocities v at which the residual r(v) = A (v - v_free) - sum of J' lambda(target - J v) is zero, island by
+//! island: v becomes v - H^-1 r, with H = A + sum of J' (d lambda / d miss) J. Where that brings the error down by too
+//! little, sweeps tell it where to start. docs/engineering/contact.md#the-solver has the steps.
 class NewtonSolver : public VelocitySystem {
  public:
   NewtonSolver() = default;

@@ -14,7 +14,7 @@ constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get 
 // A body whose spin changes by less than this share of itself coasts as it is; the midpoint rule goes on for as long as
 // it changes by more.
 constexpr double steady_spin = 1e-9;
-constexpr int midpoint_rounds = 8;
+constexpr int midpoint_iterations = 8;
 
 // A vector after a turn by a rotation vector [rad] (Rodrigues 1840).
 btVector3 rotated(const btVector3& vector, const btVector3& turn) {
@@ -63,6 +63,7 @@ bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
   kinds_.clear();
   contact_points_.clear();
+  frames_.clear();
   for (TreeDynamics& tree : trees_) tree.keep_base();
   for (const Motor& motor : substep.motors) drive_kinematic(motor);
   for (std::size_t i = 0; i < rigids_.size(); ++i) add_rigid(i, substep.duration);
@@ -132,21 +133,21 @@ void StepEquations::kick(std::size_t i, double duration, double* free) const {
   const btRigidBody& body = *rigid.body;
   const btVector3 linear = bodies_.rigids().acceleration(i) * duration;
   const btVector3 twist = bodies_.rigids().torque(i) * duration;
-  const btMatrix3x3 inertia = bodies_.rigids().inertia(i);
   int turns[3] = {0, 0, 0};
   int count = 0;
   for (const int axis : rigid.axes) {
     if (axis >= 3) turns[count++] = axis - 3;
   }
   btVector3 change(0, 0, 0);
-  if (!twist.isZero()) {
-    if (count == 3) {
-      const btMatrix3x3& axes = body.getWorldTransform().getBasis();
-      change = axes * (twist * axes / bodies_.rigids().moments(i));
-    } else if (count == 1) {
-      change[turns[0]] = twist[turns[0]] / inertia[turns[0]][turns[0]];
+  if (!twist.isZero() && count == 3) {
+    const btMatrix3x3& axes = body.getWorldTransform().getBasis();
+    change = axes * (twist * axes / bodies_.rigids().moments(i));
+  } else if (!twist.isZero()) {
+    const btMatrix3x3 inertia = bodies_.rigids().inertia(i);
+    const int x = turns[0], y = turns[1];
+    if (count == 1) {
+      change[x] = twist[x] / inertia[x][x];
     } else if (count == 2) {
-      const int x = turns[0], y = turns[1];
       const double determinant = inertia[x][x] * inertia[y][y] - inertia[x][y] * inertia[y][x];
       change[x] = (inertia[y][y] * twist[x] - inertia[x][y] * twist[y]) / determinant;
       change[y] = (inertia[x][x] * twist[y] - inertia[y][x] * twist[x]) / determinant;
@@ -180,7 +181,7 @@ void StepEquations::coast(std::size_t i, double duration, btVector3& mean) {
     const btVector3 turned_back = rotated(momentum, -turn) * axes / moments;
     return rotated(axes * turned_back, turn);
   };
-  for (int round = 0; round < midpoint_rounds; ++round) {
+  for (int iteration = 0; iteration < midpoint_iterations; ++iteration) {
     const btVector3 before = mean;
     mean = spin_after(mean * (0.5 * duration));
     if ((mean - before).length2() <= steady_spin * steady_spin * mean.length2()) break;

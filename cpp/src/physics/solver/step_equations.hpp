@@ -21,11 +21,9 @@ struct Substep {
   double tolerance;
 };
 
-//! Bodies and trees are alike for it: each is a mover with some of all velocities. Contacts, stops, limited drives,
-//! mimics and motors are rows over these.
-//!
-//! Loads and impulses act where the bodies stand; then all coasts to the end of the substep. A body that turns and a
-//! linkage that swings coast along ways that bend: rows along which something sticks know by how much.
+//! Sets up A (v - v_free) = sum of J' lambda(target - J v), and lets all coast from its solution: equation (2) of
+//! docs/engineering/contact.md#the-equations-of-a-step. Each body or tree is a mover with some of all velocities v;
+//! contacts, stops, limited drives, mimics and motors are rows of J.
 class StepEquations {
  public:
   //! `bodies` and `audit` outlive this. Adds to the work of `audit` while that is on.
@@ -105,6 +103,7 @@ class StepEquations {
   NewtonSolver solver_;
   std::vector<Kind> kinds_;                  // of the solver's limited rows
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
+  std::vector<Frame> frames_;                // of these
 };
 
 }  // namespace energymargin

@@ -14,7 +14,7 @@ constexpr double softness_share = 1e-5;
 // Mimics hold more tightly.
 constexpr double mimic_softness = 1e-7;
 
-// This share of an overlap, or of another error of the positions, is put right in a whole step; Bullet's own value.
+// This share of a penetration, or of another error of the positions, is put right in a whole step; Bullet's own value.
 constexpr double error_share = 0.2;
 
 // Up to this speed errors are put right by the velocities, which no one can tell from rest; beyond, beside them [m/s].

@@ -8,7 +8,8 @@
 
 namespace energymargin {
 
-//! Impulses of one contact after the other, each as if it were alone, again and again (projected Gauss-Seidel).
+//! Projected Gauss-Seidel: row by row lambda becomes lambda + (miss - R lambda) / (J A^-1 J' + R), cut to its cone or
+//! limits, and v follows by A^-1 J' times the change.
 class Sweeps {
  public:
   //! The system outlives this.
@@ -17,7 +18,7 @@ class Sweeps {
   //! Starts anew, with no impulses.
   void start(const Island& island);
 
-  //! So many times from one contact to the next, and every other time the other way round.
+  //! So many times from one contact to the next, and every other time backwards.
   void run(const Island& island, int sweeps);
 
   //! What it is at: velocities and impulses that belong together.

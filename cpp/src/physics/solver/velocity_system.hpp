@@ -66,7 +66,8 @@ class VelocitySystem {
     return velocities_.data() + movers_[static_cast<std::size_t>(mover)].begin;
   }
 
-  //! Velocities that move bodies apart beside the velocities, and are gone after the step; zero where nothing overlaps.
+  //! Velocities that move bodies apart beside the velocities, and are gone after the step; zero where nothing is in
+  //! another.
   const double* recovery(int mover) const { return recovery_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
 
   //! Rows between two movers, with Jacobians of zero. These movers have their inertias by then. References hold until
