@@ -6,7 +6,7 @@
 
 #include "expect.hpp"
 #include "problem_files.hpp"
-#include "problem_io/parse.hpp"
+#include "problem_io/json.hpp"
 #include "schema_check.hpp"
 #include "schema_definitions.hpp"
 

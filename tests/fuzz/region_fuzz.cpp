@@ -13,7 +13,7 @@
 
 #include "energymargin/membership.hpp"
 #include "problem_files.hpp"
-#include "problem_io/read.hpp"
+#include "problem_io/read_record.hpp"
 #include "problem_io/write_record.hpp"
 #include "require.hpp"
 
@@ -185,7 +185,7 @@ void require_laws_of_sets(const Region& a, const Region& b, const States& states
 void require_written_and_read_back(const Region& region, const States& states) {
   const std::string text = problem_io::write(region).dump();
   const problem_io::Json json = problem_io::Json::parse(text);
-  const Region again = problem_io::read_region(problem_io::JsonNode(json, "region"), scene());
+  const Region again = problem_io::RecordReader(&scene()).region(problem_io::JsonNode(json, "region"));
   require(problem_io::write(again).dump() == text, "what is written is read back as it was");
   require(equal(mask(again, states), mask(region, states)), "a region from JSON is the same set");
 }

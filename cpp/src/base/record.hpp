@@ -13,6 +13,8 @@ struct Form {
   const char* definition = nullptr;
   bool infinite = false;    //!< "inf" and "-inf" stand for numbers
   bool names_body = false;  //!< the text is the name of a body of the scene
+
+  bool operator==(const Form& other) const { return definition == other.definition; }
 };
 
 namespace forms {
@@ -23,6 +25,7 @@ inline constexpr Form not_negative{"not_negative"};
 inline constexpr Form positive_list{"positive_list"};
 inline constexpr Form points{"points"};
 inline constexpr Form direction{"direction"};
+inline constexpr Form bounds{"bounds"};
 inline constexpr Form factors{"factors"};
 inline constexpr Form moments{"moments"};
 inline constexpr Form lower_limit{"number_or_minus_inf", true};
@@ -51,6 +54,8 @@ struct Field {
   constexpr Field(const char* field_name, Get access, const char* text, Form values = {},
                   Presence in_files = Presence::required)
       : name(field_name), get(access), description(text), form(values), presence(in_files) {}
+  constexpr Field(const char* field_name, Get access, const char* text, Presence in_files)
+      : Field(field_name, access, text, {}, in_files) {}
 
   const char* name;
   Get get;
@@ -69,6 +74,11 @@ template <typename Struct, typename = void>
 inline constexpr bool has_type = false;
 template <typename Struct>
 inline constexpr bool has_type<Struct, std::void_t<decltype(Record<Struct>::type)>> = true;
+
+template <typename Struct, typename = void>
+inline constexpr bool is_record = false;
+template <typename Struct>
+inline constexpr bool is_record<Struct, std::void_t<decltype(Record<Struct>::fields())>> = true;
 
 //! Calls `visit(field)` for each field of a struct.
 template <typename Struct, typename Visit>

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/check.hpp"
+#include "base/check_record.hpp"
 #include "base/random_draws.hpp"
+#include "problem/records.hpp"
 
 namespace energymargin {
 namespace {
@@ -145,13 +146,17 @@ void add_noise(const ActuationNoise& noise, const Problem& problem, int from, Ra
   }
 }
 
-void validate_uniform(const Uniform& model, const Problem& problem) {
-  require_not_negative("strength", model.strength);
-  if (model.hold) require_positive("hold", *model.hold);
-  if (!model.objects) return;
+void require_objects(const Uniform& model, const Problem& problem) {
   const auto most = static_cast<int>(objects_of(problem));
-  if (*model.objects < 1 || *model.objects > most) {
-    reject("objects", std::to_string(*model.objects), "from 1 to the scene's " + std::to_string(most));
+  if (!model.objects || (*model.objects >= 1 && *model.objects <= most)) return;
+  reject("objects", std::to_string(*model.objects), "from 1 to the scene's " + std::to_string(most));
+}
+
+void require_forces(const Problem& problem) {
+  if (!problem.plan) reject("disturbance", "noise of the plan", "a problem with a plan");
+  const Plan driven = rows_for_noise(problem);
+  if (driven.wrenches.empty() && driven.targets.empty()) {
+    reject("disturbance", "noise of a plan of kinematic bodies alone", "one of a plan with forces or targets");
   }
 }
 
@@ -170,29 +175,13 @@ void validate_draws(const Draws& model, const Problem& problem) {
 }  // namespace
 
 void validate(const DisturbanceModel& model, const Problem& problem) {
-  if (const auto* uniform = std::get_if<Uniform>(&model)) validate_uniform(*uniform, problem);
-  if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) {
-    require_not_negative("rate", boltzmann->rate);
-    validate_uniform(boltzmann->proposal, problem);
-  }
-  if (const auto* gaussian = std::get_if<Gaussian>(&model)) {
-    require_not_negative("force", gaussian->force);
-    require_not_negative("torque", gaussian->torque);
-    require_not_negative("correlation_time", gaussian->correlation_time);
-  }
-  if (const auto* noise = std::get_if<ActuationNoise>(&model)) {
-    if (!problem.plan) reject("disturbance", "noise of the plan", "a problem with a plan");
-    const Plan driven = rows_for_noise(problem);
-    if (driven.wrenches.empty() && driven.targets.empty()) {
-      reject("disturbance", "noise of a plan of kinematic bodies alone", "one of a plan with forces or targets");
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      require_not_negative("force", noise->force[axis]);
-      require_not_negative("torque", noise->torque[axis]);
-    }
-    require_not_negative("targets", noise->targets);
-    if (noise->hold) require_positive("hold", *noise->hold);
-  }
+  if (std::holds_alternative<ActuationNoise>(model)) require_forces(problem);
+  const auto require = [](const auto& alternative) {
+    if constexpr (is_record<std::decay_t<decltype(alternative)>>) require_fields(alternative);
+  };
+  std::visit(require, model);
+  if (const auto* uniform = std::get_if<Uniform>(&model)) require_objects(*uniform, problem);
+  if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) require_objects(boltzmann->proposal, problem);
   if (const auto* draws = std::get_if<Draws>(&model)) validate_draws(*draws, problem);
 }
 

@@ -3,10 +3,11 @@
 #include <optional>
 #include <string>
 
-#include "base/check.hpp"
+#include "base/check_record.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
 #include "problem/penetration.hpp"
+#include "problem/records.hpp"
 
 namespace energymargin {
 namespace {
@@ -114,27 +115,6 @@ void require_disturbance(const Problem& problem) {
   }
 }
 
-void require_weights(const ForceWeights& weights) {
-  for (const auto& [name, weight] : {std::pair{"engage", weights.engage},
-                                     {"stick", weights.stick},
-                                     {"distance", weights.distance},
-                                     {"ground_engage", weights.ground_engage},
-                                     {"ground_stick", weights.ground_stick}}) {
-    require_finite(std::string("force weight ") + name, weight);
-  }
-}
-
-void require_contact(const Contact& contact, const Scene& scene) {
-  scene.index(contact.body_a);
-  scene.index(contact.body_b);
-  require_finite("contact position", contact.position);
-  require_finite("contact normal", contact.normal);
-  require_finite("contact distance", contact.distance);
-  require_not_negative("contact friction", contact.friction);
-  require_finite("contact normal_force", contact.normal_force);
-  require_finite("contact tangential_force", contact.tangential_force);
-}
-
 }  // namespace
 
 void validate(const Problem& problem) {
@@ -143,7 +123,7 @@ void validate(const Problem& problem) {
   validate(scene, problem.state);
   require_disturbance(problem);
   require_not_negative("rate", problem.rate);
-  require_weights(problem.force_weights);
+  require_fields(problem.force_weights, "force weight ");
   require_clock(problem);
   require_region("captured", problem.captured, scene);
   if (problem.succeeded) require_region("succeeded", *problem.succeeded, scene);
@@ -155,7 +135,11 @@ void validate(const Problem& problem) {
       reject("state", "outside of the bounds `within`", "a start inside, or no bounds");
     }
   }
-  for (const Contact& contact : problem.contacts.value_or(std::vector<Contact>{})) require_contact(contact, scene);
+  for (const Contact& contact : problem.contacts.value_or(std::vector<Contact>{})) {
+    scene.index(contact.body_a);
+    scene.index(contact.body_b);
+    require_fields(contact, "contact ");
+  }
   require_no_deep_penetration(scene, problem.state);
 }
 

@@ -12,7 +12,6 @@
 #include "energymargin/types.hpp"
 #include "problem/words.hpp"
 #include "problem_io/json.hpp"
-#include "problem_io/text.hpp"
 
 namespace energymargin::problem_io {
 
@@ -83,12 +82,14 @@ class JsonNode {
     for (std::size_t i = 0; i < json_.size(); ++i) nodes.emplace_back(json_[i], path_ + "[" + std::to_string(i) + "]");
     return nodes;
   }
-  std::vector<double> numbers(std::size_t count, bool infinite = false) const {
-    const std::vector<JsonNode> nodes = items();
-    if (nodes.size() != count) fail("a list of " + std::to_string(count) + " numbers");
+  std::vector<double> all_numbers(bool infinite = false) const {
     std::vector<double> values;
-    for (const JsonNode& node : nodes) values.push_back(infinite ? node.number_or_infinity() : node.number());
+    for (const JsonNode& node : items()) values.push_back(infinite ? node.number_or_infinity() : node.number());
     return values;
+  }
+  std::vector<double> numbers(std::size_t count, bool infinite = false) const {
+    if (items().size() != count) fail("a list of " + std::to_string(count) + " numbers");
+    return all_numbers(infinite);
   }
   Vector2 vector2() const {
     const auto v = numbers(2);

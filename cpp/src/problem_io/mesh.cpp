@@ -5,11 +5,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
 
-#include "problem_io/text.hpp"
+#include "energymargin/problem_io.hpp"
+#include "problem_io/files.hpp"
+#include "problem_io/read_record.hpp"
 #include "scene/hull_faces.hpp"
 
 namespace energymargin::problem_io {
@@ -152,6 +155,27 @@ Compound read_mesh(const std::string& text) {
     start = end + 1;
   }
   return reader.take();
+}
+
+Compound read_mesh_file(const JsonNode& node, const std::string& folder) {
+  const std::filesystem::path file = node.text();
+  const bool ends_early = file.native().find('\0') != std::string::npos;  // for the system, which would open another
+  if (file.empty() || ends_early) node.fail("the path of an OBJ file");
+  if (file.is_relative() && folder.empty()) {
+    node.fail("an absolute path, or the folder that it is relative to: this text is of no file");
+  }
+  const std::string path = (folder / file).lexically_normal().string();
+  std::error_code ignored;
+  if (std::filesystem::is_other(std::filesystem::status(path, ignored))) {
+    node.fail("a file: this is a device or a pipe, which may have no end");
+  }
+  try {
+    return read_mesh(read_file("mesh file", path));
+  } catch (const FileError& error) {
+    throw std::invalid_argument(node.path() + ": " + error.what());
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(node.path() + ": mesh file '" + path + "': " + error.what());
+  }
 }
 
 }  // namespace energymargin::problem_io

@@ -1,11 +1,9 @@
-#include "problem_io/parse.hpp"
-
 #include <algorithm>
 #include <cctype>
 #include <stdexcept>
 #include <vector>
 
-#include "problem_io/text.hpp"
+#include "problem_io/json.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -7,8 +7,6 @@
 #include "problem_io/files.hpp"
 #include "problem_io/json.hpp"
 #include "problem_io/mesh.hpp"
-#include "problem_io/older_versions.hpp"
-#include "problem_io/parse.hpp"
 
 namespace energymargin {
 namespace {
@@ -57,11 +55,8 @@ problem_io::MeshFiles mesh_files(const Scene& scene, const std::string& stem) {
 std::string to_json(const Problem& problem) { return json_text(problem, {}); }
 
 Problem from_json(const std::string& text, const std::string& folder, std::vector<Warning>* warnings) {
-  problem_io::Json json = problem_io::parse(text);
-  const std::vector<Warning> outdated = problem_io::update_scene(json);
-  Problem problem = problem_io::read_problem(json, folder);
+  Problem problem = problem_io::read_problem(problem_io::parse(text), folder, warnings);
   validate(problem);
-  if (warnings) warnings->insert(warnings->end(), outdated.begin(), outdated.end());
   return problem;
 }
 

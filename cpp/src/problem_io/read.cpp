@@ -2,11 +2,15 @@
 
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
-#include "problem_io/format.hpp"
 #include "problem_io/read_record.hpp"
+#include "scene/words.hpp"
 
 namespace energymargin::problem_io {
 namespace {
+
+constexpr int version_with_clock = 4;
+constexpr int version_with_friction_rule = 5;
+constexpr int version_with_newton_solver = 6;
 
 int read_version(const JsonNode& node) {
   if (!node.has("format") || node["format"].text() != format_name) {
@@ -24,65 +28,115 @@ int read_version(const JsonNode& node) {
   return version;
 }
 
-State read_state(const JsonNode& node) {
-  const std::vector<JsonNode> numbers = node.items();
-  State state(static_cast<Eigen::Index>(numbers.size()));
-  for (std::size_t i = 0; i < numbers.size(); ++i) state[static_cast<Eigen::Index>(i)] = numbers[i].number();
-  return state;
+// Throws std::invalid_argument if a file of `version` has a key that there is only `since` a later one.
+void require_version(const JsonNode& node, const std::vector<std::string>& keys, int since, int version) {
+  for (const std::string& key : keys) {
+    if (version >= since || !node.has(key)) continue;
+    throw std::invalid_argument(node.path() + " has \"" + key + "\", expected only from \"version\": " +
+                                std::to_string(since) + " on; this file says " + std::to_string(version));
+  }
 }
 
-// A horizon, a plan, and how the capture set is looked at.
-void read_clock(const JsonNode& node, int version, Problem& problem) {
-  for (const char* key : {"horizon", "check", "dwell", "plan"}) {
-    require_version(node, key, version_with_clock, version);
+// The older solver counted sweeps over the contacts and stopped below a squared change of speed [m^2/s^2]. Neither
+// number says anything about Newton iterations and a relative residual: the defaults take their place.
+Stepping read_stepping(const JsonNode& node, int version) {
+  Stepping stepping;
+  stepping.step = node["step"].number();
+  if (version >= version_with_newton_solver) {
+    stepping.iterations = node["solver_iterations"].integer();
+    stepping.tolerance = node["solver_tolerance"].number();
+  } else {
+    for (const char* key : {"solver_iterations", "solver_tolerance"}) node[key].number();
   }
-  if (node.has("horizon")) problem.horizon = node["horizon"].number();
-  if (node.has("check")) problem.check = node["check"].number();
-  if (node.has("dwell")) problem.dwell = node["dwell"].number();
-  if (node.has("plan")) problem.plan = read_plan(node["plan"], &problem.scene);
+  if (node.has("margin")) stepping.margin = node["margin"].number();
+  return stepping;
+}
+
+// Since version 6 friction always acts in every direction of the contact plane, as it did with two directions.
+void read_friction_directions(const JsonNode& node, std::vector<Warning>* warnings) {
+  const int directions = node.integer();
+  if (directions != 1 && directions != 2) node.fail("1 or 2");
+  if (directions == 2 || !warnings) return;
+  warnings->push_back(
+      {"scene: friction_directions",
+       "the file has \"friction_directions\": 1, which there is no more: friction now acts in every direction of the "
+       "contact plane, so that scores may differ from those of version 0.13"});
+}
+
+void read_disabled_collision(const JsonNode& pair, Scene& scene) {
+  const std::vector<JsonNode> names = pair.items();
+  if (names.size() != 2) pair.fail("a list of two bodies");
+  scene.disable_collisions(read_body_name(names[0], scene), read_body_name(names[1], scene));
+}
+
+Scene read_scene(const JsonNode& node, int version, const std::string& folder, std::vector<Warning>* warnings) {
+  std::vector<std::string> keys{
+      "gravity", "step",   "solver_iterations", "solver_tolerance",    "margin",        "friction_rule",
+      "bodies",  "joints", "springs",           "disabled_collisions", "pair_frictions"};
+  if (version < version_with_newton_solver) keys.emplace_back("friction_directions");
+  node.allow_keys(keys);
+  if (node.has("friction_directions")) read_friction_directions(node["friction_directions"], warnings);
+  require_version(node, {"friction_rule", "pair_frictions"}, version_with_friction_rule, version);
+  Scene scene = with_path(node, [&](const JsonNode& at) {
+    return Scene(at["gravity"].vector3(), read_stepping(at, version),
+                 at.has("friction_rule") ? at["friction_rule"].one_of<FrictionRule>() : FrictionRule::product);
+  });
+  if (node["bodies"].items().empty()) node["bodies"].fail("a list of at least one body");
+  const RecordReader records(&scene, folder);
+  for_each_item(node, "bodies", [&](const JsonNode& body) {
+    require_version(body, {"kinematic"}, version_with_friction_rule, version);
+    scene.add_body(records.record<Body>(body));
+  });
+  for_each_item(node, "joints", [&](const JsonNode& joint) {
+    require_version(joint, {"armature"}, version_with_friction_rule, version);
+    scene.add_joint(records.record<Joint>(joint));
+  });
+  for_each_item(node, "springs", [&](const JsonNode& spring) { scene.add_spring(records.record<Spring>(spring)); });
+  for_each_item(node, "disabled_collisions", [&](const JsonNode& pair) { read_disabled_collision(pair, scene); });
+  for_each_item(node, "pair_frictions", [&](const JsonNode& item) {
+    const auto pair = records.record<PairFriction>(item);
+    scene.set_friction(pair.body_a, pair.body_b, pair.friction);
+  });
+  return scene;
 }
 
 }  // namespace
 
-void require_version(const JsonNode& node, const char* key, int since, int version) {
-  if (version >= since || !node.has(key)) return;
-  throw std::invalid_argument(node.path() + " has \"" + std::string(key) + "\", expected only from \"version\": " +
-                              std::to_string(since) + " on; this file says " + std::to_string(version));
-}
-
-Plan read_plan(const Json& json) { return read_plan(JsonNode(json, "plan"), nullptr); }
-
-Problem read_problem(const Json& json, const std::string& folder) {
+Problem read_problem(const Json& json, const std::string& folder, std::vector<Warning>* warnings) {
   const JsonNode node(json, "problem");
   const int version = read_version(node);
   node.allow_keys({"$schema",  "format",       "version",       "scene",   "state",    "force", "torque",
                    "duration", "captured",     "succeeded",     "within",  "effector", "rate",  "force_weights",
                    "contacts", "captured_any", "succeeded_any", "horizon", "check",    "dwell", "plan"});
   if (node.has("$schema")) node["$schema"].text();
-  const Scene scene = read_scene(node["scene"], version, folder);
-  State state = read_state(node["state"]);
+  const Scene scene = read_scene(node["scene"], version, folder, warnings);
+  const std::vector<double> state = node["state"].all_numbers();
+  const RecordReader records(&scene);
   const Vector3 force = node["force"].vector3();
   const Vector3 torque = node["torque"].vector3();
   const double duration = node["duration"].number();
-  Problem problem(scene, std::move(state), read_region(node["captured"], scene));
+  Problem problem(scene, Eigen::Map<const State>(state.data(), static_cast<Eigen::Index>(state.size())),
+                  records.region(node["captured"]));
   problem.force = force;
   problem.torque = torque;
   problem.duration = duration;
-  if (node.has("succeeded")) problem.succeeded = read_region(node["succeeded"], scene);
-  if (node.has("within")) problem.within = read_region(node["within"], scene);
-  if (node.has("captured_any")) problem.captured_any = read_region(node["captured_any"], scene);
-  if (node.has("succeeded_any")) problem.succeeded_any = read_region(node["succeeded_any"], scene);
+  for (const auto& [key, set] :
+       {std::pair{"succeeded", &problem.succeeded}, std::pair{"within", &problem.within},
+        std::pair{"captured_any", &problem.captured_any}, std::pair{"succeeded_any", &problem.succeeded_any}}) {
+    if (node.has(key)) *set = records.region(node[key]);
+  }
   problem.effector = node["effector"].one_of<Effector>();
   problem.rate = node["rate"].number();
-  const RecordReader records(&scene);
   if (node.has("force_weights")) problem.force_weights = records.record<ForceWeights>(node["force_weights"]);
   if (node.has("contacts")) {
     problem.contacts.emplace();
-    for (const JsonNode& contact : node["contacts"].items()) {
-      problem.contacts->push_back(records.record<Contact>(contact));
-    }
+    for (const JsonNode& item : node["contacts"].items()) problem.contacts->push_back(records.record<Contact>(item));
   }
-  read_clock(node, version, problem);
+  require_version(node, {"horizon", "check", "dwell", "plan"}, version_with_clock, version);
+  if (node.has("horizon")) problem.horizon = node["horizon"].number();
+  if (node.has("check")) problem.check = node["check"].number();
+  if (node.has("dwell")) problem.dwell = node["dwell"].number();
+  if (node.has("plan")) problem.plan = read_plan(node["plan"], &problem.scene);
   return problem;
 }
 

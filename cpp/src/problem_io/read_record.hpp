@@ -9,17 +9,34 @@
 
 #include "base/record.hpp"
 #include "problem_io/json_node.hpp"
-#include "problem_io/read.hpp"
+#include "problem_io/mesh.hpp"
+#include "scene/records.hpp"
+#include "scene/shape_records.hpp"
+#include "scene/solids.hpp"
+#include "sets/records.hpp"
 
 namespace energymargin::problem_io {
 
-//! The keys that a struct has in a file.
-template <typename Struct>
-std::vector<std::string> keys_of() {
-  std::vector<std::string> keys;
-  if constexpr (has_type<Struct>) keys.emplace_back("type");
-  visit_fields<Struct>([&](const auto& field) { keys.emplace_back(field.name); });
-  return keys;
+//! The convex parts in the file that the node names. Throws std::invalid_argument.
+Compound read_mesh_file(const JsonNode& node, const std::string& folder);
+
+//! A plan that fits the scene or, where there is none, one that may fit some scene.
+Plan read_plan(const JsonNode& node, const Scene* scene);
+
+//! The name of one of the items. Throws std::invalid_argument that says `expected` and the names of all.
+template <typename Items>
+std::string read_name(const JsonNode& node, const Items& items, const std::string& expected) {
+  const std::string name = node.text();
+  std::vector<std::string> known;
+  for (const auto& item : items) {
+    if (item.name == name) return name;
+    known.push_back(item.name);
+  }
+  node.fail(expected + alternatives(known, "'", ", "));
+}
+
+inline std::string read_body_name(const JsonNode& node, const Scene& scene) {
+  return read_name(node, scene.bodies(), "one of the bodies ");
 }
 
 class RecordReader {
@@ -30,13 +47,27 @@ class RecordReader {
 
   template <typename Struct>
   Struct record(const JsonNode& node) const {
-    node.allow_keys(keys_of<Struct>());
+    std::vector<std::string> keys;
+    if constexpr (has_type<Struct>) keys.emplace_back("type");
+    visit_fields<Struct>([&](const auto& field) { keys.emplace_back(field.name); });
+    node.allow_keys(keys);
     Struct object;
     visit_fields<Struct>([&](const auto& field) {
       if (field.presence != Presence::required && !node.has(field.name)) return;
       read(node[field.name], field.form, std::invoke(field.get, object));
     });
     return object;
+  }
+
+  Region region(const JsonNode& node) const {
+    return with_path(node, [this](const JsonNode& at) {
+      if (depth_ > most_region_levels) {
+        at.fail("at most " + std::to_string(most_region_levels) + " levels of \"and\", \"or\", \"not\"");
+      }
+      Region::Expression expression;
+      read_alternative(at, expression);
+      return Region(std::move(expression));
+    });
   }
 
  private:
@@ -49,9 +80,23 @@ class RecordReader {
   void read(const JsonNode& node, const Form&, Vector2& value) const { value = node.vector2(); }
   void read(const JsonNode& node, const Form& form, Vector3& value) const { value = node.vector3(form.infinite); }
   void read(const JsonNode& node, const Form&, Quaternion& value) const { value = node.quaternion(); }
-  void read(const JsonNode& node, const Form&, Solid& value) const { value = read_solid(node); }
-  void read(const JsonNode& node, const Form&, Shape& value) const { value = read_shape(node, folder_); }
-
+  void read(const JsonNode& node, const Form&, Solid& value) const { read_alternative(node, value); }
+  void read(const JsonNode& node, const Form&, Shape& value) const {
+    if (node["type"].text() != Record<MeshShape>::type) return read_alternative(node, value, {"\"mesh\""});
+    const auto mesh = record<MeshShape>(node);
+    Compound compound = read_mesh_file(node["file"], folder_);
+    compound.solid = mesh.solid;
+    value = std::move(compound);
+  }
+  void read(const JsonNode& node, const Form& form, std::vector<Region>& regions) const {
+    RecordReader deeper = *this;
+    ++deeper.depth_;
+    for (const JsonNode& item : node.items()) regions.push_back(deeper.region(item));
+    const bool single = form.definition == forms::region.definition;
+    if (regions.empty() || (single && regions.size() != 1)) {
+      node.fail(single ? "a list of one region" : "a list of at least one region");
+    }
+  }
   template <typename Value>
   void read(const JsonNode& node, const Form& form, std::optional<Value>& value) const {
     read(node, form, value.emplace());
@@ -71,18 +116,25 @@ class RecordReader {
     }
   }
 
+  // The alternative that the node's type names.
+  template <typename... Alternatives>
+  void read_alternative(const JsonNode& node, std::variant<Alternatives...>& value,
+                        std::vector<std::string> types = {}) const {
+    const std::string type = node["type"].text();
+    bool known = false;
+    visit_types<std::variant<Alternatives...>>([&](auto alternative) {
+      using Alternative = typename decltype(alternative)::type;
+      types.push_back("\"" + std::string(Record<Alternative>::type) + "\"");
+      if (type != Record<Alternative>::type) return;
+      value = record<Alternative>(node);
+      known = true;
+    });
+    if (!known) node["type"].fail(alternatives(types, ""));
+  }
+
   const Scene* scene_;
   std::string folder_;
+  int depth_ = 0;  // levels of "and", "or", "not" above
 };
-
-//! The types of a variant's alternatives, each in quotes.
-template <typename Variant>
-std::vector<std::string> quoted_types() {
-  std::vector<std::string> types;
-  visit_types<Variant>([&](auto alternative) {
-    types.push_back("\"" + std::string(Record<typename decltype(alternative)::type>::type) + "\"");
-  });
-  return types;
-}
 
 }  // namespace energymargin::problem_io

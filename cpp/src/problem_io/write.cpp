@@ -2,7 +2,6 @@
 
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
-#include "problem_io/format.hpp"
 #include "problem_io/mesh.hpp"
 #include "problem_io/write_record.hpp"
 #include "scene/records.hpp"
@@ -56,10 +55,11 @@ OrderedJson write_problem(const Problem& problem, const MeshFiles& meshes) {
   json["torque"] = write(problem.torque);
   json["duration"] = problem.duration;
   json["captured"] = write(problem.captured);
-  if (problem.succeeded) json["succeeded"] = write(*problem.succeeded);
-  if (problem.within) json["within"] = write(*problem.within);
-  if (problem.captured_any) json["captured_any"] = write(*problem.captured_any);
-  if (problem.succeeded_any) json["succeeded_any"] = write(*problem.succeeded_any);
+  for (const auto& [key, set] :
+       {std::pair{"succeeded", &problem.succeeded}, std::pair{"within", &problem.within},
+        std::pair{"captured_any", &problem.captured_any}, std::pair{"succeeded_any", &problem.succeeded_any}}) {
+    if (*set) json[key] = write(**set);
+  }
   json["effector"] = write(problem.effector);
   json["rate"] = problem.rate;
   json["force_weights"] = write(problem.force_weights);

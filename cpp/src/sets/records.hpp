@@ -9,23 +9,26 @@
 
 namespace energymargin {
 
-//! The fields that regions about one body begin with.
+//! The frame of a region, which may be left empty.
+struct FrameOf {
+  template <typename Primitive>
+  auto& operator()(Primitive& region) const {
+    return region.frame;
+  }
+};
+
 template <typename Primitive>
-auto body_and_frame() {
-  return std::tuple{
-      Field{"body", &Primitive::body, "Whose position, or motion, counts.", forms::body},
-      Field{"frame", &Primitive::frame, nullptr, forms::frame, Presence::optional},
-  };
+auto body_field() {
+  return Field{"body", &Primitive::body, "Whose position, or motion, counts.", forms::body};
 }
+
+inline auto frame_field() { return Field{"frame", FrameOf{}, nullptr, forms::frame, Presence::optional}; }
 
 //! The point of the body whose position counts, for those that are about a position.
 template <typename Primitive>
-auto point() {
-  return std::tuple{Field{"point",
-                          &Primitive::point,
-                          "Of the body: \"origin\" of its frame, as when left out, or \"center_of_mass\".",
-                          {},
-                          Presence::optional}};
+auto point_field() {
+  return Field{"point", &Primitive::point,
+               "Of the body: \"origin\" of its frame, as when left out, or \"center_of_mass\".", Presence::optional};
 }
 
 template <>
@@ -34,12 +37,13 @@ struct Record<regions::Ball> {
   static constexpr const char* type = "ball";
   static constexpr const char* description = "|position of the body - center| <= radius.";
   static auto fields() {
-    return std::tuple_cat(body_and_frame<regions::Ball>(),
-                          std::tuple{
-                              Field{"center", &regions::Ball::center, "[m]"},
-                              Field{"radius", &regions::Ball::radius, "[m]", forms::positive},
-                          },
-                          point<regions::Ball>());
+    return std::tuple{
+        body_field<regions::Ball>(),
+        Field{"center", &regions::Ball::center, "[m]"},
+        Field{"radius", &regions::Ball::radius, "[m]", forms::positive},
+        frame_field(),
+        point_field<regions::Ball>(),
+    };
   }
 };
 
@@ -49,12 +53,13 @@ struct Record<regions::Box> {
   static constexpr const char* type = "box";
   static constexpr const char* description = "The body's position is inside a box along the frame's axes.";
   static auto fields() {
-    return std::tuple_cat(body_and_frame<regions::Box>(),
-                          std::tuple{
-                              Field{"center", &regions::Box::center, "[m]"},
-                              Field{"size", &regions::Box::size, "Full edge lengths [m], or \"inf\".", forms::sizes},
-                          },
-                          point<regions::Box>());
+    return std::tuple{
+        body_field<regions::Box>(),
+        Field{"center", &regions::Box::center, "[m]"},
+        Field{"size", &regions::Box::size, "Full edge lengths [m], or \"inf\".", forms::sizes},
+        frame_field(),
+        point_field<regions::Box>(),
+    };
   }
 };
 
@@ -64,12 +69,13 @@ struct Record<regions::Disc> {
   static constexpr const char* type = "disc";
   static constexpr const char* description = "A ball of the plane: the distance counts in x and y alone.";
   static auto fields() {
-    return std::tuple_cat(body_and_frame<regions::Disc>(),
-                          std::tuple{
-                              Field{"center", &regions::Disc::center, "[m]"},
-                              Field{"radius", &regions::Disc::radius, "[m]", forms::positive},
-                          },
-                          point<regions::Disc>());
+    return std::tuple{
+        body_field<regions::Disc>(),
+        Field{"center", &regions::Disc::center, "[m]"},
+        Field{"radius", &regions::Disc::radius, "[m]", forms::positive},
+        frame_field(),
+        point_field<regions::Disc>(),
+    };
   }
 };
 
@@ -80,18 +86,17 @@ struct Record<regions::AnnularSector> {
   static constexpr const char* type = "annular_sector";
   static constexpr const char* description = "What an arc of some width sweeps in x and y.";
   static auto fields() {
-    return std::tuple_cat(
-        body_and_frame<Sector>(),
-        std::tuple{
-            Field{"center", &Sector::center, "Of the arc [m]."},
-            Field{"radius", &Sector::radius, "Mean radius of the arc [m].", forms::positive},
-            Field{"half_width", &Sector::half_width, "On each side of the mean radius [m].", forms::positive},
-            Field{"start_angle", &Sector::start_angle, "From the x axis [rad]."},
-            Field{"sweep", &Sector::sweep,
-                  "Counter-clockwise from the start, negative: clockwise; not 0, at most a full turn [rad].",
-                  forms::turn},
-        },
-        point<Sector>());
+    return std::tuple{
+        body_field<Sector>(),
+        Field{"center", &Sector::center, "Of the arc [m]."},
+        Field{"radius", &Sector::radius, "Mean radius of the arc [m].", forms::positive},
+        Field{"half_width", &Sector::half_width, "On each side of the mean radius [m].", forms::positive},
+        Field{"start_angle", &Sector::start_angle, "From the x axis [rad]."},
+        Field{"sweep", &Sector::sweep,
+              "Counter-clockwise from the start, negative: clockwise; not 0, at most a full turn [rad].", forms::turn},
+        frame_field(),
+        point_field<Sector>(),
+    };
   }
 };
 
@@ -118,24 +123,20 @@ struct Record<regions::Swept> {
       "Inside what another body is about to sweep in x and y: the annular sector about its instantaneous centre of "
       "rotation or, while it is too slow to have a direction, a disc about it.";
   static auto fields() {
-    return std::tuple_cat(
-        std::tuple{
-            Field{"body", &Swept::body, "Whose position, or motion, counts.", forms::body},
-            Field{"by", &Swept::by, "The body that sweeps.", forms::body},
-            Field{"half_width", &Swept::half_width, "On each side of its path [m].", forms::positive},
-            Field{"behind", &Swept::behind, "Length of path behind it that still counts [m].", forms::not_negative},
-            Field{"ahead", &Swept::ahead, "Time of its motion that counts [s].", forms::positive},
-            Field{"least_speed", &Swept::least_speed, "Below it the disc counts [m/s].", forms::not_negative},
-            Field{"disc_radius", &Swept::disc_radius, "[m]", forms::positive},
-            Field{"beyond", &Swept::beyond, "Length of path beyond what is ahead that still counts [m].",
-                  forms::not_negative, Presence::optional},
-            Field{"at",
-                  &Swept::at,
-                  "The sweep from this motion, fixed in the world; left out: from the state's own.",
-                  {},
-                  Presence::optional},
-        },
-        point<Swept>());
+    return std::tuple{
+        body_field<Swept>(),
+        Field{"by", &Swept::by, "The body that sweeps.", forms::body},
+        Field{"half_width", &Swept::half_width, "On each side of its path [m].", forms::positive},
+        Field{"behind", &Swept::behind, "Length of path behind it that still counts [m].", forms::not_negative},
+        Field{"ahead", &Swept::ahead, "Time of its motion that counts [s].", forms::positive},
+        Field{"least_speed", &Swept::least_speed, "Below it the disc counts [m/s].", forms::not_negative},
+        Field{"disc_radius", &Swept::disc_radius, "[m]", forms::positive},
+        Field{"beyond", &Swept::beyond, "Length of path beyond what is ahead that still counts [m].",
+              forms::not_negative, Presence::optional},
+        Field{"at", &Swept::at, "The sweep from this motion, fixed in the world; left out: from the state's own.",
+              Presence::optional},
+        point_field<Swept>(),
+    };
   }
 };
 
@@ -148,17 +149,17 @@ struct Record<regions::HalfSpace> {
       "normal . position of the body <= offset; with \"ahead\" also as far as the frame's body moves along the normal "
       "in that time.";
   static auto fields() {
-    return std::tuple_cat(
-        body_and_frame<HalfSpace>(),
-        std::tuple{
-            Field{"normal", &HalfSpace::normal, "Unit vector.", forms::direction},
-            Field{"offset", &HalfSpace::offset, "[m]"},
-            Field{"ahead", &HalfSpace::ahead,
-                  "It reaches further by what the frame's body covers along the normal in this time [s]; with a frame "
-                  "alone.",
-                  forms::not_negative, Presence::optional},
-        },
-        point<HalfSpace>());
+    return std::tuple{
+        body_field<HalfSpace>(),
+        Field{"normal", &HalfSpace::normal, "Unit vector.", forms::direction},
+        Field{"offset", &HalfSpace::offset, "[m]"},
+        frame_field(),
+        Field{"ahead", &HalfSpace::ahead,
+              "It reaches further by what the frame's body covers along the normal in this time [s]; with a frame "
+              "alone.",
+              forms::not_negative, Presence::optional},
+        point_field<HalfSpace>(),
+    };
   }
 };
 
@@ -170,22 +171,19 @@ struct Record<regions::Speed> {
   static constexpr const char* description =
       "|velocity of a point of the body| <= limit; with a frame: as seen from that body.";
   static auto fields() {
-    return std::tuple_cat(
-        body_and_frame<Speed>(),
-        std::tuple{
-            Field{"limit", &Speed::limit, "[m/s]", forms::not_negative},
-            Field{"point", &Speed::point, "In the body's frame [m]."},
-            Field{"along_world",
-                  &Speed::along_world,
-                  "The point is given along the world's axes, from the body's origin.",
-                  {},
-                  Presence::optional},
-            Field{"along",
-                  &Speed::along,
-                  "Unit vector of the frame: the velocity along it counts alone, and may be negative.",
-                  {},
-                  Presence::optional},
-        });
+    return std::tuple{
+        body_field<Speed>(),
+        Field{"limit", &Speed::limit, "[m/s]", forms::not_negative},
+        Field{
+            "point", &Speed::point,
+            "In the body's frame [m]; its centre of mass is at the center of its inertial, or of its mass properties."},
+        frame_field(),
+        Field{"along_world", &Speed::along_world, "The point is given along the world's axes, from the body's origin.",
+              Presence::optional},
+        Field{"along", &Speed::along,
+              "Unit vector of the frame: the velocity along it counts alone, and may be negative.", forms::direction,
+              Presence::optional},
+    };
   }
 };
 
@@ -197,12 +195,13 @@ struct Record<regions::Tilt> {
   static constexpr const char* description =
       "The angle between an axis of the body and a direction of the frame is at most the limit.";
   static auto fields() {
-    return std::tuple_cat(body_and_frame<Tilt>(),
-                          std::tuple{
-                              Field{"axis", &Tilt::axis, "Unit vector in the body's frame.", forms::direction},
-                              Field{"reference", &Tilt::reference, "Unit vector in the frame.", forms::direction},
-                              Field{"limit", &Tilt::limit, "[rad]", forms::half_turn},
-                          });
+    return std::tuple{
+        body_field<Tilt>(),
+        Field{"axis", &Tilt::axis, "Unit vector in the body's frame.", forms::direction},
+        Field{"reference", &Tilt::reference, "Unit vector in the frame.", forms::direction},
+        Field{"limit", &Tilt::limit, "[rad]", forms::half_turn},
+        frame_field(),
+    };
   }
 };
 

@@ -1,0 +1,178 @@
+// Plans as JSON, and back. Rows are one text: base64 of their bits, eight bytes a number, little-endian, row after row.
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+
+#include "problem_io/read_record.hpp"
+
+namespace energymargin::problem_io {
+namespace {
+
+constexpr std::string_view base64_digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+constexpr std::size_t bytes_of_number = 8;
+
+std::string bytes_of(const Wrenches& rows) {
+  std::string bytes;
+  bytes.reserve(bytes_of_number * static_cast<std::size_t>(rows.size()));
+  for (Eigen::Index i = 0; i < rows.size(); ++i) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, rows.data() + i, sizeof bits);
+    for (std::size_t byte = 0; byte < bytes_of_number; ++byte) bytes += static_cast<char>(bits >> (8 * byte) & 0xFFU);
+  }
+  return bytes;
+}
+
+double number_of(std::string_view bytes) {
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < bytes_of_number; ++i) {
+    bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[i])) << (8 * i);
+  }
+  double value = 0.0;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+// Three bytes, or the last ones, are four digits; "=" stands for those that are not there.
+std::string encoded(std::string_view bytes) {
+  std::string text;
+  text.reserve(4 * (bytes.size() / 3 + 1));
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t bits = 0;
+    for (std::size_t j = 0; j < 3; ++j) bits = bits << 8 | (j < count ? static_cast<unsigned char>(bytes[i + j]) : 0U);
+    for (std::size_t j = 0; j < 4; ++j) text += j <= count ? base64_digits[bits >> (18 - 6 * j) & 0x3FU] : '=';
+  }
+  return text;
+}
+
+// One text alone stands for the bytes: no blanks, all of the "=", and no bits that nobody reads.
+std::string decoded(const std::string& text) {
+  std::string bytes;
+  bytes.reserve(text.size() / 4 * 3);
+  std::uint32_t bits = 0;
+  int count = 0;  // of the bits that are no byte yet
+  const std::size_t end = std::min(text.find('='), text.size());
+  for (std::size_t i = 0; i < end; ++i) {
+    const std::size_t digit = base64_digits.find(text[i]);
+    if (digit == std::string_view::npos) throw std::invalid_argument("only digits of base64");
+    bits = (bits << 6 | static_cast<std::uint32_t>(digit)) & 0xFFFU;
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes += static_cast<char>(bits >> count & 0xFFU);
+  }
+  if (encoded(bytes) != text) throw std::invalid_argument("base64 as this library writes it, with its \"=\"");
+  return bytes;
+}
+
+std::string pack(const Wrenches& rows) { return encoded(bytes_of(rows)); }
+
+Wrenches unpack(const std::string& text, int columns) {
+  const std::string bytes = decoded(text);
+  const std::size_t row = bytes_of_number * static_cast<std::size_t>(columns);
+  if (bytes.empty() || bytes.size() % row != 0) {
+    throw std::invalid_argument("rows of " + std::to_string(columns) + " numbers, " + std::to_string(row) +
+                                " bytes each, and at least one; these are " + std::to_string(bytes.size()) + " bytes");
+  }
+  Wrenches rows(static_cast<Eigen::Index>(bytes.size() / row), columns);
+  for (Eigen::Index i = 0; i < rows.size(); ++i) {
+    rows.data()[i] = number_of(std::string_view(bytes).substr(bytes_of_number * static_cast<std::size_t>(i)));
+  }
+  return rows;
+}
+
+// As they may be written by hand: [[...], ...], or [...] of one column.
+Wrenches read_list(const JsonNode& node, int columns) {
+  const std::vector<JsonNode> items = node.items();
+  if (items.empty()) node.fail("at least one row");
+  Wrenches rows(static_cast<Eigen::Index>(items.size()), columns);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (columns == 1) {
+      rows(row, 0) = items[i].number();
+    } else {
+      const std::vector<double> numbers = items[i].numbers(static_cast<std::size_t>(columns));
+      rows.row(row) = Eigen::Map<const Eigen::RowVectorXd>(numbers.data(), columns);
+    }
+  }
+  return rows;
+}
+
+Wrenches read_packed(const JsonNode& node, int columns) {
+  Wrenches rows;
+  try {
+    rows = unpack(node.text(), columns);
+  } catch (const std::invalid_argument& error) {
+    node.fail(error.what());
+  }
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    if (!rows.row(row).allFinite()) node.fail("finite numbers, also in row " + std::to_string(row));
+  }
+  return rows;
+}
+
+Wrenches read_rows(const JsonNode& node, int columns) {
+  if (node.is_list()) return read_list(node, columns);
+  if (!node.is_text()) node.fail("a list of rows, or base64 of their bits");
+  return read_packed(node, columns);
+}
+
+Plan read_parts(const JsonNode& node, const Scene* scene) {
+  const auto body = [scene](const JsonNode& name) { return scene ? read_body_name(name, *scene) : name.text(); };
+  const auto joint = [scene](const JsonNode& name) {
+    if (!scene) return name.text();
+    const bool none = scene->joints().empty();
+    return read_name(name, scene->joints(), none ? "no targets: the scene has no joints" : "one of the joints ");
+  };
+  node.allow_keys({"step", "wrenches", "targets", "velocities"});
+  Plan plan{node["step"].number()};
+  for_each_item(node, "wrenches", [&](const JsonNode& drive) {
+    drive.allow_keys({"body", "rows"});
+    plan.wrenches.push_back({body(drive["body"]), read_rows(drive["rows"], 6)});
+  });
+  for_each_item(node, "targets", [&](const JsonNode& targets) {
+    targets.allow_keys({"joint", "rows"});
+    plan.targets.push_back({joint(targets["joint"]), read_rows(targets["rows"], 1)});
+  });
+  for_each_item(node, "velocities", [&](const JsonNode& servo) {
+    servo.allow_keys({"body", "rows", "force", "torque"});
+    plan.velocities.push_back({body(servo["body"]), read_rows(servo["rows"], 6)});
+    if (servo.has("force")) plan.velocities.back().force = servo["force"].number();
+    if (servo.has("torque")) plan.velocities.back().torque = servo["torque"].number();
+  });
+  return plan;
+}
+
+}  // namespace
+
+Plan read_plan(const JsonNode& node, const Scene* scene) {
+  return with_path(node, [&](const JsonNode& at) {
+    Plan plan = read_parts(at, scene);
+    scene == nullptr ? validate(plan) : validate(plan, *scene);
+    return plan;
+  });
+}
+
+Plan read_plan(const Json& json) { return read_plan(JsonNode(json, "plan"), nullptr); }
+
+OrderedJson write(const Plan& plan) {
+  OrderedJson json = {{"step", plan.step}};
+  for (const Drive& drive : plan.wrenches) {
+    json["wrenches"].push_back({{"body", drive.body}, {"rows", pack(drive.wrenches)}});
+  }
+  for (const Targets& targets : plan.targets) {
+    json["targets"].push_back({{"joint", targets.joint}, {"rows", pack(targets.positions)}});
+  }
+  for (const Servo& servo : plan.velocities) {
+    OrderedJson motor = {{"body", servo.body}, {"rows", pack(servo.velocities)}};
+    if (servo.force) motor["force"] = *servo.force;
+    if (servo.torque) motor["torque"] = *servo.torque;
+    json["velocities"].push_back(motor);
+  }
+  return json;
+}
+
+}  // namespace energymargin::problem_io
