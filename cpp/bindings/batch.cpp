@@ -5,7 +5,7 @@
 #include "bindings.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/random.hpp"
-#include "keywords.hpp"
+#include "given.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "warnings.hpp"
@@ -81,28 +81,19 @@ void bind_row(py::module_& module) {
   def_quality(type, "those of each score; ");
 }
 
-struct BatchArguments : BatchOptions {
-  double strength = 1.0;
-  std::optional<int> objects{};
-};
-
-BatchHolder make_batch(const BatchArguments& arguments) {
-  BatchOptions options = arguments;
-  options.disturbance = {arguments.strength, arguments.objects};
+BatchHolder make_batch(const std::vector<std::string>& metrics, const Given<int>& nodes,
+                       const Given<std::uint64_t>& seed, const Given<int>& threads, const KeywordArguments& others) {
+  BatchOptions options;
+  options.metrics = metrics;
+  options.nodes = given("nodes", nodes);
+  options.seed = given("seed", seed);
+  options.threads = given("threads", threads);
+  Keywords{others}("nodes_per_edge", options.nodes_per_edge)("least_likelihood", options.least_likelihood)(
+      "search", options.search)("stop_at_escape", options.stop_at_escape)("rollouts", options.rollouts)(
+      "strength", options.disturbance.strength)("objects", options.disturbance.objects)("common_random_numbers",
+                                                                                        options.common_random_numbers)
+      .end();
   return BatchHolder(new Batch(options));
-}
-
-void def_batch_constructor(py::class_<Batch, BatchHolder>& type) {
-  def_constructor<BatchArguments>(
-      type, &make_batch, "Starts without problems.",
-      std::tuple{required("metrics", &BatchArguments::metrics), required("nodes", &BatchArguments::nodes),
-                 required("seed", &BatchArguments::seed), required("threads", &BatchArguments::threads)},
-      std::tuple{keyword("nodes_per_edge", &BatchArguments::nodes_per_edge),
-                 keyword("least_likelihood", &BatchArguments::least_likelihood),
-                 keyword("search", &BatchArguments::search), keyword("stop_at_escape", &BatchArguments::stop_at_escape),
-                 keyword("rollouts", &BatchArguments::rollouts), keyword("strength", &BatchArguments::strength),
-                 keyword("objects", &BatchArguments::objects),
-                 keyword("common_random_numbers", &BatchArguments::common_random_numbers)});
 }
 
 void add_problems(Batch& batch, const std::vector<Problem>& problems, const std::vector<std::size_t>& indices,
@@ -110,8 +101,8 @@ void add_problems(Batch& batch, const std::vector<Problem>& problems, const std:
   batch.add(problems, indices, metrics.value_or(std::vector<std::string>{}));
 }
 
-std::uint64_t stream_of(const WholeNumber& seed_of_stream, const WholeNumber& number) {
-  return stream(seed("seed", seed_of_stream), seed("number", number));
+std::uint64_t stream_of(const Given<std::uint64_t>& seed, const Given<std::uint64_t>& number) {
+  return stream(given("seed", seed), given("number", number));
 }
 
 void warn_of_steps(long long steps, long long unconverged, double lost_time, const Scene& scene) {
@@ -128,8 +119,9 @@ void bind_batch(py::module_& module) {
   bind_row(module);
   py::class_<Batch, BatchHolder> type(module, "ScoreRun",
                                       "A running batch on a pool of threads. Problems can be added to it.");
-  def_batch_constructor(type);
-  type.def("add", &add_problems, py::arg("problems"), py::arg("indices"), py::arg("metrics") = py::none(),
+  type.def(py::init(&make_batch), py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"),
+           "Starts without problems.")
+      .def("add", &add_problems, py::arg("problems"), py::arg("indices"), py::arg("metrics") = py::none(),
            "Puts problems at the end of the queue, with their stream indices. metrics: None takes the run's.")
       .def_property_readonly("pending", &Batch::pending, "Problems that were added and whose rows are not taken yet.")
       .def("take", &Batch::take, py::arg("timeout"), py::call_guard<py::gil_scoped_release>(),

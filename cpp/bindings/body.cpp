@@ -1,10 +1,10 @@
 // Bodies for Python.
 
+#include "bindings.hpp"
 #include "energymargin/plausible.hpp"
 #include "energymargin/scene.hpp"
 #include "problem/words.hpp"
 #include "records.hpp"
-#include "scene.hpp"
 #include "scene/records.hpp"
 #include "warnings.hpp"
 
@@ -18,13 +18,13 @@ default the frame's, or those of a frame turned by this unit quaternion (x, y, z
 symmetric, positive, and such that a rigid body can have it.)";
 
 // Principal moments (3,), or the whole matrix (3, 3).
-Inertial inertial_of(const ArrayLike& center, const ArrayLike& inertia, const std::optional<ArrayLike>& axes) {
+Inertial inertial_of(const Given<Vector3>& center, const GivenArray& inertia,
+                     const Given<std::optional<Quaternion>>& axes) {
   const py::array array = array_of(inertia.value);
   const bool single = array && array.ndim() == 1;
-  const Eigen::Matrix3d tensor = single ? Eigen::Matrix3d(vector3("inertia", inertia).asDiagonal())
+  const Eigen::Matrix3d tensor = single ? Eigen::Matrix3d(vector("inertia", inertia.value, 3).asDiagonal())
                                         : Eigen::Matrix3d(matrix("inertia", inertia, 3, 3));
-  return Inertial::from_tensor(vector3("center", center), tensor,
-                               axes ? quaternion("axes", *axes) : Quaternion::Identity());
+  return Inertial::from_tensor(given("center", center), tensor, given("axes", axes).value_or(Quaternion::Identity()));
 }
 
 constexpr const char* add_body_doc = R"(Add a body.
@@ -54,42 +54,42 @@ double mass_of(const Shape& shape, const std::optional<double>& mass, const std:
   return *density * volume;
 }
 
-void add_plane(Scene& scene, const std::string& name, const ArrayLike& normal, const Number& offset,
-               const Number& friction) {
+void add_plane(Scene& scene, const std::string& name, const Given<Vector3>& normal, const Given<double>& offset,
+               const Given<double>& friction) {
   Body body;
   body.name = name;
-  body.shape = Plane{vector3("normal", normal), real("offset", offset)};
-  body.friction = real("friction", friction);
+  body.shape = Plane{given("normal", normal), given("offset", offset)};
+  body.friction = given("friction", friction);
   scene.add_body(body);
 }
 
-void add_body(Scene& scene, const std::string& name, const Given<Shape>& shape_given, const std::optional<Number>& mass,
-              const std::optional<Number>& density, const std::optional<Given<Inertial>>& inertial,
-              const ArrayLike& position, const std::optional<ArrayLike>& quaternion_xyzw,
-              const std::optional<Number>& yaw, const ArrayLike& velocity, const ArrayLike& angular_velocity,
-              const Number& friction, const Given<std::string>& role, const ArrayLike& linear_factor,
-              const ArrayLike& angular_factor, const ArrayLike& force, const Given<bool>& kinematic) {
-  const Shape shape = given("shape", shape_given);
+void add_body(Scene& scene, const std::string& name, const Given<Shape>& shape,
+              const Given<std::optional<double>>& mass, const Given<std::optional<double>>& density,
+              const Given<std::optional<Inertial>>& inertial, const Given<Vector3>& position,
+              const Given<std::optional<Quaternion>>& quaternion, const Given<std::optional<double>>& yaw,
+              const Given<Vector3>& velocity, const Given<Vector3>& angular_velocity, const Given<double>& friction,
+              const Given<Role>& role, const Given<Vector3>& linear_factor, const Given<Vector3>& angular_factor,
+              const Given<Vector3>& force, const Given<bool>& kinematic) {
   Body body;
   body.name = name;
-  body.shape = shape;
-  body.mass = mass_of(shape, real("mass", mass), real("density", density));
+  body.shape = given("shape", shape);
+  body.mass = mass_of(body.shape, given("mass", mass), given("density", density));
   body.inertial = given("inertial", inertial);
-  body.state = {vector3("position", position),
-                orientation("", quaternion_xyzw, real("yaw", yaw), Quaternion::Identity()),
-                vector3("velocity", velocity), vector3("angular_velocity", angular_velocity)};
-  body.friction = real("friction", friction);
-  body.role = value_of<Role>("role", given("role", role));
-  body.linear_factor = vector3("linear_factor", linear_factor);
-  body.angular_factor = vector3("angular_factor", angular_factor);
-  body.force = vector3("force", force);
+  body.state = {given("position", position),
+                orientation("", given("orientation", quaternion), given("yaw", yaw), Quaternion::Identity()),
+                given("velocity", velocity), given("angular_velocity", angular_velocity)};
+  body.friction = given("friction", friction);
+  body.role = given("role", role);
+  body.linear_factor = given("linear_factor", linear_factor);
+  body.angular_factor = given("angular_factor", angular_factor);
+  body.force = given("force", force);
   body.kinematic = given("kinematic", kinematic);
   scene.add_body(body);
 }
 
-Scene with_body(const Scene& scene, const std::string& name, const std::optional<Number>& friction,
-                const std::optional<Number>& mass) {
-  return scene.with_body(name, real("friction", friction), real("mass", mass));
+Scene with_body(const Scene& scene, const std::string& name, const Given<std::optional<double>>& friction,
+                const Given<std::optional<double>>& mass) {
+  return scene.with_body(name, given("friction", friction), given("mass", mass));
 }
 
 constexpr const char* with_body_doc = R"(A copy with another friction coefficient or mass [kg] of one body.

@@ -5,7 +5,7 @@
 #include "bindings.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/interval.hpp"
-#include "interrupt.hpp"
+#include "long_call.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
@@ -21,72 +21,68 @@ which: 'capture', 'success', 'capture_any' or 'success_any'. The interval holds 
 and Wilson's, which counts what a few trees cannot see. Raises ValueError on a single tree, or a set that the problem does
 not have.)";
 
-struct CaptureCall : CaptureOptions, ProgressCall {
-  bool warn = true;
-};
-
-CaptureScore score_capture(const Problem& problem, const CaptureCall& call) {
-  const CaptureScore score = run_with_progress(&guarded_capture_score, problem, CaptureOptions(call),
-                                               &CaptureOptions::node_counter, call, call.call_limit());
-  if (call.warn) warn(score.warnings, problem.scene);
+CaptureScore score_capture(const Problem& problem, const Keywords& keywords) {
+  LongCall call(keywords);
+  CaptureOptions options;
+  bool warns = true;
+  keywords("nodes", options.nodes)("seed", options.seed)("rate", options.rate)("trees", options.trees)(
+      "threads", options.threads)("nodes_per_edge", options.nodes_per_edge)("nodes_per_round", options.nodes_per_round)(
+      "least_likelihood", options.least_likelihood)("tolerance", options.tolerance)("warn", warns)
+      .end();
+  options.check_undisturbed = true;
+  options.node_counter = call.counter();
+  CaptureScore score = call.run([&](const Limit& limit) {
+    options.limit = limit;
+    return capture_score(problem, options);
+  });
+  if (warns) warn(score.warnings, problem.scene);
   return score;
 }
 
-std::pair<double, double> interval_of(const CaptureScore& score, const Number& confidence, const std::string& which) {
-  const Interval ends = interval(score, which, real("confidence", confidence));
+std::pair<double, double> interval_of(const CaptureScore& score, const Given<double>& confidence,
+                                      const std::string& which) {
+  const Interval ends = interval(score, which, given("confidence", confidence));
   return {ends.low, ends.high};
 }
 
-std::pair<double, double> interval_of_scores(const ArrayLike& scores, const Number& resolution,
-                                             const Number& confidence) {
+std::pair<double, double> interval_of_scores(const Given<Eigen::VectorXd>& scores, const Given<double>& resolution,
+                                             const Given<double>& confidence) {
   const Interval ends =
-      interval(vector("scores", scores, -1), real("resolution", resolution), real("confidence", confidence));
+      interval(given("scores", scores), given("resolution", resolution), given("confidence", confidence));
   return {ends.low, ends.high};
 }
 
 using CaptureScoreClass = py::class_<CaptureScore>;
 
-// The score, its standard error and the scores of the trees, of the set that `set` returns: null without such a set.
-template <typename Mean, typename Set>
-void def_set_score(CaptureScoreClass& type, const std::string& name, const Set& set, const std::string& doc) {
-  type.def_property_readonly(
-      name.c_str(),
-      [set](const CaptureScore& score) {
-        const SetScore* const scores = set(score);
-        return scores ? Mean(scores->mean) : Mean();
-      },
-      doc.c_str());
-  type.def_property_readonly((name + "_stderr").c_str(),
-                             [set](const CaptureScore& score) {
-                               const SetScore* const scores = set(score);
-                               return scores ? scores->standard_error : std::nullopt;
-                             },
-                             ("Standard error of `" + name + "`; None for a single tree.").c_str());
-  type.def_property_readonly((name + "_by_tree").c_str(),
-                             [set](const CaptureScore& score) -> const Eigen::VectorXd& {
-                               static const Eigen::VectorXd empty;
-                               const SetScore* const scores = set(score);
-                               return scores ? scores->by_tree : empty;
-                             },
-                             ("`" + name + "` of each tree alone, shape (trees,); empty without such a set.").c_str());
-}
+const SetScore* address_of(const SetScore& set) { return &set; }
+const SetScore* address_of(const std::optional<SetScore>& set) { return set ? &*set : nullptr; }
 
+// The score, its standard error and the scores of the trees of a set, if the problem has it.
 template <typename Set>
-void def_optional_set_score(CaptureScoreClass& type, const char* name, Set CaptureScore::* member, const char* doc) {
-  def_set_score<std::optional<double>>(
-      type, name, [member](const CaptureScore& score) { return score.*member ? &*(score.*member) : nullptr; }, doc);
+void def_set_score(CaptureScoreClass& type, const std::string& name, Set CaptureScore::* member, const char* doc) {
+  using Mean = std::conditional_t<std::is_same_v<Set, SetScore>, double, std::optional<double>>;
+  const auto property = [&](const std::string& of_name, auto get, const std::string& text) {
+    type.def_property_readonly(
+        of_name.c_str(), [get, member](const CaptureScore& score) { return get(address_of(score.*member)); },
+        text.c_str());
+  };
+  property(name, [](const SetScore* set) { return set ? Mean(set->mean) : Mean(); }, doc);
+  property(
+      name + "_stderr", [](const SetScore* set) { return set ? set->standard_error : std::nullopt; },
+      "Standard error of `" + name + "`; None for a single tree.");
+  property(
+      name + "_by_tree", [](const SetScore* set) { return set ? set->by_tree : Eigen::VectorXd(); },
+      "`" + name + "` of each tree alone, shape (trees,); empty without such a set.");
 }
 
 void def_set_scores(CaptureScoreClass& type) {
-  def_set_score<double>(
-      type, "capture", [](const CaptureScore& score) { return &score.capture; },
-      "Omega_cap, eq. 5, 0..1; mean over the trees.");
-  def_optional_set_score(type, "success", &CaptureScore::success,
-                         "Omega_suc, eq. 6, 0..1; mean over the trees. None without a success set.");
-  def_optional_set_score(type, "capture_any", &CaptureScore::capture_any,
-                         "The same that at least one of several objects stays; None without such a set.");
-  def_optional_set_score(type, "success_any", &CaptureScore::success_any,
-                         "The same that at least one of several objects succeeds; None without such a set.");
+  def_set_score(type, "capture", &CaptureScore::capture, "Omega_cap, eq. 5, 0..1; mean over the trees.");
+  def_set_score(type, "success", &CaptureScore::success,
+                "Omega_suc, eq. 6, 0..1; mean over the trees. None without a success set.");
+  def_set_score(type, "capture_any", &CaptureScore::capture_any,
+                "The same that at least one of several objects stays; None without such a set.");
+  def_set_score(type, "success_any", &CaptureScore::success_any,
+                "The same that at least one of several objects succeeds; None without such a set.");
 }
 
 void def_trees(CaptureScoreClass& type) {
@@ -125,15 +121,7 @@ void bind_capture(py::module_& module) {
   def_repr(type, "CaptureScore",
            {"capture", "success", "resolution", "undisturbed_exit", "nodes", "steps", "unconverged", "lost_time",
             "complete"});
-  def_metric(module, "capture_score", &score_capture,
-             std::tuple_cat(std::tuple{keyword("nodes", &CaptureCall::nodes), keyword("seed", &CaptureCall::seed),
-                                       keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),
-                                       keyword("threads", &CaptureCall::threads),
-                                       keyword("nodes_per_edge", &CaptureCall::nodes_per_edge),
-                                       keyword("nodes_per_round", &CaptureCall::nodes_per_round),
-                                       keyword("least_likelihood", &CaptureCall::least_likelihood),
-                                       keyword("tolerance", &CaptureCall::tolerance)},
-                            progress_keywords(), std::tuple{keyword("warn", &CaptureCall::warn)}));
+  def_metric(module, "capture_score", &score_capture);
   module.def("interval", &interval_of_scores, py::arg("scores"), py::arg("resolution"), py::arg("confidence") = 0.95,
              "(low, high), a confidence interval for the score of infinitely many trees, from those of two or more, "
              "shape (trees,). CaptureScore.interval gives the same.");

@@ -5,8 +5,7 @@
 #include "bindings.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/lower_bound.hpp"
-#include "interrupt.hpp"
-#include "lower_bound.hpp"
+#include "long_call.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
@@ -15,31 +14,36 @@
 namespace energymargin::binding {
 namespace {
 
-struct EffortCall : EffortOptions, ProgressCall {
-  bool warn = true;
-  bool lower_bound = false;
-  int bound_cells = LowerBoundOptions{}.cells;
-  double bound_tolerance = LowerBoundOptions{}.tolerance;
-
-  LowerBoundOptions bound_options() const { return {bound_cells, bound_tolerance, captured, {}}; }
-};
-
 struct BoundedEscape : Escape {
   std::optional<LowerBound> bound{};
 };
 
-BoundedEscape score_effort(const Problem& problem, const EffortCall& call) {
-  const Limit limit = call.call_limit();
-  if (call.lower_bound) validate(call.bound_options());
-  BoundedEscape result{run_with_progress(&guarded_escape_effort, problem, EffortOptions(call),
-                                         &EffortOptions::node_counter, call, limit)};
-  if (call.warn) warn(result.warnings, problem.scene);
-  if (!call.lower_bound) return result;
-  result.bound = run_interruptible(limit, [&](const Limit& until) {
-    LowerBoundOptions options = call.bound_options();
-    options.limit = until;
-    return effort_lower_bound(problem, options);
-  });
+BoundedEscape score_effort(const Problem& problem, const Keywords& keywords) {
+  LongCall call(keywords);
+  EffortOptions options;
+  LowerBoundOptions bound;
+  bool warns = true;
+  bool bounded = false;
+  keywords("planner", options.planner)("nodes", options.nodes)("seed", options.seed)("captured", options.captured)(
+      "search", options.search)("sampling", options.sampling)("shorten", options.shorten)(
+      "stop_at_escape", options.stop_at_escape)("lower_bound", bounded)("bound_cells", bound.cells)(
+      "bound_tolerance", bound.tolerance)("warn", warns)
+      .end();
+  bound.captured = options.captured;
+  if (bounded) validate(bound);
+  options.check_undisturbed = true;
+  options.node_counter = call.counter();
+  BoundedEscape result{call.run([&](const Limit& limit) {
+    options.limit = limit;
+    return escape_effort(problem, options);
+  })};
+  if (warns) warn(result.warnings, problem.scene);
+  if (bounded) {
+    result.bound = call.run([&](const Limit& limit) {
+      bound.limit = limit;
+      return effort_lower_bound(problem, bound);
+    });
+  }
   return result;
 }
 
@@ -54,7 +58,6 @@ py::array_t<int> path_of(const BoundedEscape& escape) {
 }  // namespace
 
 void bind_effort(py::module_& module) {
-  bind_lower_bound(module);
   py::class_<BoundedEscape> type(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.");
   type.def_readonly("effort", &Escape::effort, "Omega_esc, eq. 2 [J]; inf without an escape.")
       .def_readonly("history", &Escape::history, "(nodes so far, best effort) at each improvement.")
@@ -83,16 +86,7 @@ void bind_effort(py::module_& module) {
   def_quality(
       type, "a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; ");
   def_repr(type, "EscapeEffort", {"effort", "nodes", "steps", "unconverged", "lost_time", "complete"});
-  def_metric(
-      module, "escape_effort", &score_effort,
-      std::tuple_cat(
-          std::tuple{keyword("planner", &EffortCall::planner), keyword("nodes", &EffortCall::nodes),
-                     keyword("seed", &EffortCall::seed), keyword("captured", &EffortCall::captured),
-                     keyword("search", &EffortCall::search), keyword("sampling", &EffortCall::sampling),
-                     keyword("shorten", &EffortCall::shorten), keyword("stop_at_escape", &EffortCall::stop_at_escape),
-                     keyword("lower_bound", &EffortCall::lower_bound), keyword("bound_cells", &EffortCall::bound_cells),
-                     keyword("bound_tolerance", &EffortCall::bound_tolerance)},
-          progress_keywords(), std::tuple{keyword("warn", &EffortCall::warn)}));
+  def_metric(module, "escape_effort", &score_effort);
 }
 
 }  // namespace energymargin::binding

@@ -3,7 +3,7 @@
 #include "energymargin/metrics/escape_energy.hpp"
 
 #include "bindings.hpp"
-#include "interrupt.hpp"
+#include "long_call.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
@@ -11,14 +11,15 @@
 namespace energymargin::binding {
 namespace {
 
-struct EnergyCall : EscapeEnergyOptions, LimitCall {
-  std::optional<std::string> object_name{};
-};
-
-EscapeEnergy score_escape_energy(const Problem& problem, const EnergyCall& call) {
-  EscapeEnergyOptions options = call;
-  options.object = call.object_name.value_or("");
-  return run_interruptible(call.call_limit(), [&](const Limit& limit) {
+EscapeEnergy score_escape_energy(const Problem& problem, const Keywords& keywords) {
+  LongCall call(keywords);
+  EscapeEnergyOptions options;
+  std::optional<std::string> object;
+  keywords("planner", options.planner)("samples", options.samples)("seed", options.seed)("reach", options.reach)(
+      "object", object)
+      .end();
+  options.object = object.value_or("");
+  return call.run([&](const Limit& limit) {
     options.limit = limit;
     return escape_energy(problem, options);
   });
@@ -43,12 +44,7 @@ void bind_escape_energy(py::module_& module) {
                     "Whether all poses are drawn, or no barrier can be lower. False if the timeout or the cancel came "
                     "first.");
   def_repr(type, "EscapeEnergy", {"energy", "samples", "complete"});
-  def_metric(
-      module, "escape_energy", &score_escape_energy,
-      std::tuple_cat(std::tuple{keyword("planner", &EnergyCall::planner), keyword("samples", &EnergyCall::samples),
-                                keyword("seed", &EnergyCall::seed), keyword("reach", &EnergyCall::reach),
-                                keyword("object", &EnergyCall::object_name)},
-                     limit_keywords()));
+  def_metric(module, "escape_energy", &score_escape_energy);
 }
 
 }  // namespace energymargin::binding

@@ -3,20 +3,18 @@
 #include "energymargin/metrics/force.hpp"
 
 #include "bindings.hpp"
-#include "keywords.hpp"
+#include "given.hpp"
 #include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {
 
-struct ForceCall {
-  std::optional<ForceWeights> weights{};
-};
-
-ForceScore score_force(const Problem& problem, const ForceCall& call) {
-  if (!call.weights) return force_score(problem);
+ForceScore score_force(const Problem& problem, const Keywords& keywords) {
+  std::optional<ForceWeights> weights;
+  keywords("weights", weights).end();
+  if (!weights) return force_score(problem);
   Problem weighted = problem;
-  weighted.force_weights = *call.weights;
+  weighted.force_weights = *weights;
   return force_score(weighted);
 }
 
@@ -32,7 +30,7 @@ void bind_force(py::module_& module) {
       .def_readonly("ground", &ForceScore::ground, "Of the contacts with all other bodies.")
       .def_readonly("distance", &ForceScore::distance, "Least distance between object and effector [m].");
   def_repr(type, "ForceScore", {"force"});
-  def_metric(module, "force_score", &score_force, std::tuple{keyword("weights", &ForceCall::weights)});
+  def_metric(module, "force_score", &score_force);
 }
 
 }  // namespace energymargin::binding

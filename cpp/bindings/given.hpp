@@ -1,82 +1,215 @@
 #pragma once
-// Values of classes, functions and text. An error names the argument, its value and what was expected.
+// Arguments from Python. An error names the argument, its value and what was expected.
 
-#include <memory>
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/typing.h>
+
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <variant>
 #include <vector>
 
-#include "convert.hpp"
+#include "base/record.hpp"
+#include "base/words.hpp"
+#include "energymargin/problem.hpp"
+
+namespace py = pybind11;
 
 namespace energymargin::binding {
 
-//! What a Value is in Python, in words: "a Scene", "True or False".
+//! What Python gives for a Value; `given` makes that of it. A type checker sees what it may be.
 template <typename Value>
-struct Words {
-  static std::string text() {
-    if constexpr (std::is_same_v<Value, bool>) {
-      return "True or False";
-    } else if constexpr (std::is_same_v<Value, std::string>) {
-      return "a str";
-    } else if constexpr (std::is_base_of_v<py::function, Value>) {
-      return "a function";
-    } else {
-      const auto name = py::type::of<Value>().attr("__name__").template cast<std::string>();
-      return (std::string("AEIOU").find(name[0]) == std::string::npos ? "a " : "an ") + name;
-    }
-  }
+struct Given {
+  py::object value;
 };
 
+//! An array of any shape.
+using GivenArray = Given<States>;
+
+//! A value as Python shows it, cut to 60 characters.
+std::string short_repr(const py::handle& value);
+
+//! A value as an array, null if numpy cannot convert it. KeyboardInterrupt and its like pass through.
+py::array array_of(const py::handle& value);
+
+//! The text of a str. Throws std::invalid_argument in the name of `what` unless UTF-8 can encode it.
+std::string word(const std::string& what, const py::handle& value);
+
+[[noreturn]] void refuse(const std::string& name, const py::handle& value, const std::string& expected);
+
+// Numbers have __float__ or __index__, and are no text; whole numbers have __index__; arrays are what numpy.asarray
+// accepts. They throw std::invalid_argument, everything else TypeError.
+double convert(Type<double>, const std::string& name, const py::handle& value);
+int convert(Type<int>, const std::string& name, const py::handle& value);  // from 1 to 2^31 - 1
+std::uint64_t convert(Type<std::uint64_t>, const std::string& name, const py::handle& value);
+Vector2 convert(Type<Vector2>, const std::string& name, const py::handle& value);
+Vector3 convert(Type<Vector3>, const std::string& name, const py::handle& value);
+Quaternion convert(Type<Quaternion>, const std::string& name, const py::handle& value);  // x, y, z, w
+Eigen::VectorXd convert(Type<Eigen::VectorXd>, const std::string& name, const py::handle& value);
+std::vector<Vector3> convert(Type<std::vector<Vector3>>, const std::string& name, const py::handle& value);
+regions::PlanarMotion convert(Type<regions::PlanarMotion>, const std::string& name, const py::handle& value);
+
+//! A whole number from `least` to 2^31 - 1.
+int count(const std::string& name, const Given<int>& number, int least);
+
+//! (rows, columns) numbers; -1 accepts any size.
+States matrix(const std::string& name, const GivenArray& array, Eigen::Index rows, Eigen::Index columns);
+Eigen::VectorXd vector(const std::string& name, const py::handle& array, Eigen::Index size);
+
+//! (6,) for one object, (objects, 6) for several.
+Disturbance wrenches(const std::string& name, const GivenArray& array, std::size_t objects);
+
+//! True for a single state, false for a table of states; throws for anything else.
+bool is_single(const std::string& name, const GivenArray& array);
+
+//! Orientation from a quaternion or from a yaw angle about z, at most one of them.
+Quaternion orientation(const std::string& prefix, const std::optional<Quaternion>& quaternion,
+                       std::optional<double> yaw, const Quaternion& otherwise);
+
+// What a value is, in words: "a Scene", "True or False".
 template <typename Value>
-struct Words<std::shared_ptr<Value>> : Words<Value> {};
-
-template <typename Value>
-struct Words<std::vector<Value>> {
-  static std::string text() { return "a list, each item " + Words<Value>::text(); }
-};
-
-template <typename... Values>
-struct Words<std::variant<Values...>> {
-  static std::string text() {
-    const std::vector<std::string> words{Words<Values>::text()...};
-    std::string text = words.front();
-    for (std::size_t i = 1; i < words.size(); ++i) text += (i + 1 < words.size() ? ", " : " or ") + words[i];
-    return text;
-  }
-};
-
-[[noreturn]] inline void refuse(const std::string& name, const py::handle& value, const std::string& expected) {
-  throw py::type_error(name + " is " + short_repr(value) + ", expected " + expected);
-}
-
-//! The Value that was given. Throws TypeError that names the argument.
-template <typename Value>
-Value given(const std::string& name, const Given<Value>& input, const std::string& expected = Words<Value>::text()) {
-  if constexpr (std::is_base_of_v<py::object, Value>) {
-    if (py::isinstance<Value>(input.value)) return py::reinterpret_borrow<Value>(input.value);
+std::string in_words(Type<Value>) {
+  if constexpr (std::is_same_v<Value, bool>) {
+    return "True or False";
+  } else if constexpr (std::is_same_v<Value, std::string>) {
+    return "a str";
+  } else if constexpr (std::is_base_of_v<py::function, Value>) {
+    return "a function";
   } else {
-    try {
-      return input.value.template cast<Value>();
-    } catch (const py::builtin_exception&) {  // cast_error, and reference_cast_error of None
-    }
+    const auto name = py::type::of<Value>().attr("__name__").template cast<std::string>();
+    return (std::string("AEIOU").find(name[0]) == std::string::npos ? "a " : "an ") + name;
   }
-  refuse(name, input.value, expected);
+}
+template <typename Value>
+std::string in_words(Type<std::shared_ptr<Value>>) {
+  return in_words(Type<Value>{});
+}
+template <typename Value>
+std::string in_words(Type<std::vector<Value>>) {
+  return "a list, each item " + in_words(Type<Value>{});
+}
+template <typename... Values>
+std::string in_words(Type<std::variant<Values...>>) {
+  return alternatives({in_words(Type<Values>{})...}, "");
 }
 
 template <typename Value>
-std::optional<Value> given(const std::string& name, const std::optional<Given<Value>>& input,
-                           const std::string& expected = Words<Value>::text()) {
-  if (!input) return std::nullopt;
-  return given(name, *input, expected);
+Value cast(const std::string& name, const py::handle& value, const std::string& expected) {
+  try {
+    if constexpr (std::is_base_of_v<py::object, Value>) {
+      if (py::isinstance<Value>(value)) return py::reinterpret_borrow<Value>(value);
+    } else {
+      return value.cast<Value>();
+    }
+  } catch (const py::builtin_exception&) {  // cast_error, and reference_cast_error of None
+  }
+  refuse(name, value, expected);
+}
+
+template <typename Value>
+Value convert(Type<Value>, const std::string& name, const py::handle& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return value_of<Value>(name, cast<std::string>(name, value, "a str"));
+  } else {
+    return cast<Value>(name, value, in_words(Type<Value>{}));
+  }
+}
+template <typename Value>
+std::optional<Value> convert(Type<std::optional<Value>>, const std::string& name, const py::handle& value) {
+  if (value.is_none()) return std::nullopt;
+  return convert(Type<Value>{}, name, value);
+}
+
+template <typename Value>
+Value given(const std::string& name, const Given<Value>& input) {
+  return convert(Type<Value>{}, name, input.value);
 }
 
 //! The object of a class that was given, itself and no copy.
 template <typename Value>
 const Value& given_object(const std::string& name, const Given<Value>& input) {
-  if (!py::isinstance<Value>(input.value)) refuse(name, input.value, Words<Value>::text());
+  if (!py::isinstance<Value>(input.value)) refuse(name, input.value, in_words(Type<Value>{}));
   return input.value.template cast<const Value&>();
 }
 
+//! Keyword arguments of a call.
+using KeywordArguments = py::KWArgs<py::object>;
+
+//! Reads them: each `(name, value)` sets the value, unless nothing is given for it.
+class Keywords {
+ public:
+  explicit Keywords(const KeywordArguments& arguments) : unread_(arguments.attr("copy")()) {}
+
+  template <typename Value>
+  const Keywords& operator()(const char* name, Value& value) const {
+    if (unread_.contains(name)) value = convert(Type<Value>{}, name, unread_.attr("pop")(name));
+    return *this;
+  }
+
+  //! Throws TypeError if a keyword is left that nobody reads.
+  void end() const {
+    if (!unread_.empty()) throw py::type_error("unexpected keyword arguments " + short_repr(py::list(unread_)));
+  }
+
+ private:
+  py::dict unread_;
+};
+
+//! A function of a problem and of keywords. energymargin/scores.py, whose users call it through that, says what they
+//! are for, and refuses others.
+template <typename Result>
+void def_metric(py::module_& module, const char* name, Result (*metric)(const Problem&, const Keywords&)) {
+  const auto call = [metric](const Given<Problem>& problem, const KeywordArguments& keywords) {
+    return metric(given_object("problem", problem), Keywords(keywords));
+  };
+  module.def(name, call, py::arg("problem"));
+}
+
 }  // namespace energymargin::binding
+
+namespace pybind11::detail {
+
+// What a type checker reads for a Value that is given.
+template <typename Value>
+constexpr auto name_of_given(energymargin::Type<Value>) {
+  if constexpr (std::is_same_v<Value, double>) {
+    return const_name("float");
+  } else if constexpr (std::is_integral_v<Value> && !std::is_same_v<Value, bool>) {
+    return const_name("int");
+  } else if constexpr (std::is_enum_v<Value>) {
+    return const_name("str");
+  } else if constexpr (std::is_same_v<Value, energymargin::regions::PlanarMotion>) {
+    return const_name("dict[str, numpy.typing.ArrayLike]");
+  } else if constexpr (std::is_base_of_v<Eigen::EigenBase<Value>, Value> ||
+                       std::is_same_v<Value, energymargin::Quaternion> ||
+                       std::is_same_v<Value, std::vector<energymargin::Vector3>>) {
+    return const_name("numpy.typing.ArrayLike");
+  } else {
+    return make_caster<Value>::name;
+  }
+}
+template <typename Value>
+constexpr auto name_of_given(energymargin::Type<std::optional<Value>>) {
+  return make_caster<std::optional<energymargin::binding::Given<Value>>>::name;
+}
+
+template <typename Value>
+struct type_caster<energymargin::binding::Given<Value>> {
+  static constexpr auto name = name_of_given(energymargin::Type<Value>{});
+  bool load(handle source, bool) {
+    if (source) value.value = reinterpret_borrow<object>(source);
+    return static_cast<bool>(source);
+  }
+  static handle cast(const energymargin::binding::Given<Value>& given, return_value_policy, handle) {
+    return object(given.value).release();
+  }
+  template <typename>
+  using cast_op_type = energymargin::binding::Given<Value>&;
+  operator energymargin::binding::Given<Value>&() { return value; }
+  energymargin::binding::Given<Value> value;
+};
+
+}  // namespace pybind11::detail

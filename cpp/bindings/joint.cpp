@@ -1,9 +1,9 @@
 // Joints and springs for Python.
 
+#include "bindings.hpp"
 #include "energymargin/scene.hpp"
 #include "problem/words.hpp"
 #include "records.hpp"
-#include "scene.hpp"
 #include "scene/records.hpp"
 
 namespace energymargin::binding {
@@ -33,65 +33,46 @@ constexpr const char* add_spring_doc =
 It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
 a spring too stiff for the scene's step.)";
 
-Pose pose(const std::string& prefix, const ArrayLike& origin, const std::optional<ArrayLike>& quaternion_xyzw) {
-  return {vector3(prefix + "origin", origin),
-          orientation(prefix, quaternion_xyzw, std::nullopt, Quaternion::Identity())};
-}
+using GivenOrientation = Given<std::optional<Quaternion>>;
 
 // The keywords of the drive are those of its fields.
-template <typename... Get>
-void def_add_joint(py::class_<Scene>& scene, const std::tuple<Field<Get>...>& drive) {
+void def_add_joint(py::class_<Scene>& scene) {
   const auto add_joint =
-      [drive](Scene& its_scene, const std::string& name, const std::string& parent, const std::string& child,
-              const std::string& type, const ArrayLike& origin, const std::optional<ArrayLike>& orientation,
-              const ArrayLike& child_origin, const std::optional<ArrayLike>& child_orientation, const ArrayLike& axis,
-              const Given<std::pair<Number, Number>>& limits_given, const Number& start, const Number& start_velocity,
-              bool held, const std::optional<Number>& target, const FieldInput<Joint, Get>&... arguments) {
-        const auto limits = given("limits", limits_given, "a tuple (a number, a number)");
-        Joint joint;
+      +[](Joint joint, Scene& its_scene, const std::string& name, const std::string& parent, const std::string& child,
+          const Given<JointType>& type, const Given<Vector3>& origin, const GivenOrientation& orientation,
+          const Given<Vector3>& child_origin, const GivenOrientation& child_orientation, const Given<Vector3>& axis,
+          const Given<std::pair<Given<double>, Given<double>>>& limits, const Given<double>& start,
+          const Given<double>& start_velocity, bool held, const Given<std::optional<double>>& target) {
+        const auto [lower, upper] =
+            cast<std::pair<Given<double>, Given<double>>>("limits", limits.value, "a tuple (a number, a number)");
+        const Quaternion unturned = Quaternion::Identity();
         joint.name = name;
-        joint.type = value_of<JointType>("type", type);
+        joint.type = given("type", type);
         joint.parent = parent;
         joint.child = child;
-        joint.in_parent = pose("", origin, orientation);
-        joint.in_child = pose("child_", child_origin, child_orientation);
-        joint.axis = vector3("axis", axis);
-        joint.lower = real("limits[0]", limits.first);
-        joint.upper = real("limits[1]", limits.second);
-        joint.state = {real("start", start), real("start_velocity", start_velocity)};
+        joint.in_parent = {given("origin", origin), given("orientation", orientation).value_or(unturned)};
+        joint.in_child = {given("child_origin", child_origin),
+                          given("child_orientation", child_orientation).value_or(unturned)};
+        joint.axis = given("axis", axis);
+        joint.lower = given("limits[0]", lower);
+        joint.upper = given("limits[1]", upper);
+        joint.state = {given("start", start), given("start_velocity", start_velocity)};
         joint.held = held;
-        joint.target = real("target", target).value_or(joint.state.position);
-        assign_fields(joint, drive, arguments...);
+        joint.target = given("target", target).value_or(joint.state.position);
         its_scene.add_joint(std::move(joint));
       };
   const py::tuple zeros = py::make_tuple(0.0, 0.0, 0.0);
-  std::apply(
-      [&](const auto&... field) {
-        scene.def("add_joint", add_joint, py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"),
-                  py::arg("type") = "revolute", py::arg("origin") = zeros, py::arg("orientation") = py::none(),
-                  py::arg("child_origin") = zeros, py::arg("child_orientation") = py::none(),
-                  py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
-                  py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("start") = 0.0,
-                  py::arg("start_velocity") = 0.0, py::arg("held") = false, py::arg("target") = py::none(),
-                  field_keyword<Joint>(field)..., add_joint_doc);
-      },
-      drive);
-}
-
-void add_spring(Scene& scene, const std::string& body_a, const std::string& body_b, const Number& stiffness,
-                const Number& rest_length, const Number& damping, const ArrayLike& point_a, const ArrayLike& point_b) {
-  scene.add_spring({body_a, body_b, vector3("point_a", point_a), vector3("point_b", point_b),
-                    real("stiffness", stiffness), real("rest_length", rest_length), real("damping", damping)});
-}
-
-void bind_mimic(py::module_& module) {
-  py::class_<Mimic> mimic(module, "Mimic",
-                          "A joint follows another: position = multiplier * (that joint's position) + offset, always.");
-  mimic.def(py::init([](std::string joint, const Number& multiplier, const Number& offset) {
-              return Mimic{std::move(joint), real("multiplier", multiplier), real("offset", offset)};
-            }),
-            py::arg("joint"), py::arg("multiplier") = 1.0, py::arg("offset") = 0.0);
-  def_fields(mimic, Record<Mimic>::fields());
+  const auto define = [&](const auto& function, const auto&... drive) {
+    scene.def("add_joint", function, py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"),
+              py::arg("type") = "revolute", py::arg("origin") = zeros, py::arg("orientation") = py::none(),
+              py::arg("child_origin") = zeros, py::arg("child_orientation") = py::none(),
+              py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
+              py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("start") = 0.0,
+              py::arg("start_velocity") = 0.0, py::arg("held") = false, py::arg("target") = py::none(), drive...,
+              add_joint_doc);
+  };
+  with_fields(Record<Joint>::drive(), {99, {"target_velocity", "stiffness", "damping", "torque_limit"}}, add_joint,
+              define);
 }
 
 }  // namespace
@@ -103,7 +84,9 @@ void bind_joint(py::module_& module) {
   const auto orientation_of = [](Pose Joint::* pose) {
     return [pose](const Joint& joint) { return Eigen::Vector4d((joint.*pose).orientation.coeffs()); };
   };
-  bind_mimic(module);
+  bind_record<Mimic>(module, "Mimic",
+                     "A joint follows another: position = multiplier * (that joint's position) + offset, always.",
+                     {99, {"multiplier", "offset"}});
   py::class_<Joint> joint(module, "Joint", "A joint of a scene; for a prismatic one read m for rad and N for N m.");
   def_fields(joint, Record<Joint>::fields(), {"in_parent", "in_child", "lower", "upper", "position", "velocity"});
   joint.def_property_readonly("origin", position_of(&Joint::in_parent), "In the parent's frame, shape (3,) [m].")
@@ -120,11 +103,13 @@ void bind_joint(py::module_& module) {
 }
 
 void bind_add_joint(py::class_<Scene>& scene) {
-  const py::tuple zeros = py::make_tuple(0.0, 0.0, 0.0);
-  def_add_joint(scene, Record<Joint>::drive());
-  scene.def("add_spring", &add_spring, py::arg("body_a"), py::arg("body_b"), py::kw_only(), py::arg("stiffness"),
-            py::arg("rest_length") = 0.0, py::arg("damping") = 0.0, py::arg("point_a") = zeros,
-            py::arg("point_b") = zeros, add_spring_doc);
+  def_add_joint(scene);
+  with_fields(
+      Record<Spring>::fields(), {2, {"rest_length", "damping", "point_a", "point_b"}},
+      +[](Spring spring, Scene& its_scene) { its_scene.add_spring(std::move(spring)); },
+      [&](const auto& add_spring, const auto&... keywords) {
+        scene.def("add_spring", add_spring, keywords..., add_spring_doc);
+      });
 }
 
 }  // namespace energymargin::binding

@@ -1,7 +1,7 @@
 // Timeouts and cancels for Python.
 
 #include "bindings.hpp"
-#include "interrupt.hpp"
+#include "long_call.hpp"
 
 namespace energymargin::binding {
 

@@ -2,19 +2,19 @@
 
 #include "energymargin/metrics/lower_bound.hpp"
 
-#include "interrupt.hpp"
-#include "lower_bound.hpp"
+#include "bindings.hpp"
+#include "long_call.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {
 
-struct BoundCall : LowerBoundOptions, LimitCall {};
-
-LowerBound bound_effort(const Problem& problem, const BoundCall& call) {
-  return run_interruptible(call.call_limit(), [&](const Limit& limit) {
-    LowerBoundOptions options = call;
+LowerBound bound_effort(const Problem& problem, const Keywords& keywords) {
+  LongCall call(keywords);
+  LowerBoundOptions options;
+  keywords("cells", options.cells)("tolerance", options.tolerance)("captured", options.captured).end();
+  return call.run([&](const Limit& limit) {
     options.limit = limit;
     return effort_lower_bound(problem, options);
   });
@@ -37,10 +37,7 @@ void bind_lower_bound(py::module_& module) {
       .def_readonly("reason", &LowerBound::reason,
                     "Why the effort is bounded by 0 alone; empty if it is bounded by more.");
   def_repr(type, "LowerBound", {"effort", "barrier", "kinetic", "stored", "cells", "complete", "reason"});
-  def_metric(module, "effort_lower_bound", &bound_effort,
-             std::tuple_cat(std::tuple{keyword("cells", &BoundCall::cells), keyword("tolerance", &BoundCall::tolerance),
-                                       keyword("captured", &BoundCall::captured)},
-                            limit_keywords()));
+  def_metric(module, "effort_lower_bound", &bound_effort);
 }
 
 }  // namespace energymargin::binding

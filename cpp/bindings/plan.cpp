@@ -3,8 +3,8 @@
 #include "energymargin/plan.hpp"
 
 #include "bindings.hpp"
-#include "convert.hpp"
 #include "energymargin/problem_io.hpp"
+#include "given.hpp"
 #include "repr.hpp"
 
 namespace energymargin::binding {
@@ -27,24 +27,24 @@ Args:
 After the last row motors and wrenches are off, joints keep their targets, and kinematic bodies their velocities. Raises ValueError on rows of unequal number,
 or that are not finite.)";
 
-using Rows = std::map<std::string, ArrayLike>;
-using Limits = std::map<std::string, std::pair<Number, Number>>;
+using Rows = std::map<std::string, GivenArray>;
+using Limits = std::map<std::string, std::pair<Given<double>, Given<double>>>;
 
-Plan plan_of(const Number& step, const Rows& wrenches, const Rows& targets, const Rows& velocities,
+Plan plan_of(const Given<double>& step, const Rows& wrenches, const Rows& targets, const Rows& velocities,
              const Limits& limits) {
-  Plan plan{real("step", step)};
+  Plan plan{given("step", step)};
   for (const auto& [body, rows] : wrenches) {
     plan.wrenches.push_back({body, matrix("wrenches['" + body + "']", rows, -1, 6)});
   }
   for (const auto& [joint, rows] : targets) {
-    plan.targets.push_back({joint, vector("targets['" + joint + "']", rows, -1)});
+    plan.targets.push_back({joint, vector("targets['" + joint + "']", rows.value, -1)});
   }
   for (const auto& [body, rows] : velocities) {
     plan.velocities.push_back({body, matrix("velocities['" + body + "']", rows, -1, 6), std::nullopt, std::nullopt});
     const auto limit = limits.find(body);
     if (limit == limits.end()) continue;
-    plan.velocities.back().force = real("limits['" + body + "'] force", limit->second.first);
-    plan.velocities.back().torque = real("limits['" + body + "'] torque", limit->second.second);
+    plan.velocities.back().force = given("limits['" + body + "'] force", limit->second.first);
+    plan.velocities.back().torque = given("limits['" + body + "'] torque", limit->second.second);
   }
   for (const auto& [body, limit] : limits) {
     if (velocities.count(body) == 0) {
@@ -93,8 +93,8 @@ void bind_plan(py::module_& module) {
            py::arg("velocities") = Rows{}, py::arg("limits") = Limits{})
       .def_static(
           "hold",
-          [](const Scene& scene, const ArrayLike& state, const Number& duration) {
-            return hold(scene, vector("state", state, -1), real("duration", duration));
+          [](const Scene& scene, const Given<State>& state, const Given<double>& duration) {
+            return hold(scene, given("state", state), given("duration", duration));
           },
           py::arg("scene"), py::arg("state"), py::arg("duration"),
           "The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that "
@@ -109,7 +109,7 @@ void bind_plan(py::module_& module) {
       .def_property_readonly("limits", &limits_of,
                              "Of motors, where the plan has them: by body, (force [N], torque [N m]).")
       .def(
-          "fine_rows", [](const Plan& plan, const Number& step) { return fine_rows(plan, real("step", step)); },
+          "fine_rows", [](const Plan& plan, const Given<double>& step) { return fine_rows(plan, given("step", step)); },
           py::arg("step"),
           "The same plan with a row for each step [s] of a scene, at most the plan's own. Each row begins at the step "
           "that is nearest to its time.")

@@ -6,7 +6,7 @@
 
 #include "bindings.hpp"
 #include "energymargin/metrics/rare.hpp"
-#include "interrupt.hpp"
+#include "long_call.hpp"
 #include "metrics/looks.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
@@ -39,37 +39,12 @@ disturbances::Draws draws_of(const Function& function, const Problem& problem, s
   draws.first = first;
   for (std::uint64_t i = first; i < first + static_cast<std::uint64_t>(rollouts); ++i) {
     const py::object random = numpy.attr("random").attr("default_rng")(py::make_tuple(seed, i));
-    draws.rollouts.push_back(matrix("disturbance", ArrayLike{function(random, times)}, timing->horizon, -1));
+    draws.rollouts.push_back(matrix("disturbance", {function(random, times)}, timing->horizon, -1));
   }
   return draws;
 }
 
 using LevelFunction = py::typing::Callable<py::object(py::array_t<double>)>;
-
-struct ProbabilityCall : ProbabilityOptions, ProgressCall {
-  bool warn = true;
-  Model model{};
-  bool rare = false;
-  std::optional<LevelFunction> level{};
-  std::optional<double> ahead{};
-};
-
-// The call's own model, or what its function draws.
-void set_disturbance(const Problem& problem, const Model& model, ProbabilityOptions& options) {
-  const auto set = [&](const auto& alternative) {
-    if constexpr (!std::is_same_v<std::decay_t<decltype(alternative)>, Function>) {
-      options.disturbance = alternative;
-    } else {
-      if (options.tolerance) {
-        throw std::invalid_argument(
-            "tolerance is given with a function as disturbance, expected a model of em.disturbances, or rollouts=");
-      }
-      options.rollouts = options.rollouts.value_or(rollouts_of_function);
-      options.disturbance = draws_of(alternative, problem, options.first, *options.rollouts, options.seed);
-    }
-  };
-  std::visit(set, model);
-}
 
 // A user's function of a state.
 std::function<double(const State&)> level_of(const LevelFunction& function) {
@@ -79,62 +54,94 @@ std::function<double(const State&)> level_of(const LevelFunction& function) {
   });
   return [held](const State& state) {
     const py::gil_scoped_acquire acquire;
-    return real("level", Number{(*held)(py::cast(state))});
+    return convert(Type<double>{}, "level", (*held)(py::cast(state)));
   };
 }
 
-[[noreturn]] void refuse_for_rare(const std::string& argument) {
-  throw std::invalid_argument(argument + " is given with rare=True, expected without: rare losses are those of all " +
-                              "objects over the horizon, from `rollouts` replicas");
+// The call's own model, or what its function draws.
+DisturbanceModel disturbance_of(const Problem& problem, const Model& model, ProbabilityOptions& options) {
+  return std::visit(
+      [&](const auto& alternative) -> DisturbanceModel {
+        if constexpr (!std::is_same_v<std::decay_t<decltype(alternative)>, Function>) {
+          return alternative;
+        } else {
+          if (options.tolerance) {
+            throw std::invalid_argument(
+                "tolerance is given with a function as disturbance, expected a model of em.disturbances, or rollouts=");
+          }
+          options.rollouts = options.rollouts.value_or(rollouts_of_function);
+          return draws_of(alternative, problem, options.first, *options.rollouts, options.seed);
+        }
+      },
+      model);
 }
 
-CaptureProbability score_rare(const Problem& problem, const ProbabilityCall& call) {
-  if (call.tolerance) refuse_for_rare("tolerance");
-  if (call.success) refuse_for_rare("success");
-  if (call.by_object) refuse_for_rare("by_object");
-  if (call.first != 0) refuse_for_rare("first");
-  if (!call.undisturbed) refuse_for_rare("undisturbed=False");
-  if (call.most_diverged != ProbabilityOptions{}.most_diverged) refuse_for_rare("most_diverged");
-  RareOptions options;
-  const auto set = [&](const auto& model) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(model)>, Function>) {
-      options.disturbance = disturbances::Draws{};
+CaptureProbability score_rare(const Problem& problem, const ProbabilityOptions& asked, const Model& model,
+                              RareOptions options, LongCall& call) {
+  for (const auto& [argument, is_given] :
+       {std::pair{"tolerance", asked.tolerance.has_value()}, std::pair{"success", asked.success},
+        std::pair{"by_object", asked.by_object}, std::pair{"first", asked.first != 0},
+        std::pair{"undisturbed=False", !asked.undisturbed},
+        std::pair{"most_diverged", asked.most_diverged != ProbabilityOptions{}.most_diverged}}) {
+    if (!is_given) continue;
+    throw std::invalid_argument(std::string(argument) +
+                                " is given with rare=True, expected without: rare losses are those of all objects over "
+                                "the horizon, from `rollouts` replicas");
+  }
+  const auto alternative = [](const auto& given_model) -> DisturbanceModel {
+    if constexpr (std::is_same_v<std::decay_t<decltype(given_model)>, Function>) {
+      return disturbances::Draws{};
     } else {
-      options.disturbance = model;
+      return given_model;
     }
   };
-  std::visit(set, call.model);
-  options.rollouts = call.rollouts.value_or(options.rollouts);
-  options.seed = call.seed;
-  options.threads = call.threads;
-  if (call.level) options.level = level_of(*call.level);
-  options.ahead = call.ahead;
-  return run_with_progress(&rare_capture_probability, problem, options, &RareOptions::rollout_counter, call,
-                           call.call_limit());
+  options.disturbance = std::visit(alternative, model);
+  options.rollouts = asked.rollouts.value_or(options.rollouts);
+  options.seed = asked.seed;
+  options.threads = asked.threads;
+  options.rollout_counter = call.counter();
+  return call.run([&](const Limit& limit) {
+    options.limit = limit;
+    return rare_capture_probability(problem, options);
+  });
 }
 
-CaptureProbability estimate(const Problem& problem, const ProbabilityCall& call) {
-  if (call.rare) return score_rare(problem, call);
-  if (call.level) throw std::invalid_argument("level is given, expected rare=True with it");
-  if (call.ahead) throw std::invalid_argument("ahead is given, expected rare=True with it");
-  const Limit call_limit = call.call_limit();  // a function as disturbance takes of its time
-  ProbabilityOptions options = call;
-  set_disturbance(problem, call.model, options);
-  return run_with_progress(&capture_probability, problem, options, &ProbabilityOptions::rollout_counter, call,
-                           call_limit);
-}
-
-CaptureProbability score_probability(const Problem& problem, const ProbabilityCall& call) {
-  CaptureProbability p = estimate(problem, call);
-  if (call.warn) warn(p.warnings, problem.scene);
+CaptureProbability score_probability(const Problem& problem, const Keywords& keywords) {
+  LongCall call(keywords);  // a function as disturbance takes of its time
+  ProbabilityOptions options;
+  RareOptions rare_options;
+  Model model;
+  bool rare = false;
+  bool warns = true;
+  std::optional<LevelFunction> level;
+  keywords("disturbance", model)("rollouts", options.rollouts)("seed", options.seed)("first", options.first)(
+      "threads", options.threads)("tolerance", options.tolerance)("success", options.success)(
+      "by_object", options.by_object)("undisturbed", options.undisturbed)("most_diverged", options.most_diverged)(
+      "rare", rare)("level", level)("ahead", rare_options.ahead)("warn", warns)
+      .end();
+  if (!rare && level) throw std::invalid_argument("level is given, expected rare=True with it");
+  if (!rare && rare_options.ahead) throw std::invalid_argument("ahead is given, expected rare=True with it");
+  if (level) rare_options.level = level_of(*level);
+  CaptureProbability p;
+  if (rare) {
+    p = score_rare(problem, options, model, rare_options, call);
+  } else {
+    options.disturbance = disturbance_of(problem, model, options);
+    options.rollout_counter = call.counter();
+    p = call.run([&](const Limit& limit) {
+      options.limit = limit;
+      return capture_probability(problem, options);
+    });
+  }
+  if (warns) warn(p.warnings, problem.scene);
   return p;
 }
 
 using Ends = std::pair<double, double>;
 
 // The confidence of one look out of several (Bonferroni).
-double confidence_of_look(const CaptureProbability& p, const Number& confidence) {
-  const double of_all = real("confidence", confidence);
+double confidence_of_look(const CaptureProbability& p, const Given<double>& confidence) {
+  const double of_all = given("confidence", confidence);
   if (!(of_all > 0.0 && of_all < 1.0)) {
     throw std::invalid_argument("confidence is " + short_repr(confidence.value) +
                                 ", expected a number between 0 and 1");
@@ -147,7 +154,7 @@ Ends interval_of_look(const CaptureProbability& p, double probability, double co
   return {ends.low, ends.high};
 }
 
-Ends interval_of(const CaptureProbability& p, const Number& confidence, const std::string& which) {
+Ends interval_of(const CaptureProbability& p, const Given<double>& confidence, const std::string& which) {
   const double of_look = confidence_of_look(p, confidence);
   require_word("which", which, {"captured", "lost", "success", "any"});
   if ((which == "success" && !p.success) || (which == "any" && !p.any)) {
@@ -160,7 +167,7 @@ Ends interval_of(const CaptureProbability& p, const Number& confidence, const st
   return {ends.low, ends.high};
 }
 
-std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p, const Number& confidence,
+std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p, const Given<double>& confidence,
                                                     const std::string& which) {
   require_word("which", which, {"captured", "any"});
   if (which == "any" && !p.any) {
@@ -273,17 +280,7 @@ void bind_probability(py::module_& module) {
           "band", &band_of, py::arg("confidence") = 0.95, py::arg("which") = "captured",
           "(low, high), each of shape (T,): the interval of each point of the curve alone. which: 'captured' or 'any'.")
       .def("__repr__", &repr_of);
-  def_metric(
-      module, "capture_probability", &score_probability,
-      std::tuple_cat(
-          std::tuple{keyword("disturbance", &ProbabilityCall::model), keyword("rollouts", &ProbabilityCall::rollouts),
-                     keyword("seed", &ProbabilityCall::seed), keyword("first", &ProbabilityCall::first),
-                     keyword("threads", &ProbabilityCall::threads), keyword("tolerance", &ProbabilityCall::tolerance),
-                     keyword("success", &ProbabilityCall::success), keyword("by_object", &ProbabilityCall::by_object),
-                     keyword("undisturbed", &ProbabilityCall::undisturbed),
-                     keyword("most_diverged", &ProbabilityCall::most_diverged), keyword("rare", &ProbabilityCall::rare),
-                     keyword("level", &ProbabilityCall::level), keyword("ahead", &ProbabilityCall::ahead)},
-          progress_keywords(), std::tuple{keyword("warn", &ProbabilityCall::warn)}));
+  def_metric(module, "capture_probability", &score_probability);
   module.def(
       "too_many_diverged",
       [](int diverged, int rollouts) {

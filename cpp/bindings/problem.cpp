@@ -4,9 +4,10 @@
 
 #include "bindings.hpp"
 #include "energymargin/problem_io.hpp"
-#include "keywords.hpp"
+#include "problem/records.hpp"
 #include "problem/words.hpp"
 #include "problem_io/words.hpp"
+#include "records.hpp"
 #include "repr.hpp"
 #include "warnings.hpp"
 
@@ -106,32 +107,34 @@ std::optional<RegionByObject> sets_by_object(const Problem& problem) {
 
 constexpr const char* sets_in_words = "a Region, or a dict, each value a Region";
 
-Problem make_problem(const Given<Scene>& scene_given, const ArrayLike& state, const ArrayLike& force,
-                     const ArrayLike& torque, const Number& duration, const Given<Sets>& captured_given,
-                     const std::optional<Given<Sets>>& succeeded_given, const std::optional<Given<Region>>& within,
-                     const Given<std::string>& effector, const Number& rate, const Given<ForceWeights>& force_weights,
-                     const std::optional<Given<std::vector<Contact>>>& contacts,
-                     const std::optional<Number>& horizon_time, const std::optional<Given<Plan>>& plan,
-                     const std::optional<Number>& check, const Number& dwell, const Given<bool>& start_outside) {
+Problem make_problem(const Given<Scene>& scene_given, const Given<State>& state, const Given<Vector3>& force,
+                     const Given<Vector3>& torque, const Given<double>& duration, const Given<Sets>& captured_given,
+                     const Given<std::optional<Sets>>& succeeded_given, const Given<std::optional<Region>>& within,
+                     const Given<Effector>& effector, const Given<double>& rate,
+                     const Given<ForceWeights>& force_weights,
+                     const Given<std::optional<std::vector<Contact>>>& contacts,
+                     const Given<std::optional<double>>& horizon_time, const Given<std::optional<Plan>>& plan,
+                     const Given<std::optional<double>>& check, const Given<double>& dwell,
+                     const Given<bool>& start_outside) {
   const Scene& scene = given_object("scene", scene_given);
-  const Sets captured = given("captured", captured_given, sets_in_words);
-  const std::optional<Sets> succeeded = given("succeeded", succeeded_given, sets_in_words);
-  Problem problem(scene, vector("state", state, -1), all_of("captured", scene, captured));
-  problem.force = vector3("force", force);
-  problem.torque = vector3("torque", torque);
-  problem.duration = real("duration", duration);
+  const Sets captured = cast<Sets>("captured", captured_given.value, sets_in_words);
+  const auto succeeded = cast<std::optional<Sets>>("succeeded", succeeded_given.value, sets_in_words);
+  Problem problem(scene, given("state", state), all_of("captured", scene, captured));
+  problem.force = given("force", force);
+  problem.torque = given("torque", torque);
+  problem.duration = given("duration", duration);
   if (succeeded) problem.succeeded = all_of("succeeded", scene, *succeeded);
   problem.within = given("within", within);
   problem.captured_any = any_of("captured", scene, captured);
   problem.succeeded_any = any_of("succeeded", scene, succeeded);
-  problem.effector = value_of<Effector>("effector", given("effector", effector));
-  problem.rate = real("rate", rate);
+  problem.effector = given("effector", effector);
+  problem.rate = given("rate", rate);
   problem.force_weights = given("force_weights", force_weights);
   problem.contacts = given("contacts", contacts);
-  problem.horizon = real("horizon", horizon_time);
+  problem.horizon = given("horizon", horizon_time);
   problem.plan = given("plan", plan);
-  problem.check = real("check", check);
-  problem.dwell = real("dwell", dwell);
+  problem.check = given("check", check);
+  problem.dwell = given("dwell", dwell);
   validate(problem);
   warn(implausible(problem, given("start_outside", start_outside)), problem.scene);
   return problem;
@@ -167,23 +170,23 @@ py::object replace(const py::object& self, const py::kwargs& changes) {
   return copy;
 }
 
-Problem with_state(const Problem& problem, const ArrayLike& state) {
+Problem with_state(const Problem& problem, const Given<State>& state) {
   Problem copy = problem;
-  copy.state = vector("state", state, -1);
+  copy.state = given("state", state);
   copy.contacts.reset();
   validate(copy);
   warn(implausible_joints(copy.scene, copy.state), copy.scene);
   return copy;
 }
 
-State edge_start(const Problem& problem, const ArrayLike& node) {
-  const State state = vector("node", node, -1);
+State edge_start(const Problem& problem, const Given<State>& node) {
+  const State state = given("node", node);
   validate(problem.scene, state, "node");
   return EdgeStart(problem)(state);
 }
 
-void save_file(const Problem& problem, const py::object& path, const std::string& meshes) {
-  save(problem, file_path(path), value_of<Meshes>("meshes", meshes));
+void save_file(const Problem& problem, const py::object& path, const Given<Meshes>& meshes) {
+  save(problem, file_path(path), given("meshes", meshes));
 }
 
 Problem load_file(const py::object& path, bool start_outside) {
@@ -217,23 +220,6 @@ void bind_file_error() {
       py::set_error(PyExc_OSError, failure.what());
     }
   });
-}
-
-void bind_force_weights(py::module_& module) {
-  py::class_<ForceWeights> type(module, "ForceWeights", force_weights_doc);
-  def_members_constructor(
-      type, "",
-      std::tuple{keyword("engage", &ForceWeights::engage), keyword("stick", &ForceWeights::stick),
-                 keyword("distance", &ForceWeights::distance), keyword("ground_engage", &ForceWeights::ground_engage),
-                 keyword("ground_stick", &ForceWeights::ground_stick)});
-  type.def_readonly("engage", &ForceWeights::engage, "Of the normal forces between object and effector [1/N].")
-      .def_readonly("stick", &ForceWeights::stick, "Of the distances to the friction cones' edges there [1/N].")
-      .def_readonly("distance", &ForceWeights::distance,
-                    "Of the distance between object and effector, which the score subtracts [1/m].")
-      .def_readonly("ground_engage", &ForceWeights::ground_engage,
-                    "Of the normal forces between the object and everything but the effector [1/N].")
-      .def_readonly("ground_stick", &ForceWeights::ground_stick,
-                    "Of the distances to the friction cones' edges there [1/N].");
 }
 
 using ProblemClass = py::class_<Problem>;
@@ -318,7 +304,8 @@ void def_files(ProblemClass& type) {
 
 void bind_problem(py::module_& module) {
   bind_file_error();
-  bind_force_weights(module);
+  bind_record<ForceWeights>(module, "ForceWeights", force_weights_doc,
+                            {99, {"engage", "stick", "distance", "ground_engage", "ground_stick"}});
   ProblemClass type(module, "Problem", problem_doc);
   def_copies(type);
   def_problem_constructor(type);

@@ -7,10 +7,12 @@
 #include <tuple>
 #include <vector>
 
-#include "argument.hpp"
-#include "base/record.hpp"
+#include "given.hpp"
 
 namespace energymargin::binding {
+
+//! The class of a record's type, as ConvexHull of "convex_hull".
+std::string class_name(const std::string& type);
 
 //! (n, 3).
 py::array_t<double> array_of_points(const std::vector<Vector3>& points);
@@ -65,29 +67,42 @@ void def_fields(py::class_<Struct>& type, const std::tuple<Field<Get>...>& field
   std::apply([&](const auto&... field) { (def(field), ...); }, fields);
 }
 
-//! The argument of a function that sets a field.
-template <typename Struct, typename Get>
-using FieldArgument = Argument<Member<Struct, Get>>;
-template <typename Struct, typename Get>
-using FieldInput = typename FieldArgument<Struct, Get>::Input;
+//! How Python calls a function that makes a struct of its fields.
+struct Signature {
+  std::size_t positional = 99;       //!< the arguments after so many go by name alone
+  std::set<std::string> optional{};  //!< fields with a default, besides those that files may leave out
+};
 
-//! Sets each field to its argument.
-template <typename Struct, typename... Get>
-void assign_fields(Struct& object, const std::tuple<Field<Get>...>& fields, const FieldInput<Struct, Get>&... inputs) {
-  std::apply(
-      [&](const auto&... field) {
-        ((std::invoke(field.get, object) = FieldArgument<Struct, Get>::of(field.name, inputs)), ...);
-      },
-      fields);
+//! An argument, with a default if `initial` is set. From the first by name on they all go by name alone.
+struct FieldKeyword : py::arg {
+  FieldKeyword(const char* field_name, py::object default_value, bool is_first)
+      : py::arg(field_name), initial(std::move(default_value)), first_by_name(is_first) {}
+  py::object initial;
+  bool first_by_name;
+};
+
+template <typename Value>
+py::object default_of(const Value& value) {
+  if constexpr (std::is_same_v<Value, Vector3>) {
+    return py::make_tuple(value.x(), value.y(), value.z());
+  } else if constexpr (std::is_same_v<Value, std::string>) {
+    return py::none();  // the empty one
+  } else if constexpr (std::is_same_v<Value, Quaternion>) {
+    return py::make_tuple(value.x(), value.y(), value.z(), value.w());
+  } else if constexpr (std::is_same_v<Value, std::vector<Vector3>>) {
+    return python_value(value);
+  } else {
+    return py::cast(python_value(value));
+  }
 }
 
-//! The keyword of a field, with the default of the struct.
+//! Whether None stands for the empty text in a field.
+template <typename Get>
+inline constexpr bool may_be_none = false;
 template <typename Struct, typename Get>
-py::arg_v field_keyword(const Field<Get>& field) {
-  return py::arg(field.name) = python_value(std::invoke(field.get, Struct{}));
-}
+using FieldInput = Given<std::conditional_t<may_be_none<Get>, std::optional<Member<Struct, Get>>, Member<Struct, Get>>>;
 
-//! One line for each field.
+//! One line for each field that has a description.
 template <typename... Get>
 std::string fields_doc(const std::tuple<Field<Get>...>& fields) {
   std::string doc;
@@ -98,17 +113,75 @@ std::string fields_doc(const std::tuple<Field<Get>...>& fields) {
   return doc;
 }
 
-//! A constructor with one argument for each field; `check` may throw.
-template <typename Struct, typename Check, typename... Get>
-void def_fields_constructor(py::class_<Struct>& type, const Check& check, const std::tuple<Field<Get>...>& fields) {
-  const auto construct = [=](const FieldInput<Struct, Get>&... inputs) {
+//! Calls `define(function, keywords...)` with a function of `Before` and the fields, which calls `make(struct,
+//! before)`.
+template <typename Result, typename Struct, typename... Before, typename Define, typename... Get>
+void with_fields(const std::tuple<Field<Get>...>& fields, const Signature& signature, Result (*make)(Struct, Before...),
+                 const Define& define) {
+  const auto function = [=](Before... before, const FieldInput<Struct, Get>&... inputs) {
     Struct object;
-    assign_fields(object, fields, inputs...);
-    check(object);
-    return object;
+    const auto set = [&](const auto& field, const auto& input) {
+      auto& value = std::invoke(field.get, object);
+      if constexpr (may_be_none<std::decay_t<decltype(field.get)>>) {
+        value = given(field.name, input).value_or("");
+      } else {
+        value = given(field.name, input);
+      }
+    };
+    std::apply([&](const auto&... field) { (set(field, inputs), ...); }, fields);
+    return make(std::move(object), before...);
   };
-  const std::string doc = fields_doc(fields);
-  std::apply([&](const auto&... field) { type.def(py::init(construct), py::arg(field.name)..., doc.c_str()); }, fields);
+  std::size_t position = 0;
+  const Struct initial;
+  const auto keyword = [&](const auto& field) {
+    const bool has_default = field.presence == Presence::optional || signature.optional.count(field.name) != 0;
+    return FieldKeyword(field.name, has_default ? default_of(std::invoke(field.get, initial)) : py::object(),
+                        position++ == signature.positional);
+  };
+  const auto keywords = std::apply([&](const auto&... field) { return std::tuple{keyword(field)...}; }, fields);
+  std::apply([&](const auto&... each) { define(function, each...); }, keywords);
+}
+
+template <typename Struct>
+Struct unchanged(Struct object) {
+  return object;
+}
+
+//! A constructor with one argument for each field; `make` may throw.
+template <typename Struct>
+void def_fields_constructor(py::class_<Struct>& type, const Signature& signature, Struct (*make)(Struct)) {
+  const std::string doc = fields_doc(Record<Struct>::fields());
+  const auto define = [&](const auto& function, const auto&... keywords) {
+    type.def(py::init(function), keywords..., doc.c_str());
+  };
+  with_fields(Record<Struct>::fields(), signature, make, define);
+}
+
+//! A class with a property and an argument of its constructor for each field.
+template <typename Struct>
+py::class_<Struct> bind_record(py::module_& module, const char* name, const char* doc,
+                               const Signature& signature = {}) {
+  py::class_<Struct> type(module, name, doc);
+  def_fields_constructor(type, signature, &unchanged<Struct>);
+  def_fields(type, Record<Struct>::fields());
+  return type;
 }
 
 }  // namespace energymargin::binding
+
+namespace pybind11::detail {
+
+template <>
+struct process_attribute<energymargin::binding::FieldKeyword>
+    : process_attribute_default<energymargin::binding::FieldKeyword> {
+  static void init(const energymargin::binding::FieldKeyword& keyword, function_record* record) {
+    if (keyword.first_by_name) process_attribute<kw_only>::init(kw_only(), record);
+    if (keyword.initial) {
+      process_attribute<arg_v>::init(arg_v(keyword, keyword.initial), record);
+    } else {
+      process_attribute<arg>::init(keyword, record);
+    }
+  }
+};
+
+}  // namespace pybind11::detail

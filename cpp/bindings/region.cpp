@@ -3,11 +3,17 @@
 #include "energymargin/region.hpp"
 
 #include "base/check.hpp"
+#include "bindings.hpp"
 #include "energymargin/membership.hpp"
-#include "given.hpp"
-#include "regions.hpp"
+#include "records.hpp"
+#include "sets/records.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::binding {
+
+template <>
+inline constexpr bool may_be_none<FrameOf> = true;
+
 namespace {
 
 // A predicate may ask a region of predicates, and so on. Each level takes some 20 kB of the stack: Python's own limit
@@ -57,13 +63,15 @@ regions::Predicate python_predicate(py::function function) {
   }};
 }
 
-py::object contains(const Region& region, const Given<Scene>& scene_given, const ArrayLike& states) {
+py::object contains(const Region& region, const Given<Scene>& scene_given, const GivenArray& states) {
   const Scene& scene = given_object("scene", scene_given);
   const Membership member(region, scene);
   const int dimension = StateLayout(scene).dimension();
-  if (is_single("states", states)) return py::bool_(member(vector("states", states, dimension)));
+  if (is_single("states", states)) return py::bool_(member(vector("states", states.value, dimension)));
   return py::cast(member(matrix("states", states, -1, dimension)));
 }
+
+using StatesPredicate = py::typing::Callable<GivenArray(py::array_t<double>)>;
 
 // As one writes it, with the bodies alone: numbers would hide what it is made of.
 struct Text {
@@ -73,18 +81,10 @@ struct Text {
     for (const Region& part : parts) text += (text.empty() ? "" : sign) + of(part);
     return "(" + text + ")";
   }
-  static std::string primitive(const char* name, const std::string& body) {
-    return std::string(name) + "('" + body + "')";
+  template <typename Primitive>
+  std::string operator()(const Primitive& set) const {
+    return class_name(Record<Primitive>::type) + "('" + set.body + "')";
   }
-
-  std::string operator()(const regions::Ball& set) const { return primitive("Ball", set.body); }
-  std::string operator()(const regions::Box& set) const { return primitive("Box", set.body); }
-  std::string operator()(const regions::Disc& set) const { return primitive("Disc", set.body); }
-  std::string operator()(const regions::AnnularSector& set) const { return primitive("AnnularSector", set.body); }
-  std::string operator()(const regions::Swept& set) const { return primitive("Swept", set.body); }
-  std::string operator()(const regions::HalfSpace& set) const { return primitive("HalfSpace", set.body); }
-  std::string operator()(const regions::Speed& set) const { return primitive("Speed", set.body); }
-  std::string operator()(const regions::Tilt& set) const { return primitive("Tilt", set.body); }
   std::string operator()(const regions::Predicate&) const { return "Predicate"; }
   std::string operator()(const regions::Intersection& set) const { return all(set.of, " & "); }
   std::string operator()(const regions::Union& set) const { return all(set.of, " | "); }
@@ -109,6 +109,21 @@ void bind_region(py::module_& module) {
       });
 }
 
+template <typename Primitive>
+void def_region(py::module_& module, const Signature& signature) {
+  const auto make = +[](Primitive primitive) -> Region {
+    if constexpr (std::is_same_v<Primitive, regions::AnnularSector>) {
+      warn_of_angle("start_angle", primitive.start_angle);
+    }
+    return primitive;
+  };
+  const std::string doc =
+      std::string(Record<Primitive>::description) + "\n\n" + fields_doc(Record<Primitive>::fields());
+  with_fields(Record<Primitive>::fields(), signature, make, [&](const auto& function, const auto&... keywords) {
+    module.def(class_name(Record<Primitive>::type).c_str(), function, keywords..., doc.c_str());
+  });
+}
+
 }  // namespace
 
 void bind_regions(py::module_& module) {
@@ -117,12 +132,17 @@ void bind_regions(py::module_& module) {
       "regions",
       "Sets of states, in the world's frame or another body's. `point` of those about a position: the "
       "body's \"origin\", that of its shape's frame, or its \"center_of_mass\".");
-  bind_primitives(primitives);
+  def_region<regions::Ball>(primitives, {4});
+  def_region<regions::Box>(primitives, {4});
+  def_region<regions::Disc>(primitives, {4});
+  def_region<regions::AnnularSector>(primitives, {7});
+  def_region<regions::Swept>(primitives, {2});
+  def_region<regions::HalfSpace>(primitives, {4});
+  def_region<regions::Speed>(primitives, {6, {"point"}});
+  def_region<regions::Tilt>(primitives, {5});
   primitives.def(
       "Predicate",
-      [](const Given<StatesPredicate>& function) -> Region {
-        return python_predicate(given("function", function, "a function").value);
-      },
+      [](const Given<StatesPredicate>& function) -> Region { return python_predicate(given("function", function)); },
       py::arg("function"), "A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.");
 }
 

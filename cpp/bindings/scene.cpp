@@ -2,10 +2,10 @@
 
 #include "energymargin/scene.hpp"
 
-#include "convert.hpp"
+#include "bindings.hpp"
 #include "energymargin/state.hpp"
+#include "given.hpp"
 #include "repr.hpp"
-#include "scene.hpp"
 #include "scene/words.hpp"
 
 namespace energymargin::binding {
@@ -19,13 +19,13 @@ impulses that act in it (relative, without a unit), above 0 and at most 0.01. ma
 twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
 'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair.)";
 
-Scene make_scene(const ArrayLike& gravity, const Number& step, const WholeNumber& solver_iterations,
-                 const Number& solver_tolerance, const std::optional<Number>& margin,
-                 const std::string& friction_rule) {
-  return Scene(vector3("gravity", gravity),
-               Stepping{real("step", step), count("solver_iterations", solver_iterations),
-                        real("solver_tolerance", solver_tolerance), real("margin", margin)},
-               value_of<FrictionRule>("friction_rule", friction_rule));
+Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step, const Given<int>& solver_iterations,
+                 const Given<double>& solver_tolerance, const Given<std::optional<double>>& margin,
+                 const Given<FrictionRule>& friction_rule) {
+  return Scene(given("gravity", gravity),
+               Stepping{given("step", step), given("solver_iterations", solver_iterations),
+                        given("solver_tolerance", solver_tolerance), given("margin", margin)},
+               given("friction_rule", friction_rule));
 }
 
 constexpr const char* set_friction_doc = R"(From now on contacts of the two bodies have this coefficient of friction.
@@ -33,8 +33,8 @@ constexpr const char* set_friction_doc = R"(From now on contacts of the two bodi
 It counts instead of what friction_rule makes of the bodies' own. Raises ValueError on unknown bodies, one body given twice, and
 a coefficient that is negative or not finite.)";
 
-void set_friction(Scene& scene, const std::string& body_a, const std::string& body_b, const Number& friction) {
-  scene.set_friction(body_a, body_b, real("friction", friction));
+void set_friction(Scene& scene, const std::string& body_a, const std::string& body_b, const Given<double>& friction) {
+  scene.set_friction(body_a, body_b, given("friction", friction));
 }
 
 std::map<std::pair<std::string, std::string>, double> pair_frictions(const Scene& scene) {

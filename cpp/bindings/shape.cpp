@@ -4,7 +4,7 @@
 
 #include <cctype>
 
-#include "convert.hpp"
+#include "bindings.hpp"
 #include "records.hpp"
 #include "scene/shape_records.hpp"
 #include "scene/solids.hpp"
@@ -18,16 +18,6 @@ parts: Parts, or solids that stand at the body's frame; without any there is not
 properties, for a mass of 1 kg, of the solid that the parts stand for, as for a mesh; by default those of the parts
 together. Raises ValueError on values that no solid can have.)";
 
-// As ConvexHull for "convex_hull".
-std::string class_name(const std::string& type) {
-  std::string name;
-  for (std::size_t i = 0; i < type.size(); ++i) {
-    const bool first = i == 0 || type[i - 1] == '_';
-    if (type[i] != '_') name += first ? static_cast<char>(std::toupper(static_cast<unsigned char>(type[i]))) : type[i];
-  }
-  return name;
-}
-
 template <typename Shape>
 py::class_<Shape> bind_shape(py::module_& module) {
   py::class_<Shape> type(module, class_name(Record<Shape>::type).c_str(), Record<Shape>::description);
@@ -39,24 +29,15 @@ void bind_solids(py::module_& module) {
   visit_types<Solid>([&](auto alternative) {
     using Shape = typename decltype(alternative)::type;
     py::class_<Shape> type = bind_shape<Shape>(module);
-    def_fields_constructor(type, [](const Shape& shape) { validate(shape); }, Record<Shape>::fields());
+    def_fields_constructor(
+        type, {}, +[](Shape shape) {
+          validate(shape);
+          return shape;
+        });
     if constexpr (std::is_same_v<Shape, ConvexHull>) {
       type.def("centered", &centered, "The hull with its centre of mass moved to the origin.");
     }
   });
-}
-
-void bind_mass_properties(py::module_& module) {
-  py::class_<MassProperties> type(
-      module, "MassProperties",
-      "Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg by "
-      "default. The inertia of another mass is in proportion.");
-  type.def(py::init([](const Number& volume, const ArrayLike& center, const ArrayLike& moments, const ArrayLike& axes) {
-             return MassProperties{real("volume", volume), vector3("center", center), vector3("moments", moments),
-                                   quaternion("axes", axes)};
-           }),
-           py::arg("volume"), py::arg("center"), py::arg("moments"), py::arg("axes") = py::make_tuple(0., 0., 0., 1.));
-  def_fields(type, Record<MassProperties>::fields());
 }
 
 // A part from a Part, or from a bare solid at the body's frame.
@@ -68,10 +49,11 @@ Part part(const std::variant<Part, Solid>& either) {
 void bind_part(py::module_& module) {
   py::class_<Part> type(module, "Part",
                         "A solid at its place in a Compound: position [m] and orientation (x, y, z, w).");
-  type.def(py::init([](const Solid& shape, const ArrayLike& position, const std::optional<ArrayLike>& quaternion_xyzw) {
-             return Part{shape,
-                         {vector3("position", position),
-                          orientation("", quaternion_xyzw, std::nullopt, Quaternion::Identity())}};
+  type.def(py::init([](const Given<Solid>& shape, const Given<Vector3>& position,
+                       const Given<std::optional<Quaternion>>& orientation) {
+             return Part{
+                 given("shape", shape),
+                 {given("position", position), given("orientation", orientation).value_or(Quaternion::Identity())}};
            }),
            py::arg("shape"), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0), py::arg("orientation") = py::none());
   def_fields(type, Record<Part>::fields());
@@ -93,6 +75,15 @@ void bind_compound(py::module_& module) {
 
 }  // namespace
 
+std::string class_name(const std::string& type) {
+  std::string name;
+  for (std::size_t i = 0; i < type.size(); ++i) {
+    const bool first = i == 0 || type[i - 1] == '_';
+    if (type[i] != '_') name += first ? static_cast<char>(std::toupper(static_cast<unsigned char>(type[i]))) : type[i];
+  }
+  return name;
+}
+
 py::array_t<double> array_of_points(const std::vector<Vector3>& points) {
   py::array_t<double> array({static_cast<py::ssize_t>(points.size()), py::ssize_t{3}});
   auto view = array.mutable_unchecked<2>();
@@ -106,12 +97,16 @@ void bind_shapes(py::module_& module) {
   bind_shape<Plane>(module);
   bind_solids(module);
   bind_part(module);
-  bind_mass_properties(module);
+  bind_record<MassProperties>(
+      module, "MassProperties",
+      "Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg "
+      "by default. The inertia of another mass is in proportion.",
+      {99, {"axes"}});
   bind_compound(module);
   module.def(
       "mass_properties",
-      [](const Given<Shape>& shape, const Number& mass) {
-        return mass_properties(given("shape", shape), real("mass", mass));
+      [](const Given<Shape>& shape, const Given<double>& mass) {
+        return mass_properties(given("shape", shape), given("mass", mass));
       },
       py::arg("shape"), py::arg("mass") = 1.0, "Mass properties of a solid shape of a mass [kg], of even density.");
 }

@@ -2,8 +2,8 @@
 
 #include "energymargin/state.hpp"
 
-#include "convert.hpp"
-#include "scene.hpp"
+#include "bindings.hpp"
+#include "given.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
@@ -13,10 +13,7 @@ double yaw_of(const Quaternion& q) {
   return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
 }
 
-std::optional<ArrayLike> entry(const py::dict& dict, const char* key) {
-  if (!dict.contains(key)) return std::nullopt;
-  return ArrayLike{dict[key]};
-}
+using BodyDicts = py::typing::Dict<py::str, py::typing::Dict<py::str, py::object>>;
 
 // A body's state from a dict of position, orientation or yaw, velocity, angular_velocity.
 BodyState body_state(const std::string& name, const py::dict& dict, BodyState state) {
@@ -27,21 +24,25 @@ BodyState body_state(const std::string& name, const py::dict& dict, BodyState st
                                   "', expected position, orientation, yaw, velocity or angular_velocity");
     }
   }
+  const auto read = [&](const char* key, auto& value) {
+    if (dict.contains(key)) value = convert(Type<std::decay_t<decltype(value)>>{}, name + ": " + key, dict[key]);
+  };
   std::optional<double> yaw;
-  if (dict.contains("yaw")) yaw = vector(name + ": yaw", {py::make_tuple(dict["yaw"])}, 1)[0];
-  if (const auto v = entry(dict, "position")) state.position = vector3(name + ": position", *v);
-  state.orientation = orientation(name + ": ", entry(dict, "orientation"), yaw, state.orientation);
-  if (const auto v = entry(dict, "velocity")) state.velocity = vector3(name + ": velocity", *v);
-  if (const auto v = entry(dict, "angular_velocity")) {
-    state.angular_velocity = vector3(name + ": angular_velocity", *v);
-  }
+  std::optional<Quaternion> quaternion;
+  if (dict.contains("yaw")) yaw = vector(name + ": yaw", py::make_tuple(dict["yaw"]), 1)[0];
+  if (dict.contains("orientation"))
+    quaternion = convert(Type<Quaternion>{}, name + ": orientation", dict["orientation"]);
+  read("position", state.position);
+  state.orientation = orientation(name + ": ", quaternion, yaw, state.orientation);
+  read("velocity", state.velocity);
+  read("angular_velocity", state.angular_velocity);
   return state;
 }
 
 // A joint's state from a number, its position, or a dict of position and velocity.
 JointState joint_state(const std::string& name, const py::handle& value, JointState state) {
   if (!py::isinstance<py::dict>(value)) {
-    state.position = real(name, Number{py::reinterpret_borrow<py::object>(value)});
+    state.position = convert(Type<double>{}, name, value);
     return state;
   }
   for (const auto& item : value.cast<py::dict>()) {
@@ -49,8 +50,7 @@ JointState joint_state(const std::string& name, const py::handle& value, JointSt
     if (key != "position" && key != "velocity") {
       throw std::invalid_argument(name + " has '" + key + "', expected position or velocity");
     }
-    (key == "position" ? state.position : state.velocity) =
-        real(name + ": " + key, Number{py::reinterpret_borrow<py::object>(item.second)});
+    (key == "position" ? state.position : state.velocity) = convert(Type<double>{}, name + ": " + key, item.second);
   }
   return state;
 }
@@ -75,9 +75,9 @@ State pack_dicts(const Scene& scene, const std::optional<py::typing::Dict<py::st
   return state;
 }
 
-BodyDicts unpack_dicts(const Scene& scene, const ArrayLike& state) {
-  const Unpacked unpacked = unpack(scene, vector("state", state, -1));
-  py::dict dicts;
+BodyDicts unpack_dicts(const Scene& scene, const Given<State>& state) {
+  const Unpacked unpacked = unpack(scene, given("state", state));
+  BodyDicts dicts;
   for (const auto& [name, body] : unpacked.bodies) {
     py::dict dict;
     dict["position"] = body.position;
@@ -97,7 +97,7 @@ BodyDicts unpack_dicts(const Scene& scene, const ArrayLike& state) {
     }
     dicts["joints"] = joints;
   }
-  return {dicts};
+  return dicts;
 }
 
 py::slice slice_of_body(const Scene& scene, const std::string& name) {

@@ -3,7 +3,7 @@
 #include "energymargin/search/tree.hpp"
 
 #include "bindings.hpp"
-#include "convert.hpp"
+#include "given.hpp"
 #include "repr.hpp"
 
 namespace energymargin::binding {
@@ -18,7 +18,7 @@ void bind_tree(py::module_& module) {
       .def_readonly("durations", &Tree::durations, "How long the wrenches acted, shape (M + 1,) [s].")
       .def_property_readonly("times", &Tree::times, "Since the root, shape (M + 1,) [s].")
       .def(
-          "path_to", [](const Tree& tree, const WholeNumber& node) { return tree.path_to(count("node", node, 0)); },
+          "path_to", [](const Tree& tree, const Given<int>& node) { return tree.path_to(count("node", node, 0)); },
           py::arg("node"), "Rows from the root to a node, both included.")
       .def("__len__", &Tree::size)
       .def("__repr__", [](const Tree& tree) {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "convert.hpp"
 #include "energymargin/plausibility.hpp"
 #include "energymargin/world.hpp"
+#include "given.hpp"
 
 namespace energymargin::binding {
 
@@ -22,18 +22,23 @@ void warn_of_density(const std::string& name, double density);
 using Sentences = py::typing::Tuple<py::str, py::ellipsis>;
 Sentences sentences(const std::vector<Warning>& warnings);
 
+template <typename Result>
+void def_step_counts(py::class_<Result>& type, const char* steps_doc) {
+  type.def_readonly("steps", &Result::steps, steps_doc)
+      .def_readonly("unconverged", &Result::unconverged, "Of these, steps whose contact solver did not converge.")
+      .def_readonly("lost_time", &Result::lost_time,
+                    "Time in which nothing moved, as bodies would have passed through each other [s].");
+}
+
 //! What a result made of rollouts says about its steps, and its warnings, of which `example` is one.
 template <typename Result>
 void def_quality(py::class_<Result>& type, const std::string& example) {
-  type.def_readonly("steps", &StepCounts::steps, "Simulation steps of its rollouts.")
-      .def_readonly("unconverged", &StepCounts::unconverged, "Of these, steps whose contact solver did not converge.")
-      .def_readonly("lost_time", &StepCounts::lost_time,
-                    "Time in which nothing moved, as bodies would have passed through each other [s].")
-      .def_property_readonly(
-          "warnings", [](const Result& result) { return sentences(result.warnings); },
-          ("Sentences that speak against the result: " + example +
-           "more than 1 % of the steps did not converge, or of the time is lost.")
-              .c_str());
+  def_step_counts(type, "Simulation steps of its rollouts.");
+  type.def_property_readonly(
+      "warnings", [](const Result& result) { return sentences(result.warnings); },
+      ("Sentences that speak against the result: " + example +
+       "more than 1 % of the steps did not converge, or of the time is lost.")
+          .c_str());
 }
 
 }  // namespace energymargin::binding

@@ -2,11 +2,13 @@
 
 #include "energymargin/world.hpp"
 
+#include <functional>
 #include <mutex>
 
 #include "bindings.hpp"
-#include "convert.hpp"
-#include "interrupt.hpp"
+#include "long_call.hpp"
+#include "problem/records.hpp"
+#include "records.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
@@ -15,21 +17,18 @@ namespace {
 // A rollout of so many steps ends before anybody misses Ctrl-C; another thread would cost a share of its time.
 constexpr int few_steps = 100;
 
-struct Recording {
+struct Recording : StepCounts {
   Eigen::VectorXd times;
   States states;
   std::vector<std::vector<Contact>> contacts;
-  int steps = 0;
-  int unconverged = 0;
-  double lost_time = 0.0;
 };
 
 // Runs `simulation(limit)`, on another thread if it may take long.
 template <typename Simulation>
-auto run_simulation(double steps, const Limit& limit, const Simulation& simulation) {
-  if (steps > few_steps) return run_interruptible(limit, simulation);
+auto run_simulation(double steps, LongCall& call, const Simulation& simulation) {
+  if (steps > few_steps) return call.run(simulation);
   const py::gil_scoped_release release;
-  return simulation(limit);
+  return simulation(call.limit());
 }
 
 // A world that several Python threads share: it answers one at a time.
@@ -40,15 +39,17 @@ class SharedWorld {
 
   const World& world() const { return world_; }
 
-  //! Runs `question` on the world without the GIL.
-  template <typename Question>
-  auto ask(const Question& question) {
+  //! What a method of World answers about a state, without the GIL.
+  template <typename Method, typename... More>
+  auto ask(const Method& method, const Given<State>& state, const More&... more) {
+    const State at = given("state", state);
     const py::gil_scoped_release release;
     const std::lock_guard<std::timed_mutex> lock(mutex_);
-    return question(world_);
+    return std::invoke(method, world_, at, more...);
   }
 
-  //! The same from a thread without the GIL, up to a limit, also while it waits for another thread's question.
+  //! Runs `question` on the world from a thread without the GIL, up to a limit, also while it waits for another
+  //! thread's question.
   template <typename Question>
   auto ask_until(const Limit& limit, const Question& question) {
     std::unique_lock<std::timed_mutex> lock(mutex_, std::defer_lock);
@@ -61,28 +62,30 @@ class SharedWorld {
   std::timed_mutex mutex_;
 };
 
-Plan rows_of(const std::map<std::string, ArrayLike>& drives, const std::map<std::string, ArrayLike>& targets) {
+using Rows = std::map<std::string, GivenArray>;
+
+Plan rows_of(const Rows& drives, const Rows& targets) {
   Plan plan;
   for (const auto& [body, rows] : drives) {
     plan.wrenches.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
   }
   for (const auto& [joint, positions] : targets) {
-    plan.targets.push_back({joint, vector("targets['" + joint + "']", positions, -1)});
+    plan.targets.push_back({joint, vector("targets['" + joint + "']", positions.value, -1)});
   }
   return plan;
 }
 
-int steps_of(const WholeNumber& number) {
-  const int steps = count("steps", number);
+int steps_of(const Given<int>& number) {
+  const int steps = given("steps", number);
   if (steps <= most_steps) return steps;
   throw std::invalid_argument("steps is " + std::to_string(steps) + ", expected at most " + std::to_string(most_steps));
 }
 
 // The steps after which a frame is recorded; by default all.
-std::vector<int> record_of(const std::optional<std::vector<WholeNumber>>& numbers, int steps) {
+std::vector<int> record_of(const std::optional<std::vector<Given<int>>>& numbers, int steps) {
   std::vector<int> record;
   if (numbers) {
-    for (const WholeNumber& number : *numbers) record.push_back(count("record", number, 0));
+    for (const Given<int>& number : *numbers) record.push_back(count("record", number, 0));
   } else {
     for (int i = 1; i <= steps; ++i) record.push_back(i);
   }
@@ -106,17 +109,16 @@ Recording recording_of(std::vector<Frame> frames, const std::vector<int>& record
   return recording;
 }
 
-Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumber& number_of_steps,
-                   const std::map<std::string, ArrayLike>& drives, const std::map<std::string, ArrayLike>& targets,
-                   const std::optional<std::vector<WholeNumber>>& record_steps, const TimeoutArgument& timeout,
-                   const CancelArgument& cancel) {
-  const Limit call_limit = limit_of(timeout, cancel);
+Recording simulate(SharedWorld& shared, const Given<State>& state, const Given<int>& number_of_steps,
+                   const Rows& drives, const Rows& targets, const std::optional<std::vector<Given<int>>>& record_steps,
+                   const Given<std::optional<double>>& timeout, const CancelArgument& cancel) {
+  LongCall call(given("timeout", timeout), cancel);
   const Plan besides = rows_of(drives, targets);
-  const State start = vector("state", state, -1);
+  const State start = given("state", state);
   const int steps = steps_of(number_of_steps);
   const std::vector<int> record = record_of(record_steps, steps);
   std::vector<Warning> warnings;
-  std::vector<Frame> frames = run_simulation(steps, call_limit, [&](const Limit& limit) {
+  std::vector<Frame> frames = run_simulation(steps, call, [&](const Limit& limit) {
     return shared.ask_until(limit, [&](World& world) {
       warnings = implausible_start(world, start);
       return world.simulate(start, besides, steps, record, limit);
@@ -126,15 +128,16 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   return recording_of(std::move(frames), record, shared.world().layout().dimension());
 }
 
-Rollout roll_out(SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench, const Number& duration,
-                 bool audit, const Number& time, const TimeoutArgument& timeout, const CancelArgument& cancel) {
-  const Limit call_limit = limit_of(timeout, cancel);
+Rollout roll_out(SharedWorld& shared, const Given<State>& state, const GivenArray& wrench,
+                 const Given<double>& duration, bool audit, const Given<double>& time,
+                 const Given<std::optional<double>>& timeout, const CancelArgument& cancel) {
+  LongCall call(given("timeout", timeout), cancel);
   const Scene& scene = shared.world().scene();
-  const State start = vector("state", state, -1);
+  const State start = given("state", state);
   const Disturbance disturbance = wrenches("wrench", wrench, scene.with_role(Role::object).size());
-  const double seconds = real("duration", duration);
-  const double plan_time = real("time", time);
-  Rollout rollout = run_simulation(seconds / scene.stepping().step, call_limit, [&](const Limit& limit) {
+  const double seconds = given("duration", duration);
+  const double plan_time = given("time", time);
+  Rollout rollout = run_simulation(seconds / scene.stepping().step, call, [&](const Limit& limit) {
     return shared.ask_until(
         limit, [&](World& world) { return world.rollout(start, disturbance, seconds, audit, limit, plan_time); });
   });
@@ -142,66 +145,26 @@ Rollout roll_out(SharedWorld& shared, const ArrayLike& state, const ArrayLike& w
   return rollout;
 }
 
-double energy_at(SharedWorld& shared, const ArrayLike& state) {
-  const State at = vector("state", state, -1);
-  return shared.ask([&](World& world) { return world.energy(at); });
-}
-
-std::vector<Contact> contacts_at(SharedWorld& shared, const ArrayLike& state) {
-  const State at = vector("state", state, -1);
-  return shared.ask([&](World& world) { return world.contacts(at); });
-}
-
-double distance_at(SharedWorld& shared, const ArrayLike& state, const std::string& a, const std::string& b) {
-  const State at = vector("state", state, -1);
-  return shared.ask([&](World& world) { return world.distance(at, a, b); });
-}
-
-std::unique_ptr<SharedWorld> make_world(const Given<Scene>& scene_given, const std::optional<Given<Plan>>& plan_given) {
+std::unique_ptr<SharedWorld> make_world(const Given<Scene>& scene_given, const Given<std::optional<Plan>>& plan_given) {
   const Scene& scene = given_object("scene", scene_given);
   const std::optional<Plan> plan = given("plan", plan_given);
   warn(implausible(scene), scene);
   return plan ? std::make_unique<SharedWorld>(scene, *plan) : std::make_unique<SharedWorld>(scene);
 }
 
-void bind_contact(py::module_& module) {
-  py::class_<Contact> type(module, "Contact",
-                           "One point where two bodies touch, and the forces there over the last step.");
-  def_members_constructor(
-      type, "", std::tuple{},
-      std::tuple{required("body_a", &Contact::body_a), required("body_b", &Contact::body_b),
-                 required("position", &Contact::position), required("normal", &Contact::normal),
-                 required("distance", &Contact::distance), required("normal_force", &Contact::normal_force),
-                 required("tangential_force", &Contact::tangential_force), required("friction", &Contact::friction)});
-  type.def_readonly("body_a", &Contact::body_a, "The first body of the pair.")
-      .def_readonly("body_b", &Contact::body_b, "The second one.")
-      .def_readonly("position", &Contact::position, "On body_b, shape (3,) [m].")
-      .def_readonly("normal", &Contact::normal, "Unit vector from body_b to body_a, shape (3,).")
-      .def_readonly("distance", &Contact::distance, "Negative in penetration [m].")
-      .def_readonly("normal_force", &Contact::normal_force, "Along the normal, on body_a [N].")
-      .def_readonly("tangential_force", &Contact::tangential_force, "Friction on body_a, shape (3,) [N].")
-      .def_readonly("friction", &Contact::friction, "Coefficient: Scene.contact_friction of the two bodies.");
-}
-
 void bind_results(py::module_& module) {
-  py::class_<Rollout>(module, "Rollout", "The result of one rollout.")
-      .def_readonly("state", &Rollout::state, "At the end, shape (n,).")
+  py::class_<Rollout> rollout(module, "Rollout", "The result of one rollout.");
+  rollout.def_readonly("state", &Rollout::state, "At the end, shape (n,).")
       .def_readonly("effort", &Rollout::effort, "Integral of |f . v + tau . omega| dt, eq. 2 and 3 [J].")
       .def_readonly("work", &Rollout::work, "The same with its sign [J].")
       .def_readonly("energy", &Rollout::energy, "Mechanical energy at the end [J].")
-      .def_readonly("steps", &Rollout::steps, "Simulation steps, fewer than asked for if it ended early.")
-      .def_readonly("unconverged", &Rollout::unconverged, "Of these, steps whose contact solver did not converge.")
-      .def_readonly("lost_time", &Rollout::lost_time,
-                    "Time in which nothing moved, as bodies would have passed through each other [s].")
       .def_readonly("audit", &Rollout::audit, "Where the energy went; None unless audit.");
-  py::class_<Recording>(module, "Simulation", "A recorded simulation of K frames.")
-      .def_readonly("times", &Recording::times, "Shape (K,) [s].")
+  def_step_counts(rollout, "Simulation steps, fewer than asked for if it ended early.");
+  py::class_<Recording> recording(module, "Simulation", "A recorded simulation of K frames.");
+  recording.def_readonly("times", &Recording::times, "Shape (K,) [s].")
       .def_readonly("states", &Recording::states, "Shape (K, n).")
-      .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.")
-      .def_readonly("steps", &Recording::steps, "Simulation steps, up to the last frame.")
-      .def_readonly("unconverged", &Recording::unconverged, "Of these, steps whose contact solver did not converge.")
-      .def_readonly("lost_time", &Recording::lost_time,
-                    "Time in which nothing moved, as bodies would have passed through each other [s].");
+      .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.");
+  def_step_counts(recording, "Simulation steps, up to the last frame.");
 }
 
 using WorldClass = py::class_<SharedWorld>;
@@ -225,29 +188,37 @@ void def_simulations(WorldClass& type) {
   type.def("rollout", &roll_out, py::arg("state"), py::arg("wrench"), py::arg("duration"), py::kw_only(),
            py::arg("audit") = false, py::arg("time") = 0.0, py::arg("timeout") = py::none(),
            py::arg("cancel") = py::none(), rollout_doc)
-      .def("simulate", &simulate, py::arg("state"), py::arg("steps"),
-           py::arg("drives") = std::map<std::string, ArrayLike>{},
-           py::arg("targets") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(), py::kw_only(),
-           py::arg("timeout") = py::none(), py::arg("cancel") = py::none(), simulate_doc);
+      .def("simulate", &simulate, py::arg("state"), py::arg("steps"), py::arg("drives") = Rows{},
+           py::arg("targets") = Rows{}, py::arg("record") = py::none(), py::kw_only(), py::arg("timeout") = py::none(),
+           py::arg("cancel") = py::none(), simulate_doc);
 }
 
 void def_queries(WorldClass& type) {
   type.def(
-          "energy", &energy_at, py::arg("state"),
+          "energy", [](SharedWorld& shared, const Given<State>& state) { return shared.ask(&World::energy, state); },
+          py::arg("state"),
           "Mechanical energy [J]: kinetic energy of all moving bodies, links included; potential energy of gravity and "
           "of the bodies' constant forces, zero at the world's origin; energy of the springs and of the joints' "
           "compliance, zero at their targets.")
-      .def("contacts", &contacts_at, py::arg("state"),
-           "Contacts at a state, with the forces of one step without a wrench.")
-      .def("distance", &distance_at, py::arg("state"), py::arg("body_a"), py::arg("body_b"),
-           "Least distance between two bodies, negative in penetration [m].")
+      .def(
+          "contacts",
+          [](SharedWorld& shared, const Given<State>& state) { return shared.ask(&World::contacts, state); },
+          py::arg("state"), "Contacts at a state, with the forces of one step without a wrench.")
+      .def(
+          "distance",
+          [](SharedWorld& shared, const Given<State>& state, const std::string& a, const std::string& b) {
+            return shared.ask(&World::distance, state, a, b);
+          },
+          py::arg("state"), py::arg("body_a"), py::arg("body_b"),
+          "Least distance between two bodies, negative in penetration [m].")
       .def_property_readonly("scene", [](const SharedWorld& shared) { return shared.world().scene(); }, "A copy.");
 }
 
 }  // namespace
 
 void bind_world(py::module_& module) {
-  bind_contact(module);
+  bind_record<Contact>(module, "Contact", "One point where two bodies touch, and the forces there over the last step.",
+                       {0});
   bind_results(module);
   WorldClass type(
       module, "World",

@@ -348,7 +348,7 @@ TEST(Batch, ThereAreNoHalfRows) {
     BatchOptions stopped = options();
     stopped.metrics = {metric};
     stopped.limit = Limit(&cancel);
-    EXPECT_THROW(score(push(), 0, stopped), search::Stopped) << metric;
+    EXPECT_THROW(score(push(), 0, stopped), Cancelled) << metric;
   }
 }
 

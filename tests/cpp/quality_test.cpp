@@ -207,14 +207,15 @@ TEST(Quality, EffortOfWhatLeavesByItselfIsContradicted) {
                                    0.5, regions::Ball{"object", Vector3::Zero(), 0.5});
   EffortOptions options;
   options.nodes = 50;
+  options.check_undisturbed = true;
   options.search = Search::published;
-  const Escape escape = guarded_escape_effort(falls, options);
+  const Escape escape = escape_effort(falls, options);
   EXPECT_GT(escape.effort, 0.0);
   ASSERT_TRUE(escape.undisturbed_exit);
   EXPECT_NEAR(*escape.undisturbed_exit, 20.0 / 60.0, 1e-9);
   EXPECT_TRUE(warns_of(escape.warnings, "escape_effort: undisturbed"));
   options.search = Search::improved;
-  const Escape waits = guarded_escape_effort(falls, options);
+  const Escape waits = escape_effort(falls, options);
   EXPECT_EQ(waits.effort, 0.0);
   EXPECT_TRUE(waits.warnings.empty());
 }

@@ -112,9 +112,23 @@ def test_a_call_with_a_wrong_name_shows_it_or_the_names_that_there_are(words, sc
 
 
 SCORES = [name for name in scores.__all__ if callable(getattr(_core, name))]
+HELPERS = ["mass_properties", "stream"]
 
 
-@pytest.mark.parametrize("name", SCORES)
+@pytest.mark.parametrize("name", sorted({*SCORES} - {*HELPERS}))
+def test_the_core_reads_every_keyword_of_a_score_and_no_other(name, problem):
+    keywords = {
+        name: parameter.default
+        for name, parameter in inspect.signature(getattr(em, name)).parameters.items()
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY
+    }
+    if "threads" in keywords:
+        keywords["threads"] = 1
+    with pytest.raises(TypeError, match=r"^unexpected keyword arguments \['other'\]$"):
+        getattr(_core, name)(problem, **keywords, other=1)
+
+
+@pytest.mark.parametrize("name", HELPERS)
 def test_a_function_has_the_names_and_the_defaults_of_the_core(name):
     asked = inspect.signature(getattr(em, name))
     first = getattr(_core, name).__doc__.split("\n")[0]

@@ -2,8 +2,9 @@
 
 #include <cmath>
 
+#include "energymargin/metrics/capture.hpp"
+#include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
-#include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/interval.hpp"
 
 namespace energymargin::app {
@@ -42,8 +43,9 @@ Score with_warnings(Json json, const std::vector<Warning>& warnings) {
   return {json, warnings};
 }
 
-Score capture(const Problem& problem, const CaptureOptions& options) {
-  const CaptureScore score = guarded_capture_score(problem, options);
+Score capture(const Problem& problem, CaptureOptions options) {
+  options.check_undisturbed = true;
+  const CaptureScore score = capture_score(problem, options);
   Json json;
   for (const auto& [name, set] : set_scores(score)) json[name] = set ? Json(set->mean) : Json(nullptr);
   for (const auto& [name, set] : set_scores(score)) {
@@ -62,8 +64,9 @@ Score capture(const Problem& problem, const CaptureOptions& options) {
   return with_warnings(json, score.warnings);
 }
 
-Score effort(const Problem& problem, const EffortOptions& options) {
-  const Escape escape = guarded_escape_effort(problem, options);
+Score effort(const Problem& problem, EffortOptions options) {
+  options.check_undisturbed = true;
+  const Escape escape = escape_effort(problem, options);
   Json json{{"effort", finite(escape.effort)},
             {"history", history(escape.history, "nodes", "effort")},
             {"nodes", escape.nodes()},

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -56,16 +55,6 @@ struct BatchOptions {
   Limit limit{};  //!< ends the batch as `cancel` does
 };
 
-namespace search {
-
-//! The scores of a problem are not finished: the limit was reached.
-class Stopped : public std::runtime_error {
- public:
-  Stopped() : std::runtime_error("the search was stopped") {}
-};
-
-}  // namespace search
-
 //! A running batch: threads take the next search of the next problem from one queue, to which problems can be added. A
 //! problem's row is there once all its searches are done; then the problem is let go. If the system gives no thread at
 //! all, `take` does the work.
@@ -107,7 +96,8 @@ class Batch {
   std::unique_ptr<Pool> pool_;
 };
 
-//! Scores one problem on the calling thread. Throws search::Stopped if it reaches the limit: there are no half rows.
+//! Scores one problem on the calling thread. Throws Cancelled or TimedOut if it reaches the limit: there are no half
+//! rows.
 ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options);
 
 }  // namespace energymargin

@@ -153,11 +153,12 @@ class Batch::Pool {
     ScoreRow part;
     part.index = search.work->index;
     try {
-      if (options_.limit.reached()) throw search::Stopped();
+      options_.limit.require();
       run_search(search.work->problem, search.work->searches[search.index], options_, part);
-    } catch (const search::Stopped&) {
-      end(1);
-      return;
+    } catch (const Cancelled&) {
+      return end(1);
+    } catch (const TimedOut&) {
+      return end(1);
     } catch (const std::exception& error) {
       part.error = error.what();
     }

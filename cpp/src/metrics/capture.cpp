@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -18,17 +17,8 @@
 namespace energymargin {
 namespace {
 
-// The likelihood inside each set that the problem has, eq. 5 and 6.
-struct SetLikelihoods {
-  std::optional<double> capture{};
-  std::optional<double> success{};
-  std::optional<double> capture_any{};
-  std::optional<double> success_any{};
-};
-
-using SetLikelihood = std::optional<double> SetLikelihoods::*;
-constexpr SetLikelihood each_set[] = {&SetLikelihoods::capture, &SetLikelihoods::success, &SetLikelihoods::capture_any,
-                                      &SetLikelihoods::success_any};
+// The likelihood inside each set that the problem has, eq. 5 and 6, in the order of `set_scores`.
+using SetLikelihoods = std::array<std::optional<double>, 4>;
 
 struct ScoredTree {
   Tree tree;
@@ -72,8 +62,8 @@ SetLikelihoods set_likelihoods(const Problem& problem, const Tree& tree, const E
   const auto inside = [&](const std::optional<Region>& set) {
     return set ? std::optional(likelihood_inside(*set, problem.scene, tree, weights)) : std::nullopt;
   };
-  return {inside(problem.captured), inside(problem.succeeded), inside(problem.captured_any),
-          inside(problem.succeeded_any)};
+  return {{inside(problem.captured), inside(problem.succeeded), inside(problem.captured_any),
+           inside(problem.succeeded_any)}};
 }
 
 double standard_error(const Eigen::VectorXd& values) {
@@ -103,10 +93,10 @@ class Forest {
     CaptureScore score;
     score.complete = options_.tolerance ? meets_tolerance_.load() : counted_ == most_;
     score.likelihoods = likelihoods(trees_.at(0).tree.costs, rate_);
-    score.capture = *set_score(&SetLikelihoods::capture, count);
-    score.success = set_score(&SetLikelihoods::success, count);
-    score.capture_any = set_score(&SetLikelihoods::capture_any, count);
-    score.success_any = set_score(&SetLikelihoods::success_any, count);
+    score.capture = *set_score(0, count);
+    score.success = set_score(1, count);
+    score.capture_any = set_score(2, count);
+    score.success_any = set_score(3, count);
     for (std::size_t i = 0; i < count; ++i) {
       score.resolution += trees_.at(i).resolution / static_cast<double>(count);
       score.diverged += trees_.at(i).diverged;
@@ -137,12 +127,13 @@ class Forest {
   }
 
   bool errors_are_at_most(double tolerance) const {
-    return std::all_of(std::begin(each_set), std::end(each_set), [&](SetLikelihood set) {
-      return !has(set) || standard_error(by_tree(set, counted_)) <= tolerance;
-    });
+    for (std::size_t set = 0; set < std::tuple_size_v<SetLikelihoods>; ++set) {
+      if (has(set) && !(standard_error(by_tree(set, counted_)) <= tolerance)) return false;
+    }
+    return true;
   }
 
-  std::optional<SetScore> set_score(SetLikelihood set, std::size_t count) const {
+  std::optional<SetScore> set_score(std::size_t set, std::size_t count) const {
     if (!has(set)) return std::nullopt;
     SetScore score;
     score.by_tree = by_tree(set, count);
@@ -151,14 +142,12 @@ class Forest {
     return score;
   }
 
-  bool has(SetLikelihood set) const { return (trees_.at(0).likelihoods.*set).has_value(); }
+  bool has(std::size_t set) const { return trees_.at(0).likelihoods[set].has_value(); }
 
   // The likelihoods of the first `count` trees.
-  Eigen::VectorXd by_tree(SetLikelihood set, std::size_t count) const {
+  Eigen::VectorXd by_tree(std::size_t set, std::size_t count) const {
     Eigen::VectorXd values(static_cast<Eigen::Index>(count));
-    for (std::size_t i = 0; i < count; ++i) {
-      values[static_cast<Eigen::Index>(i)] = *(trees_.at(i).likelihoods.*set);
-    }
+    for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = *trees_.at(i).likelihoods[set];
     return values;
   }
 
@@ -214,6 +203,10 @@ CaptureScore capture_score(const Problem& problem, const CaptureOptions& options
   Forest forest(problem, options);
   forest.grow();
   CaptureScore score = forest.score();
+  // A second of simulation is quick: a score that ran out of time is checked too.
+  if (options.check_undisturbed && score.capture.mean > plausible::capture_score) {
+    score.undisturbed_exit = undisturbed_exit(problem, options.limit.without_time());
+  }
   score.warnings = implausible(score, problem);
   return score;
 }

@@ -47,6 +47,11 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
     if (options.node_counter) *options.node_counter = 0;
     escape = find_escape(problem, options, search::Confirm::each_turn);
   }
+  if (options.check_undisturbed && escape.effort > 0.0 && !escape.undisturbed_exit && !timing_of(problem)) {
+    Problem future = problem;
+    future.captured = capture_set(problem, options.captured);
+    escape.undisturbed_exit = undisturbed_exit(future, options.limit.without_time());
+  }
   escape.warnings = implausible(escape, problem);
   return escape;
 }

@@ -38,27 +38,6 @@ std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limi
   return std::nullopt;
 }
 
-CaptureScore guarded_capture_score(const Problem& problem, const CaptureOptions& options) {
-  CaptureScore score = capture_score(problem, options);
-  // A second of simulation is quick: a score that ran out of time is checked too.
-  if (score.capture.mean > plausible::capture_score) {
-    score.undisturbed_exit = undisturbed_exit(problem, options.limit.without_time());
-    score.warnings = implausible(score, problem);
-  }
-  return score;
-}
-
-Escape guarded_escape_effort(const Problem& problem, const EffortOptions& options) {
-  Escape escape = escape_effort(problem, options);
-  if (escape.effort > 0.0 && !escape.undisturbed_exit && !timing_of(problem)) {
-    Problem future = problem;
-    future.captured = capture_set(problem, options.captured);
-    escape.undisturbed_exit = undisturbed_exit(future, options.limit.without_time());
-    escape.warnings = implausible(escape, problem);
-  }
-  return escape;
-}
-
 std::vector<Warning> implausible(const StepCounts& counts, double time) {
   std::vector<Warning> warnings;
   const double unconverged = static_cast<double>(counts.unconverged) / static_cast<double>(counts.steps);

@@ -9,7 +9,6 @@
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/signed_distance.hpp"
-#include "metrics/effective_size.hpp"
 #include "metrics/forecast.hpp"
 #include "metrics/looks.hpp"
 #include "metrics/splitting.hpp"
@@ -278,7 +277,8 @@ CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBa
   p.all.curve = 1.0 - p.lost.array();
   p.all.mean_time = step * (looks.back() - mean_loss);
   splitting.effective.resize(lost.cols());
-  for (Eigen::Index i = 0; i < lost.cols(); ++i) splitting.effective[i] = effective_size(lost.col(i), p.rollouts);
+  for (Eigen::Index i = 0; i < lost.cols(); ++i)
+    splitting.effective[i] = splitting::effective_size(lost.col(i), p.rollouts);
   p.effective = splitting.effective[lost.cols() - 1];
   p.splitting = splitting;
   return p;

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <iterator>
 
-#include "base/check.hpp"
+#include "base/words.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
@@ -14,47 +14,37 @@
 namespace energymargin {
 namespace {
 
-struct EffortMetric {
+enum class Kind { tree, effort, probability, force };
+
+struct Metric {
   const char* name;
-  const char* planner;
-  Captured captured;
+  Kind kind;
+  const char* planner = "";  // of an effort, which has a search of its own; all others of a kind share one
+  Captured captured = Captured::all;
 };
 
-constexpr EffortMetric effort_metrics[] = {{"effort/est", "est", Captured::all},
-                                           {"effort/rrt", "rrt", Captured::all},
-                                           {"effort/est/any", "est", Captured::any},
-                                           {"effort/rrt/any", "rrt", Captured::any}};
-constexpr const char* tree_metrics[] = {"capture", "success", "capture/any", "success/any"};
-constexpr const char* probability_metrics[] = {"probability", "probability/success", "probability/any"};
-constexpr const char* force_metric = "force";
+constexpr Metric known_metrics[] = {{"force", Kind::force},
+                                    {"capture", Kind::tree},
+                                    {"success", Kind::tree},
+                                    {"capture/any", Kind::tree},
+                                    {"success/any", Kind::tree},
+                                    {"effort/est", Kind::effort, "est"},
+                                    {"effort/rrt", Kind::effort, "rrt"},
+                                    {"effort/est/any", Kind::effort, "est", Captured::any},
+                                    {"effort/rrt/any", Kind::effort, "rrt", Captured::any},
+                                    {"probability", Kind::probability},
+                                    {"probability/success", Kind::probability},
+                                    {"probability/any", Kind::probability}};
 
-const EffortMetric* effort_metric(const std::string& name) {
-  for (const EffortMetric& metric : effort_metrics) {
-    if (metric.name == name) return &metric;
-  }
-  return nullptr;
+const Metric* find_metric(const std::string& name) {
+  const auto known = std::find_if(std::begin(known_metrics), std::end(known_metrics),
+                                  [&](const Metric& metric) { return metric.name == name; });
+  return known == std::end(known_metrics) ? nullptr : known;
 }
 
-template <typename Names>
-bool has(const Names& names, const std::string& name) {
-  return std::find(std::begin(names), std::end(names), name) != std::end(names);
-}
-
-bool is_tree_metric(const std::string& name) { return has(tree_metrics, name); }
-
-bool is_probability_metric(const std::string& name) { return has(probability_metrics, name); }
-
-std::string known_metrics() {
-  std::string names = std::string("'") + force_metric + "'";
-  for (const char* name : tree_metrics) names += std::string(", '") + name + "'";
-  for (const EffortMetric& metric : effort_metrics) names += std::string(", '") + metric.name + "'";
-  for (const char* name : probability_metrics) names += std::string(", '") + name + "'";
-  return names;
-}
-
-bool share_a_search(const std::string& metric, const std::string& other) {
-  return metric == other || (is_tree_metric(metric) && is_tree_metric(other)) ||
-         (is_probability_metric(metric) && is_probability_metric(other));
+bool share_a_search(const std::string& a, const std::string& b) {
+  const Kind kind = find_metric(a)->kind;
+  return a == b || (kind == find_metric(b)->kind && kind != Kind::effort);
 }
 
 template <typename Result>
@@ -71,7 +61,7 @@ void add_capture(const Problem& problem, const BatchOptions& options, std::uint6
   capture.seed = seed;
   capture.limit = options.limit;
   const CaptureScore score = capture_score(problem, capture);
-  if (!score.complete) throw search::Stopped();
+  if (!score.complete) throw Cancelled();
   add_quality(score, row);
   row.scores["capture"] = score.capture.mean;
   if (score.success) row.scores["success"] = score.success->mean;
@@ -79,7 +69,7 @@ void add_capture(const Problem& problem, const BatchOptions& options, std::uint6
   if (score.success_any) row.scores["success/any"] = score.success_any->mean;
 }
 
-void add_effort(const Problem& problem, const EffortMetric& metric, const BatchOptions& options, std::uint64_t seed,
+void add_effort(const Problem& problem, const Metric& metric, const BatchOptions& options, std::uint64_t seed,
                 ScoreRow& row) {
   EffortOptions effort;
   effort.planner = metric.planner;
@@ -90,21 +80,9 @@ void add_effort(const Problem& problem, const EffortMetric& metric, const BatchO
   effort.search = options.search;
   effort.stop_at_escape = options.stop_at_escape;
   const Escape escape = escape_effort(problem, effort);
-  if (!escape.complete) throw search::Stopped();
+  if (!escape.complete) throw Cancelled();
   add_quality(escape, row);
   row.scores[metric.name] = escape.effort;
-}
-
-CaptureProbability complete_probability(const Problem& problem, const ProbabilityOptions& options) {
-  try {
-    CaptureProbability probability = capture_probability(problem, options);
-    if (!probability.complete) throw search::Stopped();
-    return probability;
-  } catch (const Cancelled&) {
-    throw search::Stopped();
-  } catch (const TimedOut&) {
-    throw search::Stopped();
-  }
 }
 
 void add_survival(const char* metric, const Survival& survival, const Eigen::VectorXd& times, ScoreRow& row) {
@@ -121,26 +99,29 @@ void add_probability(const Problem& problem, const SearchMetrics& metrics, const
   probability.seed = options.common_random_numbers ? options.seed : seed;
   probability.limit = options.limit;
   probability.undisturbed = false;
-  probability.success = has(metrics, "probability/success");
-  probability.by_object = has(metrics, "probability/any");
-  const CaptureProbability p = complete_probability(problem, probability);
+  const auto asked = [&](const char* name) { return std::find(metrics.begin(), metrics.end(), name) != metrics.end(); };
+  probability.success = asked("probability/success");
+  probability.by_object = asked("probability/any");
+  const CaptureProbability p = capture_probability(problem, probability);
+  if (!p.complete) throw Cancelled();
   add_quality(p, row);
-  if (has(metrics, "probability")) add_survival("probability", p.all, p.times, row);
+  if (asked("probability")) add_survival("probability", p.all, p.times, row);
   if (p.any) add_survival("probability/any", *p.any, p.times, row);
   if (p.success) row.scores["probability/success"] = *p.success;
 }
 
 void add_scores(const Problem& problem, const SearchMetrics& metrics, const BatchOptions& options, ScoreRow& row) {
   const std::uint64_t seed = stream(options.seed, row.index);
-  const std::string& first = metrics.front();
-  if (is_tree_metric(first)) {
-    add_capture(problem, options, seed, row);
-  } else if (const EffortMetric* effort = effort_metric(first)) {
-    add_effort(problem, *effort, options, seed, row);
-  } else if (is_probability_metric(first)) {
-    add_probability(problem, metrics, options, seed, row);
-  } else {
-    row.scores[force_metric] = force_score(problem).force;
+  const Metric& first = *find_metric(metrics.front());
+  switch (first.kind) {
+    case Kind::tree:
+      return add_capture(problem, options, seed, row);
+    case Kind::effort:
+      return add_effort(problem, first, options, seed, row);
+    case Kind::probability:
+      return add_probability(problem, metrics, options, seed, row);
+    case Kind::force:
+      row.scores["force"] = force_score(problem).force;
   }
 }
 
@@ -149,9 +130,10 @@ void add_scores(const Problem& problem, const SearchMetrics& metrics, const Batc
 void require_metrics(const std::vector<std::string>& metrics) {
   if (metrics.empty()) reject("metrics", "empty", "at least one metric");
   for (const std::string& metric : metrics) {
-    if (metric != force_metric && !is_tree_metric(metric) && !effort_metric(metric) && !is_probability_metric(metric)) {
-      reject("metrics", "'" + metric + "'", "some of " + known_metrics());
-    }
+    if (find_metric(metric)) continue;
+    std::vector<std::string> names;
+    for (const Metric& known : known_metrics) names.emplace_back(known.name);
+    reject("metrics", "'" + metric + "'", "some of " + alternatives(names, "'", ", "));
   }
 }
 

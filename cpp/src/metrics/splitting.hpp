@@ -3,7 +3,9 @@
 // come near it. Brehier, Gazeau, Goudenege, Lelievre and Rousset, Unbiasedness of some generalized adaptive multilevel
 // splitting algorithms, Annals of Applied Probability, 2016.
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -51,6 +53,36 @@ Generation<Replica> split(int count, Random& random, const Draw& draw, const Bra
   }
   generation.complete = false;
   return generation;
+}
+
+//! Relative variance of one estimate: as measured or, if that is more, as of a lognormal distribution with the same
+//! variance of its logarithm, of which a few draws seldom show the long tail.
+inline double relative_variance(const Eigen::VectorXd& estimates) {
+  const auto n = static_cast<double>(estimates.size());
+  const double mean = estimates.mean();
+  const double measured = (estimates.array() - mean).square().sum() / (n - 1.0) / (mean * mean);
+  std::vector<double> logarithms;
+  for (const double estimate : estimates) {
+    if (estimate > 0.0) logarithms.push_back(std::log(estimate));
+  }
+  const auto positive = static_cast<double>(logarithms.size());
+  if (positive < 2.0) return measured;
+  const Eigen::Map<const Eigen::ArrayXd> logs(logarithms.data(), static_cast<Eigen::Index>(logarithms.size()));
+  const double spread = (logs - logs.mean()).square().sum() / (positive - 1.0);
+  return std::max(measured, std::exp(spread) * n / positive - 1.0);
+}
+
+//! How many rollouts of equal weight say as much about a rare probability as these independent estimates of it. At
+//! least as many as the replicas, whose first rollouts are independent, and at most what the best of all levels gives,
+//! with a relative variance of -log(p) / replicas.
+inline double effective_size(const Eigen::VectorXd& estimates, int replicas) {
+  const auto n = static_cast<double>(estimates.size());
+  const double mean = estimates.mean();
+  if (mean <= 0.0 || mean >= 1.0) return replicas;
+  const double of_student = (n - 1.0) / (n - 3.0);  // the variance of Student's distribution
+  const double least = -std::log(mean) / replicas;
+  const double variance = std::max(relative_variance(estimates) / n * of_student, least);
+  return std::max((1.0 - mean) / mean / variance, static_cast<double>(replicas));
 }
 
 }  // namespace energymargin::splitting

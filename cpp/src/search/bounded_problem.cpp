@@ -221,7 +221,7 @@ std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round, std:
   std::vector<std::optional<Stretch>> stretches(round.size());
   const std::vector<std::size_t> order = by_length(round);
   // Each edge has the nodes that are left if those before it in the round take as many as they may.
-  simulations_->crew.run(order.size(), [&](std::size_t job, std::size_t thread) {
+  simulations_->pool.run(order.size(), [&](std::size_t job, std::size_t thread) {
     const std::size_t i = order[job];
     const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
     stretches[i] = roll_out(*simulations_->worlds[thread], round[i], std::min(nodes_per_edge_, left),

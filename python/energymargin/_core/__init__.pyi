@@ -179,7 +179,12 @@ class MassProperties:
     Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg by default. The inertia of another mass is in proportion.
     """
     def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
-        ...
+        """
+        volume: [m^3]
+        center: Centre of mass in the shape's frame [m].
+        moments: Principal moments about the centre of mass [kg m^2].
+        axes: Unit quaternion x, y, z, w that turns the principal axes into the shape's frame.
+        """
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -345,7 +350,11 @@ class Mimic:
     A joint follows another: position = multiplier * (that joint's position) + offset, always.
     """
     def __init__(self, joint: str, multiplier: float = 1.0, offset: float = 0.0) -> None:
-        ...
+        """
+        joint: The joint that is followed: an earlier one that moves and follows no other.
+        multiplier: Of that joint's position; not 0.
+        offset: [rad] or [m]
+        """
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -574,7 +583,7 @@ class Scene:
         """
         Add the fixed half space below a plane; by default z <= 0.
         """
-    def add_spring(self, body_a: str, body_b: str, *, stiffness: float, rest_length: float = 0.0, damping: float = 0.0, point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
+    def add_spring(self, body_a: str, body_b: str, *, point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), stiffness: float, rest_length: float = 0.0, damping: float = 0.0) -> None:
         """
         Add a spring between a point of one body and a point of another, in their frames.
         
@@ -838,7 +847,16 @@ class Contact:
     One point where two bodies touch, and the forces there over the last step.
     """
     def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
-        ...
+        """
+        body_a: A body.
+        body_b: Another body.
+        position: On body_b, in the world [m].
+        normal: Unit vector from body_b to body_a, in the world's axes.
+        distance: Between the surfaces; negative: depth [m].
+        normal_force: Along the normal, on body_a [N].
+        tangential_force: Friction on body_a, in the world's axes [N].
+        friction: The contact's coefficient.
+        """
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -846,27 +864,27 @@ class Contact:
     @property
     def body_a(self) -> str:
         """
-        The first body of the pair.
+        A body.
         """
     @property
     def body_b(self) -> str:
         """
-        The second one.
+        Another body.
         """
     @property
     def distance(self) -> float:
         """
-        Negative in penetration [m].
+        Between the surfaces; negative: depth [m].
         """
     @property
     def friction(self) -> float:
         """
-        Coefficient: Scene.contact_friction of the two bodies.
+        The contact's coefficient.
         """
     @property
     def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Unit vector from body_b to body_a, shape (3,).
+        Unit vector from body_b to body_a, in the world's axes. Shape (3,).
         """
     @property
     def normal_force(self) -> float:
@@ -876,12 +894,12 @@ class Contact:
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        On body_b, shape (3,) [m].
+        On body_b, in the world [m]. Shape (3,).
         """
     @property
     def tangential_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Friction on body_a, shape (3,) [N].
+        Friction on body_a, in the world's axes [N]. Shape (3,).
         """
 class Rollout:
     """
@@ -1040,7 +1058,13 @@ class ForceWeights:
     ground_stick: as engage and stick, for the object's contacts with everything but the effector.
     """
     def __init__(self, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0, ground_engage: float = 0.0, ground_stick: float = 0.0) -> None:
-        ...
+        """
+        engage: Of the normal forces between effector and objects [1/N].
+        stick: Of their distance to the edge of the friction cone [1/N].
+        distance: Taken off per metre between object and effector [1/m].
+        ground_engage: As engage, for contacts with all that is not the effector [1/N].
+        ground_stick: As stick, for those [1/N].
+        """
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -1048,27 +1072,27 @@ class ForceWeights:
     @property
     def distance(self) -> float:
         """
-        Of the distance between object and effector, which the score subtracts [1/m].
+        Taken off per metre between object and effector [1/m].
         """
     @property
     def engage(self) -> float:
         """
-        Of the normal forces between object and effector [1/N].
+        Of the normal forces between effector and objects [1/N].
         """
     @property
     def ground_engage(self) -> float:
         """
-        Of the normal forces between the object and everything but the effector [1/N].
+        As engage, for contacts with all that is not the effector [1/N].
         """
     @property
     def ground_stick(self) -> float:
         """
-        Of the distances to the friction cones' edges there [1/N].
+        As stick, for those [1/N].
         """
     @property
     def stick(self) -> float:
         """
-        Of the distances to the friction cones' edges there [1/N].
+        Of their distance to the edge of the friction cone [1/N].
         """
 class Problem:
     """
@@ -1728,7 +1752,7 @@ class ScoreRun:
     """
     A running batch on a pool of threads. Problems can be added to it.
     """
-    def __init__(self, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, search: str | None = None, stop_at_escape: bool = False, rollouts: int = 30, strength: float = 1.0, objects: int | None = None, common_random_numbers: bool = False) -> None:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, **kwargs: typing.Any) -> None:
         """
         Starts without problems.
         """
@@ -1918,17 +1942,17 @@ class CaptureProbability:
         """
         Sentences that speak against the result: more than 1 % of the steps did not converge, or of the time is lost.
         """
-def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.ActuationNoise | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, most_diverged: float = 0.01, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureProbability:
+def capture_probability(problem: Problem, **kwargs: typing.Any) -> CaptureProbability:
     ...
-def capture_score(problem: Problem, *, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
+def capture_score(problem: Problem, **kwargs: typing.Any) -> CaptureScore:
     ...
-def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: float = 0.05, captured: str = 'all', timeout: float | None = None, cancel: Cancel | None = None) -> LowerBound:
+def effort_lower_bound(problem: Problem, **kwargs: typing.Any) -> LowerBound:
     ...
-def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str | None = None, sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> EscapeEffort:
+def escape_effort(problem: Problem, **kwargs: typing.Any) -> EscapeEffort:
     ...
-def escape_energy(problem: Problem, *, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
+def escape_energy(problem: Problem, **kwargs: typing.Any) -> EscapeEnergy:
     ...
-def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> ForceScore:
+def force_score(problem: Problem, **kwargs: typing.Any) -> ForceScore:
     ...
 def interval(scores: numpy.typing.ArrayLike, resolution: float, confidence: float = 0.95) -> tuple[float, float]:
     """

@@ -12,7 +12,9 @@ class Uniform:
     """
     def __init__(self, strength: float = 1.0, objects: int | None = None, hold: float | None = None) -> None:
         """
-        strength: share of the bounds. objects: how many of several objects each piece acts on, drawn for each piece; by default all. hold: the longest piece [s]; by default the problem's duration.
+        strength: Share of the problem's bounds.
+        objects: How many objects each piece acts on, drawn for each piece; None: all.
+        hold: Longest piece [s]; None: the problem's duration.
         """
     def __repr__(self) -> str:
         ...
@@ -24,7 +26,7 @@ class Uniform:
     @property
     def objects(self) -> int | None:
         """
-        How many objects a piece acts on; None: all.
+        How many objects each piece acts on, drawn for each piece; None: all.
         """
     @property
     def strength(self) -> float:
@@ -37,7 +39,9 @@ class Gaussian:
     """
     def __init__(self, force: float, torque: float = 0.0, correlation_time: float = 0.1) -> None:
         """
-        force [N], torque [N m]: standard deviations. correlation_time [s].
+        force: Standard deviation along each axis [N].
+        torque: Standard deviation about each axis [N m].
+        correlation_time: Time constant of the correlation [s].
         """
     def __repr__(self) -> str:
         ...
@@ -62,19 +66,22 @@ class Boltzmann:
     """
     def __init__(self, rate: float, strength: float = 1.0, objects: int | None = None, hold: float | None = None) -> None:
         """
-        rate: lambda [1/J]. The others are those of Uniform.
+        rate: lambda [1/J].
+        strength: As Uniform.
+        objects: As Uniform.
+        hold: As Uniform.
         """
     def __repr__(self) -> str:
         ...
     @property
     def hold(self) -> float | None:
         """
-        Longest piece [s]; None: the problem's duration.
+        As Uniform.
         """
     @property
     def objects(self) -> int | None:
         """
-        How many objects a piece acts on; None: all.
+        As Uniform.
         """
     @property
     def rate(self) -> float:
@@ -84,7 +91,7 @@ class Boltzmann:
     @property
     def strength(self) -> float:
         """
-        Share of the problem's bounds.
+        As Uniform.
         """
 class ActuationNoise:
     """
@@ -95,7 +102,7 @@ class ActuationNoise:
     @property
     def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Largest along each axis, shape (3,) [N].
+        Largest along each axis, on each body that the plan pushes or drives [N]. Shape (3,).
         """
     @property
     def hold(self) -> float | None:
@@ -110,9 +117,14 @@ class ActuationNoise:
     @property
     def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Largest about each axis, shape (3,) [N m].
+        The same about each axis [N m]. Shape (3,).
         """
 def of_plan(force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), torque: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), targets: float = 0.0, hold: float | None = None) -> ActuationNoise:
     """
-    Noise of the robot. A uniform draw within force (3,) [N] and torque (3,) [N m] is added to the wrenches on each body that the plan pushes or drives, and one within targets [rad] or [m] to each joint's target. Each draw lasts for hold [s], by default a step.
+    Noise of the robot: a uniform draw is added to the wrenches on each body that the plan pushes or drives, and one to each joint's target.
+    
+    force: Largest along each axis, on each body that the plan pushes or drives [N].
+    torque: The same about each axis [N m].
+    targets: Largest error of each joint's target [rad] or [m].
+    hold: How long a draw lasts [s]; None: a step.
     """

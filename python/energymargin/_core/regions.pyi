@@ -10,23 +10,52 @@ import typing
 __all__: list[str] = ['AnnularSector', 'Ball', 'Box', 'Disc', 'HalfSpace', 'Predicate', 'Speed', 'Swept', 'Tilt']
 def AnnularSector(body: str, center: numpy.typing.ArrayLike, radius: float, half_width: float, start_angle: float, sweep: float, frame: str | None = None, *, point: str = 'origin') -> energymargin._core.Region:
     """
-    What an arc about a center (2,) of mean radius and half width [m] sweeps in x and y, from start_angle by sweep [rad], positive counter-clockwise.
+    What an arc of some width sweeps in x and y.
+    
+    body: Whose position, or motion, counts.
+    center: Of the arc [m].
+    radius: Mean radius of the arc [m].
+    half_width: On each side of the mean radius [m].
+    start_angle: From the x axis [rad].
+    sweep: Counter-clockwise from the start, negative: clockwise; not 0, at most a full turn [rad].
+    point: Of the body: "origin" of its frame, as when left out, or "center_of_mass".
     """
 def Ball(body: str, center: numpy.typing.ArrayLike, radius: float, frame: str | None = None, *, point: str = 'origin') -> energymargin._core.Region:
     """
-    |position - center| <= radius [m].
+    |position of the body - center| <= radius.
+    
+    body: Whose position, or motion, counts.
+    center: [m]
+    radius: [m]
+    point: Of the body: "origin" of its frame, as when left out, or "center_of_mass".
     """
 def Box(body: str, center: numpy.typing.ArrayLike, size: numpy.typing.ArrayLike, frame: str | None = None, *, point: str = 'origin') -> energymargin._core.Region:
     """
-    Position inside a box along the frame's axes; full edge lengths [m], inf for no limit.
+    The body's position is inside a box along the frame's axes.
+    
+    body: Whose position, or motion, counts.
+    center: [m]
+    size: Full edge lengths [m], or "inf".
+    point: Of the body: "origin" of its frame, as when left out, or "center_of_mass".
     """
 def Disc(body: str, center: numpy.typing.ArrayLike, radius: float, frame: str | None = None, *, point: str = 'origin') -> energymargin._core.Region:
     """
-    Distance from the center (2,) in x and y <= radius [m].
+    A ball of the plane: the distance counts in x and y alone.
+    
+    body: Whose position, or motion, counts.
+    center: [m]
+    radius: [m]
+    point: Of the body: "origin" of its frame, as when left out, or "center_of_mass".
     """
 def HalfSpace(body: str, normal: numpy.typing.ArrayLike, offset: float, frame: str | None = None, *, ahead: float = 0.0, point: str = 'origin') -> energymargin._core.Region:
     """
-    normal . position <= offset [m]; the normal is a unit vector. Where the frame's body moves along the normal it reaches further, by what that covers in `ahead` [s].
+    normal . position of the body <= offset; with "ahead" also as far as the frame's body moves along the normal in that time.
+    
+    body: Whose position, or motion, counts.
+    normal: Unit vector.
+    offset: [m]
+    ahead: It reaches further by what the frame's body covers along the normal in this time [s]; with a frame alone.
+    point: Of the body: "origin" of its frame, as when left out, or "center_of_mass".
     """
 def Predicate(function: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], numpy.typing.ArrayLike]) -> energymargin._core.Region:
     """
@@ -34,13 +63,35 @@ def Predicate(function: collections.abc.Callable[[numpy.typing.NDArray[numpy.flo
     """
 def Speed(body: str, limit: float, point: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), frame: str | None = None, along_world: bool = False, along: numpy.typing.ArrayLike | None = None) -> energymargin._core.Region:
     """
-    |velocity of a point of the body| <= limit [m/s]; the point is in its frame or, `along_world`, from its origin along the world's axes. That of the centre of mass is at the `center` of em.mass_properties, or of the body's inertial. along: a unit vector (3,); the velocity along it counts alone, and may be negative.
+    |velocity of a point of the body| <= limit; with a frame: as seen from that body.
+    
+    body: Whose position, or motion, counts.
+    limit: [m/s]
+    point: In the body's frame [m]; its centre of mass is at the center of its inertial, or of its mass properties.
+    along_world: The point is given along the world's axes, from the body's origin.
+    along: Unit vector of the frame: the velocity along it counts alone, and may be negative.
     """
-def Swept(body: str, by: str, *, half_width: float, behind: float, ahead: float, least_speed: float, disc_radius: float, at: collections.abc.Mapping[str, numpy.typing.ArrayLike] | None = None, beyond: float = 0.0, point: str = 'origin') -> energymargin._core.Region:
+def Swept(body: str, by: str, *, half_width: float, behind: float, ahead: float, least_speed: float, disc_radius: float, beyond: float = 0.0, at: dict[str, numpy.typing.ArrayLike] | None = None, point: str = 'origin') -> energymargin._core.Region:
     """
-    Inside what the body `by` is about to sweep in x and y: an annular sector about its instantaneous centre of rotation, half_width [m] on each side of its path, from `behind` [m] behind it to `beyond` [m] beyond `ahead` [s] of its motion; below least_speed [m/s] a disc of disc_radius [m] about it. at: dict of position (2,), velocity (2,), yaw_rate, a motion to fix the sweep in the world; by default the state's own.
+    Inside what another body is about to sweep in x and y: the annular sector about its instantaneous centre of rotation or, while it is too slow to have a direction, a disc about it.
+    
+    body: Whose position, or motion, counts.
+    by: The body that sweeps.
+    half_width: On each side of its path [m].
+    behind: Length of path behind it that still counts [m].
+    ahead: Time of its motion that counts [s].
+    least_speed: Below it the disc counts [m/s].
+    disc_radius: [m]
+    beyond: Length of path beyond what is ahead that still counts [m].
+    at: The sweep from this motion, fixed in the world; left out: from the state's own.
+    point: Of the body: "origin" of its frame, as when left out, or "center_of_mass".
     """
 def Tilt(body: str, axis: numpy.typing.ArrayLike, reference: numpy.typing.ArrayLike, limit: float, frame: str | None = None) -> energymargin._core.Region:
     """
-    The angle between the body's axis and the reference is at most limit [rad].
+    The angle between an axis of the body and a direction of the frame is at most the limit.
+    
+    body: Whose position, or motion, counts.
+    axis: Unit vector in the body's frame.
+    reference: Unit vector in the frame.
+    limit: [rad]
     """

@@ -33,6 +33,7 @@ struct CaptureOptions {
   std::optional<double> tolerance{};  //!< trees are added until every standard error is at most this
   Limit limit{};                      //!< ends the search early; the trees that are complete count
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node of all trees, for a bar of progress
+  bool check_undisturbed = false;            //!< of a high score, also when the state leaves without a disturbance
 };
 
 //! The likelihood of one set, over independent trees.
@@ -49,7 +50,7 @@ struct CaptureScore : StepCounts {
   std::optional<SetScore> capture_any{};  //!< of several objects at least one is captured; unset without such a set
   std::optional<SetScore> success_any{};  //!< of several objects at least one has succeeded; unset without such a set
   double resolution = 0.0;                //!< likelihood of a tree's heaviest node, mean over the trees
-  std::optional<double> undisturbed_exit{};  //!< time of the exit without disturbance [s]: guarded_capture_score
+  std::optional<double> undisturbed_exit{};  //!< time of the exit without disturbance [s], if that was checked
   std::vector<Tree> trees{};
   Eigen::VectorXd likelihoods{};    //!< of the first tree's nodes, eq. 4, shape (M + 1,); the sum is 1
   int diverged = 0;                 //!< rollouts of all trees that diverged: nodes of infinite cost and no likelihood

@@ -33,6 +33,7 @@ struct EffortOptions {
   std::optional<bool> shorten{};             //!< make the best escape cheaper; by default as the search does
   bool stop_at_escape = false;               //!< a rollout ends where a look every few steps sees it outside
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node, for a bar of progress
+  bool check_undisturbed = false;            //!< without a clock, also when the state leaves without a disturbance
 };
 
 //! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon the

@@ -41,10 +41,4 @@ std::vector<Warning> implausible(const CaptureScore& score, const Problem& probl
 std::vector<Warning> implausible(const Escape& escape, const Problem& problem);
 std::vector<Warning> implausible(const CaptureProbability& probability, const Problem& problem);
 
-//! `capture_score` and, for a score above `plausible::capture_score`, the undisturbed exit.
-CaptureScore guarded_capture_score(const Problem& problem, const CaptureOptions& options = {});
-
-//! `escape_effort` and, for an effort above 0 without a clock, the undisturbed exit.
-Escape guarded_escape_effort(const Problem& problem, const EffortOptions& options = {});
-
 }  // namespace energymargin

@@ -1,0 +1,101 @@
+#pragma once
+// Long calls from Python: they end after a timeout, when another thread cancels them, or on Ctrl-C.
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include "base/threads.hpp"
+#include "energymargin/limit.hpp"
+#include "given.hpp"
+
+namespace energymargin::binding {
+
+//! What `cancel` is in Python.
+struct Cancel {
+  std::atomic<bool> is_set{false};
+};
+
+using CancelArgument = std::optional<std::shared_ptr<Cancel>>;
+
+//! A call that begins now.
+class LongCall {
+ public:
+  LongCall(const std::optional<double>& timeout, const CancelArgument& cancel) : cancel_(cancel) {
+    limit_ = Limit(cancel ? &(*cancel)->is_set : nullptr, timeout);
+  }
+
+  //! With its timeout, cancel and progress.
+  explicit LongCall(const Keywords& keywords) {
+    std::optional<double> timeout;
+    keywords("timeout", timeout)("cancel", cancel_)("progress", progress_);
+    limit_ = Limit(cancel_ ? &(*cancel_)->is_set : nullptr, timeout);
+  }
+
+  const Limit& limit() const { return limit_; }
+
+  //! What a search counts its progress in; null if nobody asks for it.
+  std::atomic<int>* counter() { return progress_ ? &count_ : nullptr; }
+
+  //! Runs `search(limit)` on another thread, while this one checks for Ctrl-C and reports the progress. `search` runs
+  //! without the GIL and may not touch Python objects. An exception of the callback ends the search. Where there is no
+  //! other thread to be had it runs on this one, and both wait until it has ended.
+  template <typename Search>
+  auto run(const Search& search) {
+    constexpr auto signal_interval = std::chrono::milliseconds(20);
+    std::atomic<bool> stop{false};
+    const Limit either = limit_.or_when(stop);
+    auto result = start([&] { return search(either); });
+    const auto runs = [&] {
+      const py::gil_scoped_release release;
+      return result.wait_for(signal_interval) == std::future_status::timeout;
+    };
+    try {
+      while (runs()) {
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        report();
+      }
+    } catch (...) {
+      stop = true;
+      const py::gil_scoped_release release;
+      result.wait();
+      throw;
+    }
+    auto value = [&] {
+      const py::gil_scoped_release release;
+      return result.get();
+    }();
+    report();
+    return value;
+  }
+
+ private:
+  template <typename Job>
+  static auto start(const Job& job) {
+    if constexpr (with_threads) {
+      try {
+        return std::async(std::launch::async, job);
+      } catch (const std::system_error&) {  // the system gives no thread
+      }
+    }
+    return std::async(std::launch::deferred, job);
+  }
+
+  void report() {
+    const int count = count_;
+    if (!progress_ || count == reported_) return;
+    reported_ = count;
+    (*progress_)(count);
+  }
+
+  Limit limit_;
+  CancelArgument cancel_;
+  std::optional<py::typing::Callable<void(int)>> progress_;
+  std::atomic<int> count_{0};
+  int reported_ = 0;
+};
+
+}  // namespace energymargin::binding
