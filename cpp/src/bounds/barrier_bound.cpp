@@ -302,12 +302,12 @@ class Flood {
 BarrierBound barrier_bound(const Problem& problem, const Region& captured, std::size_t object,
                            const std::vector<bool>& immovable, const FloodBudget& budget) {
   const ObjectSpace space(problem, object);
-  const Obstacles obstacles(problem, object, immovable, space);
-  const PotentialBounds potential(problem, object, immovable, space);
-  const ExitEnergy exit = exit_energy(problem, captured, object, immovable, space);
-  const Landscape landscape{space, obstacles, potential, exit};
+  const Landscape landscape{space,
+                            {problem, object, immovable, space},
+                            {problem, object, immovable, space},
+                            exit_energy(problem, captured, object, immovable, space)};
   BarrierBound bound = Flood(landscape, budget).run();
-  bound.reason = exit.reason;
+  bound.reason = landscape.exit.reason;
   return bound;
 }
 

@@ -17,12 +17,12 @@ struct Cell {
   double exit = 0.0;  //!< the least kinetic energy with which it may be outside in it [J]; inf: it is not
 };
 
-//! What a cell is held against; all of it outlives the tree.
+//! What a cell is held against; it outlives the tree.
 struct Landscape {
   const ObjectSpace& space;
-  const Obstacles& obstacles;
-  const PotentialBounds& potential;
-  const ExitEnergy& exit;
+  Obstacles obstacles;
+  PotentialBounds potential;
+  ExitEnergy exit;
 };
 
 class CellTree {
@@ -52,7 +52,7 @@ class CellTree {
   Cell cell(const PoseCell& poses) const;
   void touching(int at, const PoseCell& poses, int except, std::vector<int>& found) const;
 
-  Landscape landscape_;
+  const Landscape& landscape_;
   bool full_turn_;
   std::vector<Cell> cells_;
 };

@@ -14,11 +14,8 @@ constexpr int most_corners = 64;    // of a hull that are looked at
 constexpr int projections = 8;      // onto all faces of a hull
 constexpr double same_face = 1e-9;  // of two normals, and of offsets as a share of the size
 
-// How far a point is beyond a range about 0 that reaches to `half`; negative inside.
-Vector3 beyond(const Vector3& local, const Vector3& half) { return local.cwiseAbs() - half; }
-
 double depth_in_box(const Vector3& local, const Vector3& half) {
-  const Vector3 out = beyond(local, half);
+  const Vector3 out = local.cwiseAbs() - half;
   const double inside = out.maxCoeff();
   return inside <= 0.0 ? -inside : -out.cwiseMax(0.0).norm();
 }
@@ -86,17 +83,17 @@ void ConvexPiece::set_faces(const ConvexHull& hull) {
   shape_ = std::move(moved);
 }
 
-double ConvexPiece::core_depth(const Vector3& local) const {
+double ConvexPiece::inner_depth(const Vector3& local) const {
   if (std::holds_alternative<Box>(shape_)) return depth_in_box(local, half_);
   if (std::holds_alternative<Sphere>(shape_)) return -local.norm();
   if (std::holds_alternative<Cylinder>(shape_)) return depth_in_cylinder(local, half_.x(), half_.z());
-  if (std::holds_alternative<Capsule>(shape_)) return -(local - core_near(local)).norm();
+  if (std::holds_alternative<Capsule>(shape_)) return -(local - inner_near(local)).norm();
   double least = infinity;
   for (const Face& face : faces_) least = std::min(least, face.offset - face.normal.dot(local));
-  return least >= 0.0 ? least : -(local - core_near(local)).norm();
+  return least >= 0.0 ? least : -(local - inner_near(local)).norm();
 }
 
-Vector3 ConvexPiece::core_near(const Vector3& local) const {
+Vector3 ConvexPiece::inner_near(const Vector3& local) const {
   if (std::holds_alternative<Sphere>(shape_)) return Vector3::Zero();
   if (std::holds_alternative<Cylinder>(shape_)) {
     const double across = local.head<2>().norm();
@@ -118,11 +115,11 @@ Vector3 ConvexPiece::core_near(const Vector3& local) const {
 }
 
 double ConvexPiece::depth(const Vector3& point) const {
-  return margin_ + core_depth(inverse_ * (point - pose_.position));
+  return margin_ + inner_depth(inverse_ * (point - pose_.position));
 }
 
 Vector3 ConvexPiece::near(const Vector3& point) const {
-  return pose_.position + pose_.orientation * core_near(inverse_ * (point - pose_.position));
+  return pose_.position + pose_.orientation * inner_near(inverse_ * (point - pose_.position));
 }
 
 Vector3 ConvexPiece::support(const Vector3& direction) const {

@@ -32,9 +32,9 @@ class ConvexPiece {
   double inner_radius() const { return depth(pose_.position); }     //!< of a ball about the centre inside of it [m]
   double half_extent() const { return half_extent_; }               //!< the smallest [m]
   double margin() const { return margin_; }                         //!< all of the radius of what is round [m]
-  const std::vector<Vector3>& corners() const { return corners_; }  //!< of the core; none of what is round
+  const std::vector<Vector3>& corners() const { return corners_; }  //!< without the margin; none of what is round
 
-  //! Whether there is a core to reckon with: a sliver of a hull may have none.
+  //! Whether anything is left without the margin: of a sliver of a hull there may be nothing.
   bool solid() const { return solid_; }
 
  private:
@@ -43,17 +43,18 @@ class ConvexPiece {
     double offset;
   };
 
-  double core_depth(const Vector3& local) const;
-  Vector3 core_near(const Vector3& local) const;
+  double inner_depth(const Vector3& local) const;
+  Vector3 inner_near(const Vector3& local) const;
   void set_faces(const ConvexHull& hull);
 
-  Pose pose_;  // of the core's frame
+  Pose pose_;  // of its frame
   Quaternion inverse_;
   Solid shape_;
   double margin_ = 0.0, half_extent_ = 0.0, radius_ = 0.0;
   bool solid_ = true;
-  Vector3 half_ = Vector3::Zero();  // of a box's core; of a cylinder's: radius, radius, half length; of a capsule's: z
-  std::vector<Face> faces_;         // of a hull's core
+  Vector3 half_ =
+      Vector3::Zero();       // of a box without its margin; of a cylinder: radius, radius, half length; of a capsule: z
+  std::vector<Face> faces_;  // of a hull without its margin
   std::vector<Vector3> corners_;
 };
 

@@ -55,8 +55,8 @@ Stretch Horizon::extend(World& world, const State& from, int time, const Edge& e
 // None if the limit was reached first. Adds to the counts.
 std::optional<bool> Horizon::stays_outside(World& world, const State& state, int time, const Limit& limit,
                                            StepCounts& counts) const {
-  const int looks = (time + timing_.dwell + timing_.check - 1) / timing_.check;  // until dwell is over
-  const int steps = std::min(looks * timing_.check, end()) - time;
+  const int checks = (time + timing_.dwell + timing_.check - 1) / timing_.check;  // until dwell is over
+  const int steps = std::min(checks * timing_.check, end()) - time;
   if (steps <= 0) return true;
   Watch watch;
   watch.first = time;
@@ -75,7 +75,7 @@ Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limi
   Exit exit(timing_.dwell);
   State first_outside;
   int time = 0;
-  const auto look = [&](const State& state) {
+  const auto check = [&](const State& state) {
     exit.look((*captured_)(state), time);
     if (exit.since() == time) first_outside = state;
     return exit.left();
@@ -85,7 +85,7 @@ Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limi
   if (captured_) {
     watch.ends = [&](const State& state) {
       time += timing_.check;
-      return look(state);
+      return check(state);
     };
   }
   Stretch stretch{world.rollout_unchecked(edge_start_(start), {rest_}, limit, watch)};
@@ -93,7 +93,7 @@ Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limi
   if (!captured_ || !rollout.complete) return stretch;
   if (rollout.steps == end()) {
     time = end();
-    look(rollout.state);
+    check(rollout.state);
     exit.end();
   }
   if (!exit.left()) return stretch;
@@ -156,7 +156,7 @@ std::optional<bool> Confirmation::play(const std::vector<int>& nodes, const std:
   return false;
 }
 
-// It ends where it is out, looked at as often as the search has steps, or as the clock says.
+// It ends where it is out at a check time: a step of the search, or one of the clock.
 Stretch Confirmation::play(const State& from, int time, const Edge& edge, const Limit& limit) {
   if (horizon_) return horizon_->extend(world_, from, time, edge, limit);
   Watch watch;

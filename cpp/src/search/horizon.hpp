@@ -20,13 +20,12 @@ struct Stretch {
   StepCounts after_exit{};  //!< of the steps after its end that tell whether an exit lasts
 };
 
-//! Rollouts of a problem with a horizon. Times are steps since the problem's state, of the world that is passed in. The
-//! capture set is looked at every `check` steps and at the horizon. Outside at a look is an escape if, without a wrench
-//! from there on, all looks are outside until `dwell` steps are over or the horizon has come.
+//! Rollouts of a problem with a horizon. Times are steps since the problem's state, of the world that is passed in.
+//! Check times are every `check` steps and the horizon. An object that is outside then has escaped if, without a
+//! wrench, it is outside at all check times until `dwell` steps are over or the horizon has come.
 class Horizon {
  public:
-  //! None without a clock. `captured` may be null: then nothing is looked at. So many steps of the world
-  //! are one of the problem's.
+  //! None without a clock. If `captured` is null, nothing escapes. So many steps of the world are one of the problem's.
   static std::optional<Horizon> of(const Problem& problem, const Region* captured, int substeps = 1);
 
   int end() const { return timing_.horizon; }
@@ -34,7 +33,7 @@ class Horizon {
   //! No wrench, up to the horizon.
   const Push& rest() const { return rest_; }
 
-  //! The rollout of an edge from a state at `time` < end: cut at the horizon, and at the first look outside.
+  //! The rollout of an edge from a state at `time` < end: cut at the horizon, and at the first check time outside.
   Stretch extend(World& world, const State& from, int time, const Edge& edge, const Limit& limit,
                  Watch watch = {}) const;
 
