@@ -249,7 +249,7 @@ Errors errors_side_by_side(double tilt, bool box, double slenderness) {
     const auto found = distance_side_by_side(pair.a(), pose_a, pair.b(), pose_b);
     const btConvexHullShape prism = prism_of(radius, slenderness * radius);
     ClosestPoints expected;
-    if (SolidPair(prism, *standing).distance(pose_a, pose_b, any_reach, expected) != Separation::apart || !found)
+    if (SolidPair(prism, *standing).inner_distance(pose_a, pose_b, any_reach, expected) != Separation::apart || !found)
       continue;
     ++counted;
     worst.distance = std::max(worst.distance, std::abs(found->distance - expected.distance));
