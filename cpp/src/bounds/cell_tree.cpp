@@ -57,18 +57,16 @@ int CellTree::leaf_at(const Coordinates& at) const {
 
 void CellTree::neighbours(int cell, std::vector<int>& found) const {
   found.clear();
-  PoseCell poses = (*this)[cell].poses;
+  const PoseCell& poses = (*this)[cell].poses;
   touching(0, poses, cell, found);
   if (!full_turn_) return;
   const PoseCell& all = (*this)[0].poses;
-  const double turn = all.high[turn_axis] - all.low[turn_axis];
-  for (const double shift : {-turn, turn}) {
+  for (const bool upper : {true, false}) {
     const bool at_end =
-        shift < 0.0 ? poses.high[turn_axis] == all.high[turn_axis] : poses.low[turn_axis] == all.low[turn_axis];
+        upper ? poses.high[turn_axis] == all.high[turn_axis] : poses.low[turn_axis] == all.low[turn_axis];
     if (!at_end) continue;
     PoseCell around = poses;
-    const double end = shift < 0.0 ? all.low[turn_axis] : all.high[turn_axis];
-    around.low[turn_axis] = around.high[turn_axis] = end;
+    around.low[turn_axis] = around.high[turn_axis] = upper ? all.low[turn_axis] : all.high[turn_axis];
     touching(0, around, cell, found);
   }
 }

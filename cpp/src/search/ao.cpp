@@ -49,7 +49,9 @@ class Search {
     ended_ = problem_.nodes() == before;
     nothing_left_ = ended_ && !problem_.spent();  // to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
-    if (definition->hasExactSolution()) add(solution(*definition));
+    if (definition->hasExactSolution()) {
+      add(node_of(definition->getSolutionPath()->as<ompl::control::PathControl>()->getStates().back()));
+    }
     definition->clearSolutionPaths();
   }
 
@@ -68,8 +70,10 @@ class Search {
     if (!due || candidates_.size() == first_unconfirmed_) return;
     while (candidates_.size() > first_unconfirmed_) {
       const std::optional<bool> leads_out = problem_.confirm(candidates_.back().node);
-      if (!leads_out) {
-        stop_before(candidates_[first_unconfirmed_].node);
+      if (!leads_out) {  // nothing is known of the nodes from the first unconfirmed one on
+        last_node_ = std::max(candidates_[first_unconfirmed_].node - 1, 0);
+        candidates_.resize(first_unconfirmed_);
+        ended_ = true;
       } else if (*leads_out) {
         first_unconfirmed_ = candidates_.size();
         next_confirmation_ = confirmation_growth * problem_.nodes();
@@ -121,12 +125,6 @@ class Search {
     return candidates_.empty() ? std::numeric_limits<double>::infinity() : problem_.cost(candidates_.back().node);
   }
 
-  // The node in which the planner's solution ends.
-  static int solution(const ompl::base::ProblemDefinition& definition) {
-    const auto& states = definition.getSolutionPath()->as<ompl::control::PathControl>()->getStates();
-    return node_of(states.back());
-  }
-
   void add(int node) {
     candidates_.push_back({node, problem_.nodes() - futures_});
     problem_.lower_bound(effort());
@@ -145,13 +143,6 @@ class Search {
     candidates_.pop_back();
     ++discards_;
     if (confirm_ == Confirm::best) ended_ = true;  // the bound was too low
-  }
-
-  // Of the nodes from `node` on nothing is known.
-  void stop_before(int node) {
-    last_node_ = std::max(node - 1, 0);
-    candidates_.resize(first_unconfirmed_);
-    ended_ = true;
   }
 
   BoundedProblem& problem_;

@@ -45,38 +45,36 @@ void prepend(TimedEdges& edges, const TimedEdge& push, int longest) {
 }
 
 EdgeChanges::EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::RNG& rng)
-    : largest_(largest),
-      horizon_(horizon),
-      rng_(rng),
-      changes_{&EdgeChanges::drop,        &EdgeChanges::halt,      &EdgeChanges::weaken, &EdgeChanges::coast,
-               &EdgeChanges::nudge_first, &EdgeChanges::nudge_all, &EdgeChanges::cut,    &EdgeChanges::merge} {
+    : largest_(largest), horizon_(horizon), rng_(rng) {
   for (int axis = 0; axis < largest_.wrenches.size(); ++axis) {
     if (largest_.wrenches[axis] > 0.0) axes_.push_back(axis);
   }
   if (axes_.empty()) axes_.push_back(0);  // any: all wrenches are 0
-  if (!horizon_) changes_.push_back(&EdgeChanges::weaken_all);
-  if (horizon_) changes_.insert(changes_.end(), {&EdgeChanges::shift, &EdgeChanges::hasten});
-  if (largest_.wrenches.size() > wrench_axes) changes_.push_back(&EdgeChanges::silence);
+  const auto halt = [this](TimedEdge& edge) {
+    edge.steps = std::max(1, static_cast<int>(edge.steps * rng_.uniform01()));
+  };
+  const auto nudge_all = [this](TimedEdges& edges) {
+    for (TimedEdge& edge : edges) edge = nudge(edge);
+  };
+  changes_ = {{[](TimedEdges& edges) { edges.erase(edges.begin()); }},
+              {[halt](TimedEdges& edges) { halt(edges.front()); }},
+              {[this](TimedEdges& edges) { edges.front().wrenches *= rng_.uniform01(); }},
+              {[](TimedEdges& edges) { edges.front().wrenches.setZero(); }},
+              {[this](TimedEdges& edges) { edges.front() = nudge(edges.front()); }},
+              {nudge_all},
+              {[this](TimedEdges& edges) { cut(edges); }},
+              {[this](TimedEdges& edges) { merge(edges); }}};
+  if (horizon_) {
+    changes_.push_back({[this](TimedEdges& edges) { shift(edges); }});
+    changes_.push_back({[this](TimedEdges& edges) { hasten(edges); }});
+  } else {
+    changes_.push_back({[this](TimedEdges& edges) { weaken_all(edges); }});
+  }
+  if (largest_.wrenches.size() > wrench_axes) changes_.push_back({[this](TimedEdges& edges) { silence(edges); }, true});
 }
 
-EdgeChanges::Change EdgeChanges::draw() {
+const EdgeChanges::Change& EdgeChanges::draw() {
   return changes_[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(changes_.size()) - 1))];
-}
-
-void EdgeChanges::drop(TimedEdges& edges) { edges.erase(edges.begin()); }
-
-void EdgeChanges::halt(TimedEdges& edges) {
-  edges.front().steps = std::max(1, static_cast<int>(edges.front().steps * rng_.uniform01()));
-}
-
-void EdgeChanges::weaken(TimedEdges& edges) { edges.front().wrenches *= rng_.uniform01(); }
-
-void EdgeChanges::coast(TimedEdges& edges) { edges.front().wrenches.setZero(); }
-
-void EdgeChanges::nudge_first(TimedEdges& edges) { edges.front() = nudge(edges.front()); }
-
-void EdgeChanges::nudge_all(TimedEdges& edges) {
-  for (TimedEdge& edge : edges) edge = nudge(edge);
 }
 
 // An object that is about to leave by itself needs next to nothing. Along one axis it may need nothing at all.

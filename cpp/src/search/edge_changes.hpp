@@ -3,6 +3,7 @@
 
 #include <ompl/util/RandomNumbers.h>
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -27,33 +28,23 @@ class EdgeChanges {
   //! outlive this.
   EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::RNG& rng);
 
-  //! A change of the first of some edges, or of several of them.
-  using Change = void (EdgeChanges::*)(TimedEdges&);
+  EdgeChanges(const EdgeChanges&) = delete;
+  EdgeChanges& operator=(const EdgeChanges&) = delete;
+
+  //! A change of the first of some edges, or of several of them. There is at least one; afterwards there may be none.
+  struct Change {
+    std::function<void(TimedEdges&)> apply;
+    bool concerns_all = false;  //!< it is one of all edges of an escape
+  };
 
   //! Any change, all equally likely.
-  Change draw();
-
-  //! Whether a change is one of all edges of an escape.
-  static bool concerns_all(Change change) { return change == &EdgeChanges::silence; }
-
-  //! There is at least one edge. Afterwards there may be none.
-  void apply(Change change, TimedEdges& edges) { (this->*change)(edges); }
+  const Change& draw();
 
  private:
-  void drop(TimedEdges& edges);
-  void halt(TimedEdges& edges);
-  void weaken(TimedEdges& edges);
-  void coast(TimedEdges& edges);
-  void nudge_first(TimedEdges& edges);
-  void nudge_all(TimedEdges& edges);
   void weaken_all(TimedEdges& edges);
   void cut(TimedEdges& edges);
   void merge(TimedEdges& edges);
-
-  // Of several objects.
   void silence(TimedEdges& edges);
-
-  // With a clock alone.
   void shift(TimedEdges& edges);
   void hasten(TimedEdges& edges);
 

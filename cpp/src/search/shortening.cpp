@@ -123,12 +123,12 @@ bool Shortening::change() {
 
 bool Shortening::change_edges() {
   const std::size_t node = draw_node();
-  const EdgeChanges::Change drawn = changes_.draw();
-  const bool all = EdgeChanges::concerns_all(drawn) || (horizon_ && rng_.uniform01() < whole_share);
+  const EdgeChanges::Change& drawn = changes_.draw();
+  const bool all = drawn.concerns_all || (horizon_ && rng_.uniform01() < whole_share);
   const std::size_t from = all ? 0 : node;
   TimedEdges edges = edges_from(from);
   if (edges.empty()) return false;
-  changes_.apply(drawn, edges);
+  drawn.apply(edges);
   if (horizon_) return replay(path_[from], with_waits(edges, problem_.time(path_[from]))) == Outcome::better;
   return replay(path_[from], with_rests(edges, draw_rests())) == Outcome::better;
 }
