@@ -9,8 +9,6 @@
 #include <memory>
 #include <random>
 
-#include "physics/contacts/side_by_side.hpp"
-
 namespace energymargin {
 namespace {
 

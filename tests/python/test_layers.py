@@ -24,7 +24,13 @@ FILES = sorted(
     if path.name != "energymargin.hpp"  # includes them all
 )
 # Public headers without a source of their name.
-HEADERS_ALONE = {"types": "base", "random": "base", "plausible": "scene", "audit": "physics"}
+HEADERS_ALONE = {
+    "types": "base",
+    "random": "base",
+    "parallel": "base",
+    "plausible": "scene",
+    "audit": "physics",
+}
 BULLET = re.compile(r"#include <(bt\w|Bullet|LinearMath)")
 
 

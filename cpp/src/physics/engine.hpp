@@ -4,12 +4,27 @@
 #include <optional>
 #include <vector>
 
+#include "energymargin/plan.hpp"
 #include "physics/auditor.hpp"
-#include "physics/robot.hpp"
 #include "physics/simulation.hpp"
-#include "scene/energy.hpp"
 
 namespace energymargin {
+
+//! Does in each step what a plan says.
+class Robot {
+ public:
+  //! The plan fits the scene.
+  Robot(const Scene& scene, const Plan& plan);
+
+  //! Loads the simulation with what acts in a step, counted from the plan's start. Behind its end nothing acts but the
+  //! last targets.
+  void act(Simulation& simulation, int step) const;
+
+ private:
+  Plan plan_;
+  std::vector<std::size_t> wrench_bodies_, servo_bodies_;
+  std::vector<std::size_t> joints_;
+};
 
 //! The robot follows `plan`, which fits the scene, unless it is null.
 struct Engine {

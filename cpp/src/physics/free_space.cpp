@@ -118,8 +118,6 @@ class FreeSpace::Bullet {
 FreeSpace::FreeSpace(const Scene& scene, const State& state, std::size_t object)
     : bullet_(std::make_unique<Bullet>(scene, state, object)) {}
 FreeSpace::~FreeSpace() = default;
-FreeSpace::FreeSpace(FreeSpace&&) noexcept = default;
-FreeSpace& FreeSpace::operator=(FreeSpace&&) noexcept = default;
 
 double FreeSpace::clearance(const Pose& pose, double reach) { return bullet_->clearance(pose, reach); }
 double FreeSpace::tolerance() const { return bullet_->tolerance(); }

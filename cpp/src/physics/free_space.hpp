@@ -15,8 +15,6 @@ class FreeSpace {
   //! `object` is the index of a body that moves freely; `state` says where everything is.
   FreeSpace(const Scene& scene, const State& state, std::size_t object);
   ~FreeSpace();
-  FreeSpace(FreeSpace&&) noexcept;
-  FreeSpace& operator=(FreeSpace&&) noexcept;
 
   //! How far every point of the object can move before it is in anything [m], up to `reach`; negative: not free. `pose`
   //! is that of the body's frame.

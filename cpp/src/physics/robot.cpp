@@ -1,7 +1,9 @@
-#include "physics/robot.hpp"
+// A plan, as it goes.
 
 #include <algorithm>
 #include <limits>
+
+#include "physics/engine.hpp"
 
 namespace energymargin {
 namespace {

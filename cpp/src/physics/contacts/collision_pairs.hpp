@@ -6,8 +6,7 @@
 
 #include "physics/contacts/collision_filter.hpp"
 #include "physics/contacts/contact_point.hpp"
-#include "physics/contacts/near_bounds.hpp"
-#include "physics/contacts/near_pieces.hpp"
+#include "physics/contacts/near.hpp"
 #include "physics/contacts/piece_pair.hpp"
 #include "physics/contacts/plane_contacts.hpp"
 #include "physics/motion.hpp"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <initializer_list>
 
-#include "physics/contacts/side_by_side.hpp"
 #include "physics/contacts/solid_pair.hpp"
 
 namespace energymargin {

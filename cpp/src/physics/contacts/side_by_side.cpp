@@ -1,7 +1,7 @@
-#include "physics/contacts/side_by_side.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "physics/contacts/solid_pair.hpp"
 
 namespace energymargin {
 namespace {

@@ -1,6 +1,6 @@
 // Contacts of the pieces of two bodies: all of them count, as the bodies stand.
 
-#include "physics/contacts/near_pieces.hpp"
+#include "physics/contacts/near.hpp"
 
 #include <gtest/gtest.h>
 
