@@ -40,7 +40,7 @@ struct ConvexPiece {
   double reach;        // of the inner shape's points from the body's origin [m]
   double half_extent;  // the smallest [m]
 
-  btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }
+  [[gnu::always_inline]] btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }
 };
 
 //! A collision shape, which nothing changes once it is made: worlds on several threads share it.

@@ -108,14 +108,15 @@ void CollisionPairs::detect(CollisionPair& pair) {
     }
   }
   pair.remembers = true;
-  const NearPieces near(of_a, pose(a), of_b, pose(b));
+  std::optional<NearPieces> near;
+  if (of_a.shape->isCompound()) near.emplace(of_a, pose(a), of_b, pose(b));
   for (std::size_t k = 0; k < pair.order.size(); ++k) {
     const PieceIndices& at = pair.order[k];
-    if (near.apart(at)) {
+    if (near && near->apart(at)) {
       if (!on_plane) pair.solids[k].forget();
       continue;
     }
-    if (!near.meet(at)) continue;
+    if (near && !near->meet(at)) continue;
     const btTransform pose_a = of_a.pieces[at.a].pose(pose(a));
     btVector3 normal;
     const std::vector<FacePoint>* points = &on_plane_;
@@ -153,10 +154,11 @@ std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t 
     if (!least || points.distance < least->distance) least = points;
   };
   const double within = std::min(reaches_[a], reaches_[b]) + reach;
-  const NearPieces near(of_a, pose(a), of_b, pose(b));
+  std::optional<NearPieces> near;
+  if (of_a.shape->isCompound() && reach == 0.0) near.emplace(of_a, pose(a), of_b, pose(b));
   std::vector<FacePoint> on_plane;
   for (const PieceIndices& at : all_pieces(of_a, of_b)) {
-    if (reach == 0.0 && (near.apart(at) || !near.meet(at))) continue;
+    if (near && (near->apart(at) || !near->meet(at))) continue;
     const btConvexShape& solid = *of_a.pieces[at.a].shape;
     const btTransform pose_a = of_a.pieces[at.a].pose(pose(a));
     if (of_b.pieces.empty()) {

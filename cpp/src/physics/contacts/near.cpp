@@ -97,10 +97,7 @@ std::vector<PieceIndices> all_pieces(const CollisionShape& a, const CollisionSha
 
 NearPieces::NearPieces(const CollisionShape& a, const btTransform& pose_a, const CollisionShape& b,
                        const btTransform& pose_b)
-    : culls_(a.shape->isCompound()) {
-  if (!culls_) return;
-  in_world_a_ = piece_bounds(a, pose_a);
-  in_world_b_ = piece_bounds(b, pose_b);
+    : in_world_a_(piece_bounds(a, pose_a)), in_world_b_(piece_bounds(b, pose_b)) {
   const btTransform from_b = pose_a.inverse() * pose_b;
   for (const ConvexPiece& piece : a.pieces) in_a_.push_back(bounds_of(*piece.shape, piece.in_body));
   if (!b.shape->isCompound()) {

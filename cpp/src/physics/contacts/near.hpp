@@ -45,21 +45,18 @@ bool comes_first(const CollisionShape& b, const CollisionShape& a);
 //! All pieces of one shape with all of the other, in the order of Bullet's trees of compounds.
 std::vector<PieceIndices> all_pieces(const CollisionShape& a, const CollisionShape& b);
 
-//! Boxes around the pieces of two bodies as they stand, `a` being a compound, or else both one solid or plane.
+//! Boxes around the pieces of a compound `a` and of another body as they stand.
 class NearPieces {
  public:
   NearPieces(const CollisionShape& a, const btTransform& pose_a, const CollisionShape& b, const btTransform& pose_b);
 
   //! Whether the boxes along the world's axes are apart.
-  bool apart(const PieceIndices& pieces) const {
-    return culls_ && gap_of(in_world_a_[pieces.a], in_world_b_[pieces.b]) > 0.0;
-  }
+  bool apart(const PieceIndices& pieces) const { return gap_of(in_world_a_[pieces.a], in_world_b_[pieces.b]) > 0.0; }
 
   //! Whether the boxes along the axes of `a` penetrate each other.
-  bool meet(const PieceIndices& pieces) const { return !culls_ || gap_of(in_a_[pieces.a], b_in_a_[pieces.b]) <= 0.0; }
+  bool meet(const PieceIndices& pieces) const { return gap_of(in_a_[pieces.a], b_in_a_[pieces.b]) <= 0.0; }
 
  private:
-  bool culls_;
   std::vector<Bounds> in_world_a_, in_world_b_, in_a_, b_in_a_;
 };
 

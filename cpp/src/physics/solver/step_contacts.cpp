@@ -46,7 +46,6 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
       0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
   // What cannot move along the plane of contact has no friction.
   if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
-  frames_.push_back(frame);
   return true;
 }
 
@@ -110,7 +109,10 @@ bool StepEquations::update_bends(const Substep& substep) {
     const btVector3 change = bend_change({point.a, point.on_a, point.grip, 1.0}, substep.duration) +
                              bend_change({point.b, point.on_b, point.grip, -1.0}, substep.duration);
     if (!(change.length2() > least_bend * least_bend)) continue;
-    for (std::size_t i = 0; i < 2; ++i) rows.target[i] -= frames_[k].axes[i].dot(change);
+    btVector3 x, y;
+    btPlaneSpace1(point.normal, x, y);
+    rows.target[0] -= x.dot(change);
+    rows.target[1] -= y.dot(change);
     counts = true;
   }
   return counts;
@@ -155,8 +157,10 @@ void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {
   for (std::size_t k = 0; k < contact_points_.size(); ++k) {
     const ContactRows& rows = solver_.contacts()[k];
     ContactPoint& point = points[contact_points_[k]];
+    btVector3 x, y;
+    btPlaneSpace1(point.normal, x, y);
     point.normal_impulse = rows.impulse[2];
-    point.friction_impulse = frames_[k].axes[0] * rows.impulse[0] + frames_[k].axes[1] * rows.impulse[1];
+    point.friction_impulse = x * rows.impulse[0] + y * rows.impulse[1];
   }
 }
 

@@ -63,7 +63,6 @@ bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
   kinds_.clear();
   contact_points_.clear();
-  frames_.clear();
   for (TreeDynamics& tree : trees_) tree.keep_base();
   for (const Motor& motor : substep.motors) drive_kinematic(motor);
   for (std::size_t i = 0; i < rigids_.size(); ++i) add_rigid(i, substep.duration);

@@ -103,7 +103,6 @@ class StepEquations {
   NewtonSolver solver_;
   std::vector<Kind> kinds_;                  // of the solver's limited rows
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
-  std::vector<Frame> frames_;                // of these
 };
 
 }  // namespace energymargin
