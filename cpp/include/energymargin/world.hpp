@@ -98,7 +98,7 @@ struct Frame {
   double lost_time = 0.0;  //!< time until then in which nothing moved [s]
 };
 
-class Engine;
+struct Engine;
 class Placement;
 
 //! One simulation of a scene, with Bullet in double precision. Every question is answered as a pure function of its
