@@ -56,10 +56,10 @@ demo: $(if $(WHEEL),.venv/wheel,.venv/built)
 
 test: .venv/built .venv/browser
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not long'
+	$(BIN)/python -m pytest -n 2 --dist loadfile --durations 20 -m 'not long'
 
 check-all: .venv/built .venv/browser build/asan/built docs
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m long
+	$(BIN)/python -m pytest -n 2 --dist loadfile --durations 20 -m long
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2 --exclude-regex '$(SLOW)'
 
 # Each time anew: a page that is not read again would not warn again. A broken link is an error.
