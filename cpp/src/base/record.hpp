@@ -2,6 +2,7 @@
 // Structs as records: one description of their fields, from which come the reader and the writer of problem files, the
 // files' schema, and the Python classes.
 
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <variant>
@@ -14,7 +15,11 @@ struct Form {
   bool infinite = false;    //!< "inf" and "-inf" stand for numbers
   bool names_body = false;  //!< the text is the name of a body of the scene
 
-  bool operator==(const Form& other) const { return definition == other.definition; }
+  //! By the words: equal literals need not have one address.
+  bool operator==(const Form& other) const { return words() == other.words(); }
+
+ private:
+  std::string_view words() const { return definition ? definition : ""; }
 };
 
 namespace forms {

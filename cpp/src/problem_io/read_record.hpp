@@ -92,7 +92,7 @@ class RecordReader {
     RecordReader deeper = *this;
     ++deeper.depth_;
     for (const JsonNode& item : node.items()) regions.push_back(deeper.region(item));
-    const bool single = form.definition == forms::region.definition;
+    const bool single = form == forms::region;
     if (regions.empty() || (single && regions.size() != 1)) {
       node.fail(single ? "a list of one region" : "a list of at least one region");
     }
