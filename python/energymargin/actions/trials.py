@@ -214,7 +214,7 @@ class Trials(Closing):
                 found[first.candidate][first.number] = draws
                 self._on_draws(draws)
 
-        run(self._workers, partial(_drawn, question), trials, deliver, limit, give_up=_given_up)
+        run(self._workers, partial(draw_chunk, question), trials, deliver, limit, give_up=_given_up)
         whole: list[Draws | None] = []
         for trial in trials:
             parts = found[trial[0].candidate]
@@ -231,17 +231,19 @@ def _given_up(draw: Draw, why: str) -> NoReturn:
     raise RuntimeError(f"candidate {draw.candidate}: {why}")
 
 
-def _drawn(question: Question, draws: Sequence[Draw], cancel: Cancel) -> list[tuple[Draw, Draws]]:
+def draw_chunk(
+    question: Question, draws: Sequence[Draw], cancel: Cancel
+) -> list[tuple[Draw, Draws]]:
     """On a worker: what came of draws, those of one problem together, and the first of them."""
 
     def together(draw: Draw) -> tuple[int, int]:
         return draw.candidate, draw.number if question.is_effort else id(draw.problem)
 
     groups = [list(group) for _, group in groupby(draws, together)]
-    return [(group[0], _asked(question, group[0], len(group), cancel)) for group in groups]
+    return [(group[0], _draws_of(question, group[0], len(group), cancel)) for group in groups]
 
 
-def _asked(question: Question, first: Draw, count: int, cancel: Cancel) -> Draws:
+def _draws_of(question: Question, first: Draw, count: int, cancel: Cancel) -> Draws:
     """So many rollouts of a problem, or one search; raises Cancelled if they are not finished."""
     effort = question.is_effort
     of_rollouts: dict[str, Any] = {"first": first.number, "undisturbed": False}
