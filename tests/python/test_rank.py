@@ -12,7 +12,7 @@ from sliding import diverging, problem, still
 import energymargin as em
 from energymargin.actions.racing import Duel, beaten, beats, duel, looks
 from energymargin.actions.ranking import Race
-from energymargin.actions.trials import Draw, Question, _drawn
+from energymargin.actions.trials import Draw, Question, draw_chunk
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
 PLACES = (0.0, 0.3, -0.5, 0.7, -0.9, 0.8)
@@ -237,10 +237,10 @@ def test_after_a_timeout_the_draws_count_that_all_have(field):
 
 def test_a_search_that_is_cancelled_is_no_draw():
     cancel, question = em.Cancel(), Question("effort/est", nodes=50)
-    assert len(_drawn(question, [Draw(0, 3, problem())], cancel)) == 1
+    assert len(draw_chunk(question, [Draw(0, 3, problem())], cancel)) == 1
     cancel.set()
     with pytest.raises(em.Cancelled):
-        _drawn(question, [Draw(0, 3, problem())], cancel)
+        draw_chunk(question, [Draw(0, 3, problem())], cancel)
 
 
 def test_a_cancel_leaves_what_is_decided_or_raises():
