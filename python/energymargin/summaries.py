@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from energymargin.actions import Improvement, MarginProfile, Ranking
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
+    from energymargin.scenes.reports import SceneReport
     from energymargin.scoring import ScoreTable
     from energymargin.store import Run, ScoreStore
     from energymargin.trajectories import Trajectory
@@ -204,6 +205,12 @@ def scene(made: Scene) -> Summary:
     if made.pair_frictions:
         note += f", coefficients of pairs: {len(made.pair_frictions)}"
     return Summary("Scene", bodies, head, [note])
+
+
+def scene_report(report: SceneReport) -> Summary:
+    """What became of the files of a scene, a row each."""
+    notes = [] if report.rows else ["Nothing was left out, left loose, or stated."]
+    return Summary("Report of a scene", report.rows, ("what", "name", ""), notes)
 
 
 def _vector(values: Iterable[float], unit: str) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from html import escape
 from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import energymargin._core as compiled
 from energymargin.checks import shown
@@ -22,6 +22,8 @@ from energymargin.table_text import markdown_table
 if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
+
+    import energymargin.scenes.reports
 
 __all__ = ["MOST_ROWS", "Picture", "Summary", "attach", "html_or_text", "summary"]
 
@@ -148,10 +150,17 @@ def attach() -> None:
     """Lets notebooks and prompts show the classes of the compiled module."""
     for name in COMPILED:
         setattr(getattr(compiled, name), "_repr_html_", html_or_text)  # noqa: B010
+    setattr(compiled.Scene, "report", property(_report))  # noqa: B010
     for kind in vars(compiled).values():
         members = vars(kind) if isinstance(kind, type) else {}
         if "__repr__" not in members and any(isinstance(m, property) for m in members.values()):
             setattr(kind, "__repr__", _text)  # noqa: B010
+
+
+def _report(self: Any) -> energymargin.scenes.reports.SceneReport:
+    """What the readers of files left out of this scene, left loose, or stated; a table."""
+    reports = import_module("energymargin.scenes.reports")
+    return cast("energymargin.scenes.reports.SceneReport", reports.report_of(self))
 
 
 def _text(self: Any) -> str:

@@ -452,10 +452,12 @@ def test_geoms_of_a_body_that_collide_with_others_differently_are_bodies_fixed_t
     assert joint(scene, "a/smooth/fixed").parent == "a"
 
 
-def test_links_that_overlap_at_the_start_are_refused_and_may_be_let_through():
-    inside = link("a") + link("b", at="0.05 0 1")
-    with pytest.raises(ValueError, match="links overlap at the start: 'a' and 'b' by 50 mm"):
-        built(inside)
+def test_links_that_always_overlap_never_collide_and_others_are_let_through_if_asked():
+    with pytest.warns(em.PlausibilityWarning, match="'a' and 'b' by 50 mm. They never collide"):
+        assert ("a", "b") in built(link("a") + link("b", at="0.05 0 1")).disabled_collisions
+    slide = '<joint name="{0}" type="slide" range="0 1" limited="true"/>'
+    inside = link("a") + link("b", at="0.05 0 1", joint=slide)
+    assert built(inside).disabled_collisions == []
     for options in (
         {"disable_collisions": "overlapping"},
         {"disable_collisions": [("a", "b")]},
@@ -511,13 +513,14 @@ def test_a_grip_of_mujoco_is_a_contact_that_holds(options):
     assert em.capture_probability(problem, rollouts=20).captured == 1.0
 
 
-def test_a_finger_that_presses_on_a_table_begins_apart_and_its_state_is_taken_from_mujoco():
-    of, data = pressed(at=0.5)
-    with pytest.raises(ValueError, match=r"'finger' and 'table' by .*joints=.*em\.mujoco\.state"):
-        from_mjcf(of, data=data)
-    scene = from_mjcf(of, data=data, joints={"down": {"start": 0.0}})
-    start = em.mujoco.state(scene, of, data)
-    end = em.World(scene).simulate(start, steps=240, record=[240]).states[-1]
+def test_a_finger_that_presses_on_a_table_in_a_keyframe_presses_on_it_here():
+    data = pressed(at=0.5)[1]
+    key = f'<keyframe><key qpos="{" ".join(map(str, data.qpos))}" ctrl="0.4"/></keyframe>'
+    saved = PRESS.format(at=0.5).replace("</mujoco>", key + "</mujoco>")
+    with pytest.warns(em.PlausibilityWarning, match=r"'finger' and 'table' by .*pressed apart"):
+        scene = from_mjcf(saved, keyframe=0)
+    assert scene.report.names("overlap, touching") == ["finger and table"]
+    end = em.World(scene).simulate(scene.pack(), steps=240, record=[240]).states[-1]
     assert fingertip(scene, end) == pytest.approx(0.02, abs=1e-3)
 
 
@@ -561,6 +564,24 @@ def test_torsional_friction_and_margins_are_named():
     geom = '<geom size="0.05" condim="4" margin="0.01"/>'
     with pytest.raises(ValueError, match=r"geom.condim \(1\), geom.margin \(1\)"):
         built(link("a", geom=geom))
+
+
+def test_a_margin_as_small_as_an_overlap_of_mujoco_is_left_out_with_a_warning():
+    with pytest.warns(em.PlausibilityWarning, match=r"next to nothing: geom.margin \(1\)"):
+        scene = built(link("a", geom='<geom size="0.05" margin="0.001"/>'))
+    assert scene.report.rows == (("left out", "geom.margin", "1"), ("joint undriven", "a", ""))
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<replicate count="1000000000" offset="1 0 0"><geom size="0.1"/></replicate>',
+        '<replicate count="999"><replicate count="999"><geom size="1"/></replicate></replicate>',
+    ],
+)
+def test_copies_without_end_are_refused_before_mujoco_makes_them(inside):
+    with pytest.raises(ValueError, match=r"elements by <replicate count=.*at most 100000"):
+        from_mjcf(f"<mujoco><worldbody>{inside}</worldbody></mujoco>")
 
 
 def test_a_scene_with_another_friction_rule_is_refused_and_stays_as_it_was():

@@ -223,6 +223,60 @@ def test_what_is_said_of_a_frame_is_an_error_that_names_its_link():
         )
 
 
+NOTHING = '<inertial><mass value="1e-9"/></inertial>'
+
+
+@pytest.mark.parametrize("inside", ["", NOTHING])
+def test_a_link_of_next_to_no_mass_is_a_frame_and_gets_a_mass_where_a_joint_moves_it(
+    tmp_path, inside
+):
+    text = chain(
+        *(joint("tool", "a", "tcp", kind="fixed"), joint("moves", "a", "carrier")),
+        *(joint("hold", "carrier", "b", kind="fixed"), joint("turn", "b", "tip")),
+        links="ab",
+    ).replace("</robot>", "".join(link(n, inside) for n in ("tcp", "carrier", "tip")) + "</robot>")
+    with pytest.warns(em.PlausibilityWarning, match="'carrier' 1e-09 kg, 'tip' 0.002 kg") as told:
+        scene = built(tmp_path, text)
+    assert len(told) == 1
+    assert [body.name for body in scene.bodies] == ["a", "b", "carrier", "tip"]
+    assert [body(scene, name).mass for name in ("carrier", "tip")] == pytest.approx([1e-9, 2e-3])
+    assert scene.report.rows == (
+        ("part of another body", "tcp", "a"),
+        ("stated", "carrier", "1e-09 kg"),
+        ("stated", "tip", "0.002 kg"),
+        ("joint undriven", "moves", ""),
+        ("joint undriven", "turn", ""),
+    )
+
+
+def test_a_mass_without_extent_gets_an_inertia_if_it_is_asked_for(tmp_path):
+    heavy = '<inertial><mass value="0.1"/></inertial>'
+    text = chain(joint("moves", "a", "b"), links="a").replace(
+        "</robot>", link("b", heavy) + "</robot>"
+    )
+    with pytest.raises(ValueError, match="link 'b': it has a mass and no <inertia>; inertia='sh"):
+        built(tmp_path, text)
+    with pytest.warns(em.PlausibilityWarning, match=r"'b' a radius of gyration of 0\.01 m"):
+        scene = built(tmp_path, text, inertia="shapes")
+    assert body(scene, "b").inertial.moments == pytest.approx([1e-5] * 3)
+
+
+# The report
+
+
+def test_a_report_tells_of_all_files_of_a_scene_and_of_nothing_made_by_hand(tmp_path):
+    by_hand = em.Scene()
+    assert len(by_hand.report) == 0 and "Nothing was left out" in repr(by_hand.report)
+    text = ARM.replace("</robot>", "<transmission/><transmission/></robot>")
+    scene = built(tmp_path, text, prefix="left/", ignore=["transmission"])
+    driven = {"shoulder": {"stiffness": 5.0}}
+    again = built(tmp_path, text, scene, prefix="right/", joints=driven, ignore=["transmission"])
+    assert again.report.names("left out") == ["transmission"] * 2
+    assert again.report.names("joint undriven") == ["left/shoulder"]
+    assert "| joint undriven | left/shoulder |" in repr(scene.report)
+    assert "<td" in scene.report._repr_html_()
+
+
 # Several robots
 
 
@@ -267,15 +321,30 @@ def near(a, b):
     return joint(f"{a}{b}", a, b, at="0.04 0 0")
 
 
-def test_links_that_overlap_at_the_start_are_listed_with_the_way_out(tmp_path):
+def test_links_that_overlap_wherever_their_joints_are_never_collide_and_it_is_told(tmp_path):
     text = chain(near("a", "b"), near("b", "c"), links="abc")
-    message = r"'a' and 'c' by 20 mm\. .*'start'.*disable_collisions=\[\('a', 'c'\)\]: these"
-    with pytest.raises(ValueError, match=message):
-        built(tmp_path, text)
-    with pytest.raises(ValueError, match=message):
-        built(tmp_path, text, prefix="p/")
-    apart = built(tmp_path, text, disable_collisions=[("a", "c")], prefix="p/")
-    assert apart.disabled_collisions == [("p/a", "p/c")]
+    message = r"wherever their joints are: 'a' and 'c' by 20 mm\. They never collide"
+    with pytest.warns(em.PlausibilityWarning, match=message):
+        scene = built(tmp_path, text, prefix="p/")
+    assert scene.disabled_collisions == [("p/a", "p/c")]
+    assert scene.report.names("overlap, never colliding") == ["p/a and p/c"]
+
+
+SLIDE = joint("ab", "a", "b", kind="prismatic", at="0.2 0 0", limit='lower="0" upper="0.5"')
+SLIDES = chain(SLIDE, joint("ac", "a", "c", kind="fixed", at="0.2 0 0.09"), links="abc")
+
+
+def test_links_that_overlap_at_the_start_alone_touch_and_are_pressed_apart(tmp_path):
+    message = r"overlap at the start: 'b' and 'c' by 10 mm\. They touch.*'start'.*\('b', 'c'\)"
+    with pytest.warns(em.PlausibilityWarning, match=message):
+        scene = built(tmp_path, SLIDES)
+    assert scene.disabled_collisions == []
+    assert scene.report.names("overlap, touching") == ["b and c"]
+    for given in ("overlapping", [("b", "c")]):
+        apart = built(tmp_path, SLIDES, disable_collisions=given)
+        assert apart.disabled_collisions == [("b", "c")]
+    with pytest.raises(ValueError, match="disable_collisions is 'all', expected 'overlapping' or"):
+        built(tmp_path, SLIDES, disable_collisions="all")
 
 
 def test_without_self_collision_no_two_links_collide(tmp_path):

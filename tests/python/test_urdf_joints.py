@@ -2,6 +2,7 @@
 
 import math
 import sys
+import time
 import warnings
 
 import pytest
@@ -74,6 +75,25 @@ def test_a_mimic_joint_may_not_be_led_beyond_its_limits(tmp_path):
     built(tmp_path, text, joints={"follows": {"limits": (-2, 2)}})
 
 
+TWO_WRONG = chain(
+    joint("source", "a", "b"),
+    joint("follows", "b", "c", follower("source", 2.0, 0.0)),
+    joint("late", "c", "d", follower("source", 1.0, 0.5)),
+)
+
+
+def test_limits_that_contradict_are_listed_at_once_with_one_switch(tmp_path):
+    with pytest.raises(ValueError, match="mimic_limits='leader'") as error:
+        built(tmp_path, TWO_WRONG)
+    for name in ("follows", "late"):
+        assert f"joint '{name}' has limits from" in str(error.value)
+    scene = built(tmp_path, TWO_WRONG, mimic_limits="leader")
+    last = scene.unpack(scene.pack(joints={"source": 1.0}))["joints"]
+    assert (last["follows"]["position"], last["late"]["position"]) == pytest.approx((2.0, 1.5))
+    with pytest.raises(ValueError, match="mimic_limits is 'mine', expected 'file' or 'leader'"):
+        built(tmp_path, TWO_WRONG, mimic_limits="mine")
+
+
 # Long chains
 
 
@@ -103,6 +123,14 @@ def test_a_scene_takes_a_chain_of_five_thousand_links():
     for i in range(count - 1):
         scene.add_joint(f"j{i}", parent=str(i), child=str(i + 1), origin=(0.3, 0, 0))
     assert scene.bodies[-1].position == pytest.approx([0.3 * (count - 1), 0, 0])
+
+
+@pytest.mark.parametrize("inside", ["", BOX, INERTIAL])
+def test_five_thousand_fixed_links_are_read_in_seconds(tmp_path, inside):
+    begin = time.perf_counter()
+    scene = built(tmp_path, chain_of(5000, "fixed", inside))
+    assert time.perf_counter() - begin < 6.0  # three times as long as it may take
+    assert len(scene.bodies) == (5000 if inside == INERTIAL else 1)
 
 
 def test_a_chain_of_links_in_any_order_is_where_the_joints_put_it(tmp_path):

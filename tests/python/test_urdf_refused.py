@@ -12,7 +12,7 @@ from urdf_files import (
     names,
 )
 
-from energymargin.scenes import from_urdf
+from energymargin.scenes import NotSimulatedError, from_urdf
 
 # What is refused
 
@@ -33,11 +33,6 @@ from energymargin.scenes import from_urdf
             "'arm': <mass value='abc'>, expected",
         ),
         ('<mass value="0.5"/>', '<mass value="-1"/>', r"'arm' has the mass -1\.0 kg"),
-        (
-            '<mass value="0.5"/>',
-            '<mass value="0"/>',
-            "'arm' has no mass and moves",
-        ),
         ('izz="0.0003"', 'izz="0"', "link 'arm': .*inertia='shapes'"),
         ('izz="0.0003"', 'izz="0.1"', "link 'arm': .*0.1.*inertia='shapes'"),
         ('izz="0.0003"', "", "link 'arm': <inertia> has no 'izz'"),
@@ -66,12 +61,8 @@ def test_a_mistake_in_the_file_is_refused_by_name(tmp_path, old, new, message):
 @pytest.mark.parametrize(
     ("where", "element", "name"),
     [
-        ("robot", "<transmission/>", "transmission"),
-        ("robot", "<gazebo/>", "gazebo"),
-        ("joint", '<safety_controller k_velocity="1"/>', "safety_controller"),
-        ("joint", '<calibration rising="0"/>', "calibration"),
-        ("joint", '<joint_properties friction="0"/>', "joint_properties"),
-        ("link", "<self_collision_checking/>", "self_collision_checking"),
+        ("robot", "<loop_joint/>", "loop_joint"),
+        ("joint", "<compliance/>", "compliance"),
         ("link", '<contact><rolling_friction value="0.1"/></contact>', "rolling_friction"),
         ("link", '<contact><stiffness value="300"/></contact>', "stiffness"),
     ],
@@ -89,18 +80,61 @@ def test_what_is_not_simulated_is_refused_unless_it_is_to_be_ignored(
 
 def test_all_that_is_not_simulated_is_listed_at_once(tmp_path):
     text = ARM.replace('damping="0.3"', 'damping="0.3" friction="0.2"').replace(
-        "</robot>", "<gazebo/><gazebo/></robot>"
+        "</robot>", "<loop/><loop/></robot>"
     )
-    message = r"dynamics\.friction \(1\), gazebo \(2\); ignore=\('dynamics\.friction', 'gazebo'\)"
+    message = r"dynamics\.friction \(1\), loop \(2\); ignore=\('dynamics\.friction', 'loop'\)"
     with pytest.raises(ValueError, match=message):
         built(tmp_path, text)
-    assert built(tmp_path, text, ignore=("dynamics.friction", "gazebo")).joints[0].damping == 0.3
+    assert built(tmp_path, text, ignore=("dynamics.friction", "loop")).joints[0].damping == 0.3
+
+
+def test_an_error_names_all_that_is_wrong_before_a_mesh_is_read(tmp_path):
+    (tmp_path / "bad.stl").write_text("no mesh")
+    text = ARM.replace('<box size="0.1 0.1 0.1"/>', '<mesh filename="bad.stl"/>')
+    text = text.replace('izz="0.0003"', 'izz="0.1"').replace("</robot>", "<loop/></robot>")
+    text = text.replace('<cylinder radius="0.02" length="0.4"/>', '<mesh filename="none.stl"/>')
+    with pytest.raises(NotSimulatedError) as error:
+        built(
+            tmp_path, text.replace('lower="-1"', 'lower="2"'), role="none", roles={"hand": "object"}
+        )
+    lines = str(error.value).splitlines()
+    assert error.value.features == {"loop": 1}
+    for expected in (
+        "roles has 'hand', expected one of base, arm",
+        "joint 'shoulder' is revolute and has limits from 2.0 to 2.0",
+        "link 'arm': inertia is",
+    ):
+        assert sum(line.startswith(expected) for line in lines) == 1
+    assert sum("none.stl'" in line for line in lines) == 1
+
+
+@pytest.mark.filterwarnings("error::energymargin.PlausibilityWarning")
+@pytest.mark.parametrize(
+    ("where", "element", "name"),
+    [
+        ("robot", "<transmission><joint/></transmission>", "transmission"),
+        ("robot", "<gazebo/>", "gazebo"),
+        ("joint", '<safety_controller k_velocity="1"/>', "safety_controller"),
+        ("joint", '<joint_properties friction="0"/>', "joint_properties"),
+        ("link", "<self_collision_checking/>", "self_collision_checking"),
+        ("link", '<origin xyz="0 0 9"/>', "link/origin"),
+        ("link", "<contact><friction_anchor/></contact>", "friction_anchor"),
+    ],
+)
+def test_what_moves_nothing_is_left_out_with_a_line(tmp_path, where, element, name):
+    at = ARM.rindex(f"</{where}>")
+    text = ARM[:at] + element + ARM[at:]
+    with pytest.warns(UserWarning, match=rf"left out, .*: {name} \(1\); ignore=") as told:
+        scene = built(tmp_path, text)
+    assert len(told) == 1
+    assert scene.report.names("left out") == [name]
+    assert names(scene) == names(built(tmp_path))
 
 
 @pytest.mark.parametrize(
     ("name", "old", "new"),
     [
-        ("link/origin", '<link name="base">', '<link name="base"><origin xyz="0 0 9"/>'),
+        ("link/axis", '<link name="base">', '<link name="base"><axis xyz="0 0 9"/>'),
         ("robot/limit", '<link name="base">', '<limit lower="0"/><link name="base">'),
         ("joint/mass", "<dynamics", '<mass value="9"/><dynamics'),
     ],
@@ -153,7 +187,7 @@ def test_an_undeclared_namespace_is_one_warning_that_names_what_is_left_out(tmp_
     with pytest.warns(UserWarning) as caught:
         scene = from_urdf(path)
     (warning,) = caught
-    assert "undeclared" in str(warning.message) and warning.filename == __file__
+    assert "does not declare" in str(warning.message) and warning.filename == __file__
     assert "link.xsi:kind (1), sensor:camera (1); ignore=(" in str(warning.message)
     assert names(scene) == names(built(tmp_path))
 

@@ -5,14 +5,21 @@ What a caller says of its bodies and joints is checked here, and what is left ou
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import math
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from energymargin._core import Scene, World
 from energymargin.errors import EnergyMarginError
 from energymargin.limits import Limit
 from energymargin.plausibility import warn
+from energymargin.scenes import reports
+from energymargin.scenes.reports import Row
 
 # What `joints` may set of a robot's joints; the rest is the file's.
 CONTROL = (
@@ -30,6 +37,8 @@ CONTROL = (
 Control = Mapping[str, Mapping[str, Any]]
 
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
+POSES = 50  # of a robot's joints, at random: links that overlap in all of them always do
+OVERLAPPING = "overlapping"
 Pair = tuple[str, str]
 
 
@@ -39,13 +48,48 @@ class NotSimulatedError(EnergyMarginError, ValueError):
     features: dict[str, int]
     """How many there are, by the name that `ignore` takes."""
 
-    def __init__(self, source: str, features: Mapping[str, int]) -> None:
-        """Names all of them."""
+    def __init__(
+        self, source: str, features: Mapping[str, int], mistakes: Sequence[str] = ()
+    ) -> None:
+        """Names all of them, and what else is wrong."""
         super().__init__(
             f"{source} asks for what is not simulated: {counted(features)}; "
-            f"ignore={tuple(features)!r} does without"
+            f"ignore={tuple(features)!r} does without" + "".join(f"\n{text}" for text in mistakes)
         )
         self.features = dict(features)
+
+
+class Mistakes:
+    """What is wrong in a file, and what of it is not simulated, to be told all at once."""
+
+    def __init__(self, source: str) -> None:
+        """`source`: the file, for errors."""
+        self.source, self.features = source, Counter[str]()
+        self._errors: list[Exception] = []
+
+    def add(self, text: str) -> None:
+        """Something is wrong."""
+        self._errors.append(ValueError(text))
+
+    @contextmanager
+    def listed(self) -> Iterator[None]:
+        """Keeps an error of what is done inside, for `check`."""
+        try:
+            yield
+        except (ValueError, FileNotFoundError) as error:
+            self._errors.append(error)
+
+    def check(self, *, features: bool = True) -> None:
+        """Raises all that was found, if there is any; NotSimulatedError if it is not all wrong.
+
+        `features`: whether what is not simulated is an error by itself.
+        """
+        texts = list(dict.fromkeys(map(str, self._errors)))
+        if self.features and (features or texts):
+            raise NotSimulatedError(self.source, dict(sorted(self.features.items())), texts)
+        if texts:
+            missing = all(isinstance(error, FileNotFoundError) for error in self._errors)
+            raise (FileNotFoundError if missing else ValueError)("\n".join(texts))
 
 
 def counted(features: Mapping[str, int]) -> str:
@@ -84,13 +128,22 @@ def check_control(control: Control, settable: Mapping[str, Sequence[str]]) -> No
                 raise ValueError(f"joints[{name!r}] has {keyword!r}, expected {expected}")
 
 
-def pairs_of(disabled: Iterable[Sequence[str]], what: str) -> list[Pair]:
-    """`disable_collisions`; ValueError on what is no pair of two bodies or links."""
+def pairs_of(disabled: str | Iterable[Sequence[str]], what: str) -> tuple[bool, list[Pair]]:
+    """`disable_collisions`: whether it is "overlapping", and its pairs.
+
+    ValueError on another word, and on what is no pair of two bodies or links.
+    """
+    if isinstance(disabled, str):
+        if disabled != OVERLAPPING:
+            raise ValueError(
+                f"disable_collisions is {disabled!r}, expected {OVERLAPPING!r} or pairs"
+            )
+        return True, []
     pairs = [tuple(pair) for pair in disabled]
     for pair in pairs:
         if len(pair) != 2 or pair[0] == pair[1]:
             raise ValueError(f"disable_collisions has {pair!r}, expected pairs of two {what}")
-    return [(pair[0], pair[1]) for pair in pairs]
+    return False, [(pair[0], pair[1]) for pair in pairs]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +156,8 @@ class Additions:
     frictions: list[tuple[str, str, float]] = field(default_factory=list)
     """Coefficients of pairs of bodies."""
     planes: list[dict[str, Any]] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    """Of the scene's report."""
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
@@ -133,28 +188,46 @@ def added(
 ) -> Scene:
     """The scene, or a new one, with a robot; an error leaves a given scene as it was.
 
-    `overlapping`: whether links may overlap at the start; those that do never collide.
+    Links that overlap at the start and wherever their joints are never collide; others touch.
+    `overlapping`: all that overlap at the start never collide. The scene's report tells of each.
     """
-    if scene is not None:
-        _check_names(scene, new)
+    check_names(scene, new.bodies + new.planes, new.joints)
     made = new.add_to(Scene() if scene is None else _empty(scene), limit)
-    if self_collision:
+    rows = [*new.rows, *_undriven(new.joints)]
+    if self_collision and any(joint["type"] != "fixed" for joint in new.joints):
         limit.require("links that overlap were looked for")
-        depths = _overlaps(made)
-        if depths and not overlapping:
-            _refuse(depths, prefix)
-        for pair in depths:
+        world = World(made)
+        depths = _overlaps(world, made.pack())
+        never = depths.keys() if overlapping else _always(world, depths, limit)
+        for pair in never:
             new.disabled.append(pair)
             made.disable_collisions(*pair)
+        for kind, pairs in ((reports.APART, never), (reports.TOUCHING, depths.keys() - never)):
+            found = {pair: f"{1e3 * depths[pair]:.3g} mm" for pair in sorted(pairs)}
+            rows += [Row(kind, " and ".join(pair), depth) for pair, depth in found.items()]
+            if not overlapping:
+                _warn_of_overlaps(kind, found, prefix)
     limit.require("the scene was made")
-    return made if scene is None else new.add_to(scene, Limit())
+    whole = made if scene is None else new.add_to(scene, Limit())
+    reports.add_rows(whole, rows)
+    return whole
 
 
-def _check_names(scene: Scene, new: Additions) -> None:
-    """No two bodies of a scene, and no two joints, have the same name."""
+def _undriven(joints: Iterable[Mapping[str, Any]]) -> Iterator[Row]:
+    """The joints that nothing drives or holds."""
+    driving = ("held", "stiffness", "target_velocity", "mimic")
+    for joint in joints:
+        if joint["type"] != "fixed" and not any(joint.get(keyword) for keyword in driving):
+            yield Row(reports.UNDRIVEN, joint["name"])
+
+
+def check_names(
+    scene: Scene | None, bodies: Sequence[Mapping[str, Any]], joints: Sequence[Mapping[str, Any]]
+) -> None:
+    """Raises ValueError on keywords of a body or a joint whose name the scene has."""
     for what, there, added in (
-        ("body", scene.bodies, new.planes + new.bodies),
-        ("joint", scene.joints, new.joints),
+        ("body", scene.bodies if scene else (), bodies),
+        ("joint", scene.joints if scene else (), joints),
     ):
         taken = {item.name for item in there}
         for name in (keywords["name"] for keywords in added):
@@ -174,20 +247,34 @@ def _empty(scene: Scene) -> Scene:
     )
 
 
-def _overlaps(robot: Scene) -> dict[Pair, float]:
-    """How deep [m] links overlap each other, or fixed bodies, at the start.
+def _overlaps(world: World, state: Any) -> dict[Pair, float]:
+    """How deep [m] links overlap each other, or fixed bodies, in a state.
 
     What moves apart from a link, as an object in a gripper, touches it: that is a contact.
     """
+    robot = world.scene
     carriers = {joint.child: joint.parent for joint in robot.joints}
     fixed = {body.name for body in robot.bodies if body.fixed}
     depths: dict[Pair, float] = {}
-    for contact in World(robot).contacts(robot.pack()) if carriers else ():
+    for contact in world.contacts(state) if carriers else ():
         a, b = contact.body_a, contact.body_b
         together = base_of(a, carriers) == base_of(b, carriers) or {a, b} & fixed
         if together and {a, b} & carriers.keys() and -contact.distance > OVERLAP:
             depths[a, b] = max(depths.get((a, b), 0.0), -contact.distance)
     return dict(sorted(depths.items()))
+
+
+def _always(world: World, pairs: Iterable[Pair], limit: Limit) -> set[Pair]:
+    """Those of pairs that overlap wherever the robot's joints are, within their limits."""
+    robot, random, left = world.scene, np.random.default_rng(0), set(pairs)
+    moving = [j for j in robot.joints if j.type != "fixed" and j.mimic is None and not j.held]
+    ends = np.clip([j.limits for j in moving], -math.pi, math.pi).reshape(-1, 2)
+    names = [joint.name for joint in moving]
+    for _ in range(POSES if left else 0):
+        limit.require("links that always overlap were looked for")
+        places = dict(zip(names, random.uniform(*ends.T), strict=True))
+        left &= _overlaps(world, robot.pack(joints=places)).keys()
+    return left
 
 
 def base_of(body: str, carriers: Mapping[str, str]) -> str:
@@ -197,13 +284,16 @@ def base_of(body: str, carriers: Mapping[str, str]) -> str:
     return body
 
 
-def _refuse(depths: dict[Pair, float], prefix: str) -> None:
-    """Raises ValueError that lists the links which overlap at the start."""
+def _warn_of_overlaps(kind: str, depths: Mapping[Pair, str], prefix: str) -> None:
+    """Warns of links that overlap at the start, and says what becomes of them."""
+    if not depths:
+        return
     deep = {(a.removeprefix(prefix), b.removeprefix(prefix)): d for (a, b), d in depths.items()}
-    found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
-    raise ValueError(
-        f"links overlap at the start: {found}. Where they touch and press, start them apart, "
-        "joints={name: {'start': ...}}, and give the problem the state in which they touch "
-        "(em.mujoco.state reads it from MuJoCo). Where their shapes always overlap, "
-        f"disable_collisions={list(deep)}: these never collide then, and bear nothing"
-    )
+    found = ", ".join(f"{a!r} and {b!r} by {depth}" for (a, b), depth in deep.items())
+    text = f"links overlap wherever their joints are: {found}. They never collide"
+    if kind == reports.TOUCHING:
+        text = (
+            f"links overlap at the start: {found}. They touch, and are pressed apart. "
+            "joints={name: {'start': ...}} starts them apart"
+        )
+    warn([(text, f"{text}; disable_collisions={list(deep)} says that they never collide.")], text)

@@ -12,7 +12,7 @@ from energymargin._core import Cancel, Scene
 from energymargin.checks import one_of
 from energymargin.limits import Limit
 from energymargin.scenes import additions
-from energymargin.scenes.additions import Control
+from energymargin.scenes.additions import Control, Mistakes
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import couplings
@@ -31,7 +31,6 @@ from energymargin.scenes.mjcf_model import (
 from energymargin.scenes.poses import Pose, place, pose
 
 FRICTION_RULE = "max"  # MuJoCo's
-OVERLAPPING = "overlapping"
 Names = str | Iterable[str]
 
 
@@ -51,6 +50,7 @@ def from_mjcf(
     joints: Control | None = None,
     disable_collisions: str | Iterable[Sequence[str]] = (),
     self_collision: bool = True,
+    mimic_limits: str = "file",
     ignore: Collection[str] = (),
     timeout: float | None = None,
     cancel: Cancel | None = None,
@@ -88,13 +88,16 @@ def from_mjcf(
         keyframe: of the model, instead of `data`, by name or number.
         joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness,
             which replace the model's.
-        disable_collisions: pairs of bodies that never collide, or "overlapping": those that
-            may not overlap at the start and do.
-        self_collision: whether bodies of the model can collide, objects too. A body that joints
-            move may then overlap neither its own robot nor a fixed body at the start; where it
-            overlaps what moves apart from it, as a finger what it grips, the two touch.
+        disable_collisions: pairs of bodies that never collide, or "overlapping": bodies that joints
+            move, and that overlap their own robot or a fixed body at the start.
+        self_collision: whether bodies of the model can collide, objects too. Where they overlap at
+            the start, as a finger what it grips, they touch; but a body that joints move and that
+            overlaps its own robot or a fixed body wherever the joints are never collides with that.
+        mimic_limits: "file", or "leader" to leave out the limits of joints that follow others,
+            where they contradict those of the joint that leads.
         ignore: what to do without of what is not simulated, by the names in the error. A warning
-            names the joints that nothing drives then, and the bodies that hang loose.
+            names the joints that nothing drives then, and the bodies that hang loose;
+            `scene.report` lists all of it.
         timeout: [s].
         cancel: ends it once it is set.
 
@@ -114,6 +117,8 @@ def from_mjcf(
     if scene is not None:
         one_of("scene.friction_rule", scene.friction_rule, (FRICTION_RULE,))
     one_of("base", base, ("fixed", "free"))
+    one_of("mimic_limits", mimic_limits, ("file", "leader"))
+    overlapping, pairs = additions.pairs_of(disable_collisions, "bodies")
     features = Features(additions.several("ignore", ignore))
     made = compiled(model)
     limit.require("the model was compiled")
@@ -129,10 +134,13 @@ def from_mjcf(
     }
     control = joints or {}
     additions.check_control(control, settable)
-    driven = drives(selection, coupled, control, features)
+    driven = drives(selection, coupled, control, features, mimic_limits=mimic_limits)
     contacts = Contacts(selection, features)
     source = str(model) if isinstance(model, Path) else "the model"
-    features.require_none(source)
+    mistakes = Mistakes(source)
+    mistakes.features = features.found
+    jointed = joint_drives(selection, coupled, driven, control, prefix=prefix, mistakes=mistakes)
+    mistakes.check()
     controlled = [
         name_of(made, "joint", joint) for joint, drive in driven.items() if drive.controls
     ]
@@ -142,16 +150,9 @@ def from_mjcf(
     own_gravity = np.zeros(3) if disabled(made, "GRAVITY") else made.opt.gravity
     gravity = np.array(own_gravity if scene is None else scene.gravity)
     builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
-    new = builder.additions(
-        joint_drives(selection, coupled, driven, control, prefix), self_collision=self_collision
-    )
-    overlapping = disable_collisions == OVERLAPPING
-    if isinstance(disable_collisions, str) and not overlapping:
-        raise ValueError(
-            f"disable_collisions is {disable_collisions!r}, expected {OVERLAPPING!r} or pairs"
-        )
-    for a, b in () if overlapping else additions.pairs_of(disable_collisions, "bodies"):
-        new.disabled.append((prefix + a, prefix + b))
+    new = builder.additions(jointed, self_collision=self_collision)
+    new.disabled.extend((prefix + a, prefix + b) for a, b in pairs)
+    new.rows.extend(features.rows(prefix))
     into = Scene(gravity, friction_rule=FRICTION_RULE) if scene is None else scene
     return additions.added(
         into, new, prefix, limit, self_collision=self_collision, overlapping=overlapping

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Inertial, Part, Sphere
 from energymargin.limits import Limit
+from energymargin.scenes import reports
 from energymargin.scenes.additions import Additions
 from energymargin.scenes.mjcf_contacts import Contacts, Group
 from energymargin.scenes.mjcf_model import (
@@ -24,6 +25,7 @@ from energymargin.scenes.mjcf_model import (
     word,
 )
 from energymargin.scenes.poses import Pose, place, pose
+from energymargin.scenes.reports import Row
 
 NEGLIGIBLE = 1e-9  # share of a body's mass that a link without mass gets: a link has one
 GYRATION = 0.01  # m; radius of gyration of such a link
@@ -55,6 +57,7 @@ class Builder:
         self._planes: dict[str, dict[str, Any]] = {}
         self._joints: list[tuple[int | None, dict[str, Any]]] = []
         self._of_group: dict[Group, str] = {}
+        self._stated: dict[str, float] = {}
 
     def additions(self, drives: Mapping[int, dict[str, Any]], *, self_collision: bool) -> Additions:
         """All of it; `drives`: by joint, keywords of its drive, start and mimic."""
@@ -76,6 +79,7 @@ class Builder:
             disabled,
             frictions,
             list(self._planes.values()),
+            [Row(reports.STATED, name, f"{mass:.3g} kg") for name, mass in self._stated.items()],
         )
 
     def _name(self, body: int) -> str:
@@ -224,7 +228,9 @@ class Builder:
         model = self._model
         mass = float(model.body_mass[body])
         if mass <= MASSLESS:
-            return self._negligible(body)
+            light = self._negligible(body)
+            self._stated[self.prefix + self._name(body)] = light["mass"]
+            return light
         least = NEGLIGIBLE * mass * GYRATION**2  # of a mass without extent
         inertial = Inertial(
             model.body_ipos[body],

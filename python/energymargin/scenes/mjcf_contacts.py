@@ -13,6 +13,7 @@ from energymargin.scenes.mjcf_model import Features, Selection, disabled, word
 
 FRICTIONLESS = 1  # dimensions of a contact: then sliding friction, torsional, rolling
 SLIDING = 3
+SMALL = 2e-3  # m, of a margin; contacts of MuJoCo overlap by as much
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,9 @@ class Contacts:
         kinds = [self._kind(geom) for geom in self.geoms]
         for kind in ("hfield", "sdf"):
             features.add(f"geom/{kind}", kinds.count(kind))
-        features.add("geom.margin", int(np.sum(model.geom_margin[own] > 0)))
+        wide = model.geom_margin[own] > SMALL
+        features.add("geom.margin", int(np.sum(wide)))
+        features.leave("geom.margin", int(np.sum((model.geom_margin[own] > 0) & ~wide)))
         condim, friction = model.geom_condim[own], model.geom_friction[own]
         turning = ((condim > SLIDING) & (friction[:, 1] > 0)) | (
             (condim > SLIDING + 1) & (friction[:, 2] > 0)
@@ -73,7 +76,8 @@ class Contacts:
             rough = np.asarray(model.pair_friction[pair])
             features.add("pair.friction", int(rough[0] != rough[1] and model.pair_dim[pair] > 1))
             features.add("geom.condim", int(model.pair_dim[pair] > SLIDING and rough[2:].any()))
-            features.add("geom.margin", int(model.pair_margin[pair] > 0))
+            features.add("geom.margin", int(model.pair_margin[pair] > SMALL))
+            features.leave("geom.margin", int(0 < model.pair_margin[pair] <= SMALL))
 
     def _pairs(self) -> list[int]:
         """Pairs that the model names one by one, of the selection."""

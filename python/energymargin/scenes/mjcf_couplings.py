@@ -118,7 +118,7 @@ def _equations(selection: Selection, features: Features) -> list[_Equation]:
             equations += [equation] if equation else []
         elif kind in ("connect", "weld"):
             bodies = _held(selection, i, ends)
-            features.add(f"equality/{kind}", bool(bodies), bodies)
+            features.add(f"equality/{kind}", bool(bodies), bodies=bodies)
         elif kind == "distance":
             features.add("equality/distance")
         else:
@@ -163,7 +163,7 @@ def _held(selection: Selection, equality: int, ends: list[int]) -> list[str]:
     if selection.root in ends and not all(body in selection.lump for body in ends):
         return []  # where the base is, and how it moves, the caller says
     moving = [body for body in ends if body in selection.lump and body not in selection.static]
-    return [f"body {name_of(model, 'body', body)!r}" for body in moving]
+    return [name_of(model, "body", body) for body in moving]
 
 
 def linear_tendon(model: Any, tendon: int) -> Linear | None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Mimic
+from energymargin.scenes.additions import Mistakes
 from energymargin.scenes.mjcf_couplings import Linear, linear_tendon
 from energymargin.scenes.mjcf_model import (
     Features,
@@ -77,14 +78,17 @@ def drives(
     coupled: Mapping[int, Linear],
     commanded: Collection[str],
     features: Features,
+    *,
+    mimic_limits: str = "file",
 ) -> dict[int, Drive]:
     """By joint that follows no other; what acts on joints that follow acts there.
 
-    `commanded`: joints whose drives the caller gives, by name. Counts what is not simulated.
+    `commanded`: joints whose drives the caller gives, by name. `mimic_limits`: "leader" leaves out
+    the limits of joints that follow. Counts what is not simulated.
     """
     maker, model = _Drives(selection, coupled, features), selection.model
     for joint in selection.all_joints():
-        maker.add_joint(joint)
+        maker.add_joint(joint, stops=mimic_limits == "file" or joint not in coupled)
     for tendon in range(model.ntendon):
         maker.add_tendon(tendon)
     if not disabled(model, "ACTUATION"):
@@ -142,10 +146,10 @@ class _Drives:
         if length.terms and stiffness:
             self._on_joint(length)[0].passive_force = True
 
-    def add_joint(self, joint: int) -> None:
-        """Limits, stiffness, damping and armature of a joint."""
+    def add_joint(self, joint: int, *, stops: bool) -> None:
+        """Limits, if it `stops` there, stiffness, damping and armature of a joint."""
         model, add, length = self._model, self._features.add, self._of(joint)
-        self._stop(length, model.jnt_limited[joint], model.jnt_range[joint])
+        self._stop(length, stops and model.jnt_limited[joint], model.jnt_range[joint])
         dof = model.jnt_dofadr[joint]
         rest = float(model.qpos_spring[model.jnt_qposadr[joint]])
         stiffness = self._springs * float(model.jnt_stiffness[joint])
@@ -316,21 +320,26 @@ def joint_drives(
     coupled: Mapping[int, Linear],
     driven: Mapping[int, Drive],
     control: Mapping[str, Mapping[str, Any]],
+    *,
     prefix: str,
+    mistakes: Mistakes,
 ) -> dict[int, dict[str, Any]]:
     """By joint, keywords of `Scene.add_joint`: drive, limits and start, or what it follows.
 
-    `control` replaces the model's, by joint. Joints that lead come first.
+    `control` replaces the model's, by joint. Joints that lead come first. Lists limits that
+    contradict each other.
     """
     model, start, keywords = selection.model, selection.start, {}
     for joint, drive in driven.items():
         name = name_of(model, "joint", joint)
         own = control.get(name, {})
         if "limits" not in own and not drive.lower < drive.upper:
-            raise ValueError(
+            mistakes.add(
                 f"joint {name!r} and those that follow it have limits from {drive.lower} to "
-                f"{drive.upper}; joints={{{name!r}: {{'limits': (lower, upper)}}}} says which hold"
+                f"{drive.upper}; joints={{{name!r}: {{'limits': (lower, upper)}}}} says which "
+                "hold, mimic_limits='leader' that those of the joints that lead do, for all"
             )
+            continue
         given = {**drive.keywords(), **own}
         lower, upper = given["limits"]
         position = float(start.positions[model.jnt_qposadr[joint]])

@@ -3,6 +3,8 @@ simulated: counted, named, and left out if that is meant."""
 
 from __future__ import annotations
 
+import math
+import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -12,10 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.plausibility import warn
 from energymargin.reprs import short_repr
-from energymargin.scenes.additions import NotSimulatedError, warn_of_loose
+from energymargin.scenes import reports
+from energymargin.scenes.additions import warn_of_loose
 from energymargin.scenes.poses import Pose, pose
+from energymargin.scenes.reports import Row
 
+COPYING = ("replicate", "composite", "flexcomp")
+# Of a model with copies; MuJoCo 3.11 takes 4 s for 10,000 geoms, and grows with the square of that.
+MOST_ELEMENTS = 100_000
 MASSLESS = 1e-15  # kg; MuJoCo's least mass of what moves
 WORLD = 0
 
@@ -45,11 +53,40 @@ def compiled(source: Any) -> Any:
         return source
     if not isinstance(source, str | Path):
         raise ValueError(f"model is {type(source).__name__}, expected a path, XML or an MjModel")
-    if isinstance(source, str) and "<" in source:
-        return mujoco.MjModel.from_xml_string(source)
-    if not Path(source).is_file():
+    text = isinstance(source, str) and "<" in source
+    if not text and not Path(source).is_file():
         raise FileNotFoundError(f"there is no file {str(source)!r}")
-    return mujoco.MjModel.from_xml_path(str(source))
+    try:
+        root = ET.fromstring(str(source)) if text else ET.parse(source).getroot()
+        _require_few(root, Path() if text else Path(source).parent)
+    except (ET.ParseError, OSError):
+        pass  # MuJoCo says what is wrong
+    load = mujoco.MjModel.from_xml_string if text else mujoco.MjModel.from_xml_path
+    return load(str(source))
+
+
+def _require_few(root: ET.Element, folder: Path) -> None:
+    """Raises ValueError if the copies that a file asks for would fill the memory."""
+    asked, seen = list[str](), set[Path]()
+
+    def size(element: ET.Element) -> int:
+        """Number of elements that one becomes."""
+        copies, file = 1, folder / element.get("file", "")
+        if element.tag in COPYING and element.get("count"):
+            asked.append(f"<{element.tag} count={element.get('count')!r}>")
+            counts = element.get("count", "").split()
+            copies = math.prod(int(count) for count in counts if count.isdecimal())
+        if element.tag == "include" and file.is_file() and file not in seen:
+            seen.add(file)
+            return size(ET.parse(file).getroot())
+        return copies * (1 + sum(map(size, element)))
+
+    elements = size(root)
+    if asked and elements > MOST_ELEMENTS:
+        raise ValueError(
+            f"the model asks for {elements} elements by {', '.join(asked[:3])}, expected at most "
+            f"{MOST_ELEMENTS}"
+        )
 
 
 def word(enum: str, value: Any) -> str:
@@ -136,28 +173,45 @@ class Features:
     def __init__(self, ignore: Collection[str]) -> None:
         """`ignore`: names of what is left out; docs/guides/robots.md has all of them."""
         self._ignored = frozenset(ignore)
-        self._found: Counter[str] = Counter()
+        self.found: Counter[str] = Counter()
+        self._left_out: Counter[str] = Counter()
+        self._bodies: dict[str, str] = {}
+        self._told: list[str] = []
         self._loose: dict[str, list[str]] = {}
 
-    def add(self, name: str, count: int = 1, loose: Iterable[str] = ()) -> None:
-        """Something that is not simulated is there. `loose`: the joints or bodies that it moves or
-        holds, by name, which nothing does without it."""
+    def add(
+        self, name: str, count: int = 1, loose: Iterable[str] = (), bodies: Iterable[str] = ()
+    ) -> None:
+        """Something that is not simulated is there. `loose`, `bodies`: the joints and bodies that
+        it moves or holds, by name, which nothing does without it."""
         if count and name not in self._ignored:
-            self._found[name] += int(count)
+            self.found[name] += int(count)
         elif count:
+            self._left_out[name] += int(count)
+            self._bodies.update((body, name) for body in bodies)
             own = self._loose.setdefault(name, [])
             own.extend(one for one in loose if one not in own)
 
-    def require_none(self, source: str) -> None:
-        """Raises NotSimulatedError that names all that was added."""
-        if self._found:
-            raise NotSimulatedError(source, dict(sorted(self._found.items())))
+    def leave(self, name: str, count: int) -> None:
+        """Something that hardly moves anything is left out, with a warning if it is not ignored."""
+        if count:
+            self._left_out[name] += int(count)
+            self._told += [f"{name} ({count})"] if name not in self._ignored else []
+
+    def rows(self, prefix: str) -> list[Row]:
+        """Of the report: what is ignored, and the bodies that this leaves loose."""
+        left_out = [Row(reports.LEFT_OUT, name, str(n)) for name, n in self._left_out.items()]
+        loose = [Row(reports.LOOSE, prefix + b, f"without {of}") for b, of in self._bodies.items()]
+        return left_out + loose
 
     def warn(self, source: str, held: Collection[str], fingerprint: str) -> None:
-        """Warns, once for a fingerprint, of what nothing drives or holds without what is ignored;
-        `held` are the joints that something else does."""
+        """Warns, once for a fingerprint, of what is left out, and of what nothing drives or holds
+        without what is ignored; `held` are the joints that something else does."""
+        told = f"{source}: left out, as it moves next to nothing: {', '.join(self._told)}."
+        warn([(told, told)] if self._told else [], fingerprint)
         for name, loose in self._loose.items():
             names = [one for one in loose if one not in held]
+            names += [f"body {body!r}" for body, of in self._bodies.items() if of == name]
             warn_of_loose(source, name, names, fingerprint)
 
 

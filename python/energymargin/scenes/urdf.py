@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -11,17 +12,19 @@ from typing import Any
 import numpy as np
 
 from energymargin import meshes
-from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene
+from energymargin._core import Cancel, Compound, Mimic, Scene
 from energymargin.bars import Update
 from energymargin.checks import one_of
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
-from energymargin.scenes import additions
-from energymargin.scenes.additions import Additions, Control, Pair
+from energymargin.plausibility import levels_to_user, warn
+from energymargin.scenes import additions, reports
+from energymargin.scenes.additions import Additions, Control, Mistakes, Pair, counted
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
+from energymargin.scenes.reports import Row
 from energymargin.scenes.urdf_elements import MIMIC
-from energymargin.scenes.urdf_inertias import warn_of_links
+from energymargin.scenes.urdf_inertias import moving_inertials, warn_of_links
 from energymargin.scenes.urdf_model import Joint, Link, MeshFile, Robot, read
 
 UNLIMITED = (-math.inf, math.inf)
@@ -43,10 +46,11 @@ def from_urdf(
     frictions: Mapping[str, float] | None = None,
     joints: Mapping[str, Mapping[str, Any]] | None = None,
     inertia: str = "file",
+    mimic_limits: str = "file",
     decompose: bool = True,
     threshold: float = THRESHOLD,
     self_collision: bool = True,
-    disable_collisions: Iterable[Sequence[str]] = (),
+    disable_collisions: str | Iterable[Sequence[str]] = (),
     packages: Sequence[str | Path] = (),
     ignore: Iterable[str] = (),
     subtree: str | None = None,
@@ -61,14 +65,18 @@ def from_urdf(
 
     A joint starts at 0, or at the nearer limit. A mimic joint of a mimic joint follows what that
     one follows; its damping acts there, and its limits have to hold for all positions of the joint
-    that it follows. A link without mass is a frame: its shapes become part of the link that it is
-    fixed to, and it is no body. A root without mass is a body only if it is fixed.
+    that it follows. A link without mass, or of at most a milligram without inertia, is a frame: its
+    shapes become part of the link that it is fixed to, and it is no body. If a joint moves it, it
+    gets a mass: a billionth of what hangs on it, or a thousandth of the robot if nothing does.
 
-    Links that a joint connects, or that fixed joints hold together, never collide.
+    Links that a joint connects, or that fixed joints hold together, never collide; nor do those
+    that overlap at the start and wherever their joints are. Others that overlap at the start touch.
 
-    Visual elements and velocity limits are not part of a scene. Anything else that is not simulated
-    is an error unless `ignore` names it. Elements in a namespace that the file does not declare are
-    left out with a warning.
+    Visual elements and velocity limits are not part of a scene. What moves nothing in any program,
+    as <transmission>, and elements in a namespace that the file does not declare, are left out with
+    a warning. Anything else that is not simulated is an error unless `ignore` names it.
+    `scene.report` lists what is left out, loose or stated. An error names all that is wrong, before
+    meshes are read.
 
     Args:
         path: the URDF file.
@@ -87,11 +95,13 @@ def from_urdf(
             is that of a joint without a motor; one that is driven needs a torque_limit.
         inertia: "file", or "shapes" to distribute the file's masses evenly over the collision
             shapes.
+        mimic_limits: "file", or "leader" to leave out the limits of mimic joints, where those of
+            the joint that they follow contradict them.
         decompose: whether meshes become convex parts, as in `em.mesh`.
         threshold: concavity of the parts, as in `em.mesh`.
-        self_collision: whether links can collide with each other. None may then overlap at the
-            start.
-        disable_collisions: pairs of links that never collide.
+        self_collision: whether links can collide with each other.
+        disable_collisions: pairs of links that never collide, or "overlapping": those that overlap
+            at the start.
         packages: folders in which package:// and relative paths are looked up, before
             ROS_PACKAGE_PATH and the folders above the file.
         ignore: what to leave out: elements by tag, attributes as "tag.attribute". What is simulated
@@ -108,7 +118,7 @@ def from_urdf(
         `scene`, or the new scene.
 
     Raises:
-        FileNotFoundError: if the file or a mesh is missing.
+        FileNotFoundError: if the file or meshes are missing.
         NotSimulatedError: a ValueError that names what is not simulated.
         ValueError: that names what is wrong in the file or an argument.
         TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
@@ -119,33 +129,46 @@ def from_urdf(
     limit = Limit(timeout, cancel)
     one_of("base", base, ("fixed", "free"))
     one_of("inertia", inertia, ("file", "shapes"))
+    one_of("mimic_limits", mimic_limits, ("file", "leader"))
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
-    robot = read(Path(path), ignored, limit, free=base == "free", subtree=subtree)
+    mistakes = Mistakes(str(path))
+    free, control = base == "free", joints or {}
+    robot = read(Path(path), ignored, limit, mistakes, free=free, subtree=subtree)
     roles, frictions = roles or {}, frictions or {}
-    pairs = additions.pairs_of(disable_collisions, "links")
+    overlapping, pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]
-    _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)
+    _check_links(robot, mistakes, roles=roles, frictions=frictions, disable_collisions=paired)
+    jointed = joint_keywords(robot.joints, control, prefix, mistakes, mimic_limits=mimic_limits)
+    inertials = moving_inertials(robot, mistakes, free=free, inertia=inertia)
+    files = _mesh_files(robot, Path(path), folders, mistakes)
+    with mistakes.listed():
+        additions.check_names(scene, [{"name": prefix + name} for name in robot.links], jointed)
+    mistakes.check()
 
     def mesh_of(file: MeshFile) -> Compound:
         return meshes.mesh(
-            found(file.filename, Path(path), folders),
+            files[file.filename],
             scale=file.scale,
             decompose=decompose,
             threshold=threshold,
             **limit.rest(),
         )
 
-    loose = [name for name in robot.loose if name not in additions.driven_by(joints or {})]
+    loose = [name for name in robot.loose if name not in additions.driven_by(control)]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
     report = progress or (lambda done, total: None)
     bodies: dict[str, dict[str, Any]] = {}
     for name, link in robot.links.items():
         limit.require(f"link {name!r} was made a body")
         report(len(bodies), len(robot.links))
-        made = body(link, mesh_of, fixed=base == "fixed" and name == robot.root, inertia=inertia)
-        bodies[name] = {"name": prefix + name, **made}
+        keywords: dict[str, Any] = {"shape": _shape(link, mesh_of), "mass": link.mass}
+        if name == robot.root and not free:
+            keywords["mass"] = 0.0
+        elif name in inertials:
+            keywords["inertial"] = inertials[name]
+        bodies[name] = {"name": prefix + name, **keywords}
     report(len(bodies), len(bodies))
     warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
@@ -154,49 +177,69 @@ def from_urdf(
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
     new = Additions(
         list(bodies.values()),
-        joint_keywords(robot.joints, joints or {}, prefix),
+        jointed,
         _disabled_pairs(robot, pairs, prefix, self_collision=self_collision),
+        rows=_rows(robot, prefix),
     )
-    return additions.added(scene, new, prefix, limit, self_collision=self_collision)
+    made = additions.added(
+        scene, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
+    )
+    _warn_of_left_out(str(path), robot, ignored)
+    return made
 
 
-def _check_links(robot: Robot, **named: Iterable[str]) -> None:
+def _rows(robot: Robot, prefix: str) -> list[Row]:
+    """Of the report: what is left out, what is a frame, and what is stated."""
+    return [
+        *(Row(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
+        *(Row(reports.FRAME, prefix + name, prefix + of) for name, of in robot.merged.items()),
+        *(Row(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
+    ]
+
+
+def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None:
+    """One line of what is left out without having been named in `ignore`, and one of masses."""
+    told = {name: count for name, count in robot.left_out.items() if name not in ignored}
+    if told:
+        warnings.warn(
+            f"{path}: left out, as it moves nothing or has a namespace that the file does not "
+            f"declare: {counted(told)}; ignore={tuple(told)!r} says that this is meant",
+            stacklevel=levels_to_user(),
+        )
+    stated = ", ".join(f"{name!r} {value}" for name, value in robot.stated.items())
+    text = f"{path}: links that move lack a mass or an inertia in the file, and get: {stated}."
+    warn([(text, text)] if stated else [], text)
+
+
+def _mesh_files(
+    robot: Robot, path: Path, folders: Sequence[str | Path], mistakes: Mistakes
+) -> dict[str, Path]:
+    """By the name that the file gives it, where each mesh is; lists those that are missing."""
+    names = dict.fromkeys(
+        geometry.shape.filename
+        for link in robot.links.values()
+        for geometry in link.geometries
+        if isinstance(geometry.shape, MeshFile)
+    )
+    files: dict[str, Path] = {}
+    for name in names:
+        with mistakes.listed():
+            files[name] = found(name, path, folders)
+    return files
+
+
+def _check_links(robot: Robot, mistakes: Mistakes, **named: Iterable[str]) -> None:
     """Arguments may name the links that are bodies."""
     for argument, names in named.items():
         for name in names:
             if name in robot.merged:
-                raise ValueError(
+                mistakes.add(
                     f"{argument} has {name!r}, a frame without mass that is part of "
                     f"{robot.merged[name]!r}; name that"
                 )
-            if name not in robot.links:
+            elif name not in robot.links:
                 known = ", ".join(robot.links)
-                raise ValueError(f"{argument} has {name!r}, expected one of {known}")
-
-
-def body(link: Link, mesh_of: MeshOf, *, fixed: bool, inertia: str) -> dict[str, Any]:
-    """The keywords shape, mass and inertial of `Scene.add_body`, in the link's frame."""
-    shape = _shape(link, mesh_of)
-    keywords = {"shape": shape, "mass": 0.0 if fixed else link.mass}
-    empty = isinstance(shape, Compound) and not shape.parts
-    if not fixed and (empty or inertia == "file"):
-        keywords["inertial"] = _inertial(link)
-    return keywords
-
-
-def _inertial(link: Link) -> Inertial:
-    if link.inertia is None:
-        raise ValueError(
-            f"link {link.name!r} has a mass and no <inertia>; inertia='shapes' takes it from the "
-            "collision shapes"
-        )
-    frame = place(link.center)
-    try:
-        return Inertial(frame["position"], inertia=link.inertia, axes=frame["orientation"])
-    except ValueError as error:
-        raise ValueError(
-            f"link {link.name!r}: {error}; inertia='shapes' takes it from the collision shapes"
-        ) from error
+                mistakes.add(f"{argument} has {name!r}, expected one of {known}")
 
 
 def _shape(link: Link, mesh_of: MeshOf) -> Any:
@@ -219,43 +262,57 @@ def _disabled_pairs(
 ) -> list[Pair]:
     """Pairs of bodies that never collide, besides those that a joint connects.
 
-    Links that fixed joints hold together cannot collide.
+    Links with shapes that fixed joints hold together cannot collide.
     """
     jointed = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
     never = {frozenset(pair): pair for pair in disabled}
     up = {j.child: j.parent for j in robot.joints.values() if j.type == "fixed"}
     groups: dict[str, list[str]] = {}
-    for name in robot.links:
-        base = additions.base_of(name, up) if self_collision else ""
-        groups.setdefault(base, []).append(name)
+    for name, link in robot.links.items():
+        if link.geometries:
+            base = additions.base_of(name, up) if self_collision else ""
+            groups.setdefault(base, []).append(name)
     for group in groups.values():
         never.update((frozenset(pair), pair) for pair in combinations(group, 2))
     return [(prefix + a, prefix + b) for links, (a, b) in never.items() if links not in jointed]
 
 
 def joint_keywords(
-    joints: Mapping[str, Joint], control: Control, prefix: str
+    joints: Mapping[str, Joint],
+    control: Control,
+    prefix: str,
+    mistakes: Mistakes,
+    *,
+    mimic_limits: str,
 ) -> list[dict[str, Any]]:
     """Keywords of `Scene.add_joint`, in an order in which joints may be added.
 
-    `control` of a joint replaces what the file has. Raises ValueError on unknown joints and
-    keywords, and on limits that contradict each other.
+    `control` of a joint replaces what the file has. Lists unknown joints and keywords, and limits
+    that contradict each other.
     """
-    additions.check_control(control, {name: _settable(joint) for name, joint in joints.items()})
-    following = [(joint, joint.mimic) for joint in joints.values() if joint.mimic]
-    keywords = {}
+    with mistakes.listed():
+        additions.check_control(control, {name: _settable(joint) for name, joint in joints.items()})
+    followers: dict[str, list[tuple[Joint, Mimic]]] = {}
     for joint in joints.values():
+        if joint.mimic:
+            followers.setdefault(joint.mimic.joint, []).append((joint, joint.mimic))
+    keywords = {}
+    for name, joint in joints.items():
         if joint.mimic is None:
-            own = control.get(joint.name, {})
+            own = control.get(name, {})
             # Those that follow resist here: the same power at the same motion.
-            resisting = [(m.multiplier, j.damping) for j, m in following if m.joint == joint.name]
-            damping = sum((factor**2 * other for factor, other in resisting), joint.damping)
-            drive = _drive(joint, damping, own)
-            keywords[joint.name] = {**_joint_frames(joint, prefix), **drive, **own}
-    for joint, mimic in following:
-        _check_reach(joint, mimic, control.get(joint.name, {}), keywords[mimic.joint]["limits"])
-        prefixed = Mimic(prefix + mimic.joint, mimic.multiplier, mimic.offset)
-        keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": prefixed}
+            resisting = [m.multiplier**2 * j.damping for j, m in followers.get(name, ())]
+            with mistakes.listed():
+                drive = _drive(joint, sum(resisting, joint.damping), own)
+                keywords[name] = {**_joint_frames(joint, prefix), **drive, **own}
+    for joint in joints.values():
+        if joint.mimic and joint.mimic.joint in keywords:
+            leader, mimic, own = joint.mimic.joint, joint.mimic, control.get(joint.name, {})
+            with mistakes.listed():
+                if mimic_limits == "file" or "limits" in own:
+                    _check_reach(joint, mimic, own, keywords[leader]["limits"])
+                prefixed = Mimic(prefix + leader, mimic.multiplier, mimic.offset)
+                keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": prefixed}
     return list(keywords.values())
 
 
@@ -344,5 +401,6 @@ def _check_reach(
         raise ValueError(
             f"joint {joint.name!r} has limits from {lower} to {upper} and follows {name!r} from "
             f"{least} to {most}; joints={{{name!r}: {{'limits': ...}}}} or "
-            f"joints={{{joint.name!r}: {{'limits': ...}}}} says which hold"
+            f"joints={{{joint.name!r}: {{'limits': ...}}}} says which hold, mimic_limits='leader' "
+            "that those of the joints that lead do, for all"
         )

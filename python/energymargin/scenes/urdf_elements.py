@@ -6,7 +6,6 @@ What the library does not simulate is an error that names it; how things look is
 from __future__ import annotations
 
 import math
-import warnings
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
@@ -15,8 +14,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 from energymargin.limits import Limit
-from energymargin.plausibility import levels_to_user, warn
-from energymargin.scenes.additions import NotSimulatedError, counted
+from energymargin.plausibility import warn
+from energymargin.scenes.additions import Mistakes
 
 # How many numbers an attribute holds, if not one; words are no numbers.
 NUMBERS = {"xyz": (3,), "rpy": (3,), "size": (3,), "scale": (1, 3)}
@@ -25,6 +24,14 @@ XACRO = "xacro"  # its elements make others, so they are never left out for want
 EXPRESSIONS = ("${", "$(")  # of xacro, in attributes
 WAY_OUT = "expected a URDF file, which xacro makes of it"
 LOOKS = ("visual", "material")
+# What moves nothing, whatever it says: of Gazebo, ROS, Drake, MuJoCo, Isaac, and Bullet's solver.
+MOVES_NOTHING = (
+    *("transmission", "gazebo", "ros2_control", "sensor", "mujoco", "self_collision_checking"),
+    *("joint_properties", "safety_controller", "calibration", "hardwareInterface", "verbose"),
+    *("link/origin", "link/gravity", "self_collide", "audio_source", "link.type", "link.concave"),
+    *("geometry.name", "mesh.name", "collision.concave", "joint.dont_collapse"),
+    *("friction_anchor", "contact_cfm", "contact_erp", "limit.acceleration", "limit.jerk"),
+)
 # What asks for nothing at this value.
 NOTHING = {
     ("dynamics", "friction"): 0.0,
@@ -85,19 +92,23 @@ GRAMMAR = {
 
 
 def checked(
-    path: Path, ignore: Collection[str], limit: Limit, subtree: str | None = None
-) -> tuple[ET.Element, tuple[str, ...]]:
-    """The root of a URDF file in which all is understood, without what is to be ignored.
+    path: Path,
+    ignore: Collection[str],
+    limit: Limit,
+    mistakes: Mistakes,
+    subtree: str | None = None,
+) -> tuple[ET.Element, Counter[str], tuple[str, ...]]:
+    """The root of a URDF file, without what is not simulated, which `mistakes` counts.
 
-    Beside it the names of the joints whose <mimic> is left out.
+    Beside it what else is left out, by name: what is to be ignored, what moves nothing, and what
+    has a namespace that the file does not declare. And the names of the joints whose <mimic> is
+    left out. Warns of origins that look misplaced.
 
     `subtree`: the link that is kept with all that hangs on it; other links and joints are not read.
     `ignore`: elements by tag or by "parent/tag", attributes as "tag.attribute" or
-    "parent/tag.attribute"; what is simulated somewhere is ignored with its parent alone. Warns
-    once of elements and attributes whose namespace the file does not declare, and leaves them out;
-    and of origins that look misplaced.
-    Raises FileNotFoundError, ValueError that names all that the library does not do, or the first
-    mistake, and TimeoutError or Cancelled at the limit.
+    "parent/tag.attribute"; what is simulated somewhere is ignored with its parent alone.
+    Raises FileNotFoundError, ValueError that names all that is wrong or not simulated, and
+    TimeoutError or Cancelled at the limit.
     """
     _require_places(ignore)
     root, declared = parsed(path, limit)
@@ -106,20 +117,14 @@ def checked(
     if subtree is not None:
         keep_subtree(root, subtree)
     loose = tuple(joint.get("name", "") for joint in root.iterfind("joint[mimic]"))
-    undeclared: Counter[str] = Counter()
-    _strip(root, "", {*LOOKS, *ignore}, declared, undeclared)
-    unknown: Counter[str] = Counter()
-    _walk(root, "robot", unknown)
-    if unknown:
-        raise NotSimulatedError(str(path), unknown)
-    if undeclared:
-        warnings.warn(
-            f"{path} leaves namespaces undeclared, and what is in them is left out: "
-            f"{counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
-            stacklevel=levels_to_user(),
-        )
+    left_out: Counter[str] = Counter()
+    _strip(root, "", {*LOOKS, *MOVES_NOTHING, *ignore}, declared, left_out)
+    _walk(root, "robot", mistakes)
+    mistakes.check(features=False)
+    if mistakes.features:
+        _strip(root, "", mistakes.features, declared, Counter())
     warn(_units(path, root), str(path))
-    return root, loose if MIMIC in ignore else ()
+    return root, left_out, loose if MIMIC in ignore else ()
 
 
 def _require_places(ignore: Collection[str]) -> None:
@@ -139,28 +144,32 @@ def _require_places(ignore: Collection[str]) -> None:
 def _strip(
     element: ET.Element,
     parent: str,
-    left_out: Collection[str],
+    names: Collection[str],
     declared: Collection[str],
-    undeclared: Counter[str],
+    left_out: Counter[str],
 ) -> None:
-    """Takes out elements and attributes, and what asks for nothing; counts the undeclared."""
+    """Takes out elements and attributes by their names, and those of namespaces that the file does
+    not declare, which it counts; and what asks for nothing."""
 
     def goes(name: str, what: str, place: str) -> bool:
-        foreign = _prefix(name) not in declared
-        ignored = what in left_out or f"{place}/{what}" in left_out
-        if foreign and not ignored:
-            undeclared[what] += 1
-        return foreign or ignored
+        found = next((one for one in (what, f"{place}/{what}") if one in names), "")
+        if not found and _prefix(name) not in declared:
+            found = what
+        if found and found not in LOOKS:
+            left_out[found] += 1
+        return bool(found)
 
     for name in list(element.attrib):
         if goes(name, f"{element.tag}.{name}", parent) or _nothing(element, name):
             del element.attrib[name]
     for child in list(element):
+        shaped = child.tag == "collision" and child.find("geometry/*") is not None
         if goes(child.tag, child.tag, element.tag):
             element.remove(child)
             continue
-        _strip(child, element.tag, left_out, declared, undeclared)
-        if (child.tag, "value") in NOTHING and not child.attrib and not len(child):
+        _strip(child, element.tag, names, declared, left_out)
+        neutral = (child.tag, "value") in NOTHING and not child.attrib and not len(child)
+        if neutral or (shaped and child.find("geometry/*") is None):
             element.remove(child)
 
 
@@ -170,8 +179,10 @@ def _prefix(name: str) -> str:
 
 def _nothing(element: ET.Element, name: str) -> bool:
     neutral = NOTHING.get((element.tag, name))
+    if neutral is None:
+        return False
     values = _floats(element.attrib[name])
-    return None not in (neutral, values) and all(value == neutral for value in values or ())
+    return values is not None and all(value == neutral for value in values)
 
 
 def _floats(text: str) -> list[float] | None:
@@ -182,47 +193,47 @@ def _floats(text: str) -> list[float] | None:
         return None
 
 
-def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
-    """Counts what is not known below an element, and raises ValueError on what is wrong there."""
-    if _prefix(element.tag) == XACRO:
-        raise ValueError(f"{where}: <{element.tag}> is of xacro: {WAY_OUT}")
+def _walk(element: ET.Element, where: str, mistakes: Mistakes) -> None:
+    """Lists what is not known below an element, and what is wrong there."""
     rule = GRAMMAR[element.tag]
     for name in rule.needs:
         if name not in element.attrib:
-            raise ValueError(f"{where}: <{element.tag}> has no {name!r}")
+            mistakes.add(f"{where}: <{element.tag}> has no {name!r}")
     for name, text in element.attrib.items():
         if any(mark in text for mark in EXPRESSIONS):
             attribute = f"<{element.tag} {name}={text!r}>"
-            raise ValueError(f"{where}: {attribute} is an expression of xacro: {WAY_OUT}")
-        if name not in (*rule.needs, *rule.takes):
-            unknown[f"{element.tag}.{name}"] += 1
+            mistakes.add(f"{where}: {attribute} is an expression of xacro: {WAY_OUT}")
+        elif name not in (*rule.needs, *rule.takes):
+            mistakes.features[f"{element.tag}.{name}"] += 1
         elif name not in WORDS:
-            _check_numbers(element.tag, name, text, where)
-    _check_counts(element, rule, where)
+            _check_numbers(element.tag, name, text, where, mistakes)
+    _check_counts(element, rule, where, mistakes)
     for child in element:
-        if child.tag in rule.children or _prefix(child.tag) == XACRO:
+        if _prefix(child.tag) == XACRO:
+            mistakes.add(f"{where}: <{child.tag}> is of xacro: {WAY_OUT}")
+        elif child.tag in rule.children:
             named = child.tag in ("link", "joint")
-            _walk(child, f"{child.tag} {child.get('name')!r}" if named else where, unknown)
+            _walk(child, f"{child.tag} {child.get('name')!r}" if named else where, mistakes)
         else:
             misplaced = child.tag in GRAMMAR  # the same tag is simulated elsewhere
-            unknown[f"{element.tag}/{child.tag}" if misplaced else child.tag] += 1
+            mistakes.features[f"{element.tag}/{child.tag}" if misplaced else child.tag] += 1
 
 
-def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:
+def _check_counts(element: ET.Element, rule: _Element, where: str, mistakes: Mistakes) -> None:
     counts = Counter(child.tag for child in element)
     for tag in (*rule.one, *rule.maybe):
         if counts[tag] > 1 or (tag in rule.one and not counts[tag]):
-            raise ValueError(f"{where}: <{element.tag}> has {counts[tag]} <{tag}>, expected one")
+            mistakes.add(f"{where}: <{element.tag}> has {counts[tag]} <{tag}>, expected one")
     if element.tag == "geometry" and len(element) != 1:
-        raise ValueError(f"{where}: <geometry> has {len(element)} shapes, expected one")
+        mistakes.add(f"{where}: <geometry> has {len(element)} shapes, expected one")
 
 
-def _check_numbers(tag: str, name: str, text: str, where: str) -> None:
+def _check_numbers(tag: str, name: str, text: str, where: str, mistakes: Mistakes) -> None:
     counts = NUMBERS.get(name, (1,))
     values = _floats(text) or []
     if len(values) not in counts or not all(map(math.isfinite, values)):
         expected = " or ".join({1: "one finite number", 3: "three"}[n] for n in counts)
-        raise ValueError(f"{where}: <{tag} {name}={text!r}>, expected {expected}")
+        mistakes.add(f"{where}: <{tag} {name}={text!r}>, expected {expected}")
 
 
 def _units(path: Path, robot: ET.Element) -> Iterator[tuple[str, str]]:
@@ -276,8 +287,7 @@ def parsed(path: Path, limit: Limit) -> tuple[ET.Element, set[str]]:
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     try:
-        with open(path, "rb") as file:
-            parser.ParseFile(file)
+        parser.Parse(path.read_bytes().lstrip(), True)
     except (expat.ExpatError, LookupError) as error:  # LookupError: an unknown encoding
         raise ValueError(f"{path} is no XML file: {error}") from error
     return builder.close(), declared
@@ -304,10 +314,12 @@ def keep_subtree(robot: ET.Element, root: str) -> None:
 
 def reached(root: str, pairs: Sequence[tuple[str, str]]) -> set[str]:
     """A link and all that hang on it; `pairs`: the parent and the child of each joint."""
+    below: dict[str, list[str]] = {}
+    for parent, child in pairs:
+        below.setdefault(parent, []).append(child)
     found, new = {root}, [root]
     while new:
-        above = new.pop()
-        more = {child for parent, child in pairs if parent == above} - found
+        more = set(below.get(new.pop(), ())) - found
         found |= more
         new += more
     return found

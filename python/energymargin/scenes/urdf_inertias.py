@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
 from energymargin.plausibility import warn
+from energymargin.scenes.additions import Mistakes
 from energymargin.scenes.corners import shape_parts
-from energymargin.scenes.poses import pose
-from energymargin.scenes.urdf_model import Robot
+from energymargin.scenes.poses import place, pose
+from energymargin.scenes.urdf_model import GYRATION, Link, Robot
 
 OUTSIDE = 1.0  # of the shapes' extent, by which a centre of mass may be outside of their box
 APART = 10.0  # of the larger of two links, by which a joint may hold them apart
@@ -36,6 +37,37 @@ WAY_OUT = "inertia='shapes' takes the inertias from the shapes"
 
 Found = Iterator[tuple[str, str, str]]
 """A kind of contradiction, a link, and what is wrong with this link."""
+
+
+def moving_inertials(
+    robot: Robot, mistakes: Mistakes, *, free: bool, inertia: str
+) -> dict[str, Inertial]:
+    """By link that moves, its inertia, unless the shapes have it (`inertia="shapes"`).
+
+    Lists the links whose inertia is missing or impossible. With "shapes" a link without shapes has
+    that of a radius of gyration of GYRATION then, and the robot's `stated` says so.
+    """
+    found, wrong = {}, []
+    for name, link in robot.links.items():
+        if (name == robot.root and not free) or (inertia == "shapes" and link.geometries):
+            continue
+        try:
+            found[name] = _inertial(link, link.inertia)
+        except ValueError as error:
+            wrong.append(f"link {name!r}: {error}")
+            if inertia == "shapes":
+                found[name] = _inertial(link, link.mass * GYRATION**2 * np.eye(3))
+                robot.stated[name] = f"a radius of gyration of {GYRATION} m"
+    if wrong and inertia == "file":
+        mistakes.add(f"{', '.join(wrong)}; inertia='shapes' takes it from the collision shapes")
+    return found
+
+
+def _inertial(link: Link, inertia: Any) -> Inertial:
+    if inertia is None:
+        raise ValueError("it has a mass and no <inertia>")
+    frame = place(link.center)
+    return Inertial(frame["position"], inertia=inertia, axes=frame["orientation"])
 
 
 def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, Any]]) -> None:

@@ -1,13 +1,15 @@
 """From a URDF file to a tree of links, their shapes and the joints between them.
 
-Links without mass are frames: what they carry becomes part of the link they are fixed to.
+Links without mass are frames: what they carry becomes part of the link they are fixed to. Those
+that a joint moves get a small mass.
 """
 
 from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,10 +19,16 @@ from numpy.typing import NDArray
 
 from energymargin._core import Box, Cylinder, Mimic, Sphere
 from energymargin.limits import Limit
+from energymargin.scenes.additions import Mistakes
 from energymargin.scenes.poses import Pose, from_rpy
 from energymargin.scenes.urdf_elements import MIMIC, checked, end_of, reached
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
+NO_MASS = 1e-6  # kg; a link of at most that, and without inertia, has none
+# Of what hangs on a link without mass that a joint moves, or else of the robot, its mass.
+BETWEEN = 1e-9
+AT_THE_END = 1e-3
+GYRATION = 0.01  # m; radius of gyration of what has no inertia
 
 
 class MeshFile(NamedTuple):
@@ -87,98 +95,132 @@ class Robot:
     """Frames that are part of another link, and of which."""
     loose: tuple[str, ...] = ()
     """Joints that follow no other, since their <mimic> is left out."""
+    left_out: Counter[str] = field(default_factory=Counter)
+    """Elements and attributes, by name."""
+    stated: dict[str, str] = field(default_factory=dict)
+    """By link, the mass or the inertia that the file does not have."""
 
-    def merge_frames(self, limit: Limit, *, free: bool) -> None:
+    def merge_frames(self, limit: Limit, mistakes: Mistakes, *, free: bool) -> None:
         """Leaves a mass to each link that can move.
 
-        A `free` robot whose root has no mass has its base in the link that is fixed to the root.
-        Raises ValueError on a link that moves and has no mass, TimeoutError or Cancelled at the
-        limit.
+        A `free` robot whose root has no mass has its base in the link that is fixed to the root, if
+        there is one. Raises TimeoutError or Cancelled at the limit.
         """
-        while free and self.links[self.root].mass == 0.0:
-            limit.require(f"the frame {self.root!r} was merged")
-            self._merge_root()
-        for joint in list(self.joints.values()):
-            if self.links[joint.child].mass > 0.0:
-                continue
-            if joint.type != "fixed":
-                raise ValueError(
-                    f"link {joint.child!r} has no mass and moves with joint {joint.name!r}, "
-                    "expected an <inertial> with a mass above 0"
-                )
-            limit.require(f"the frame {joint.child!r} was merged")
-            now = self.joints.pop(joint.name)  # whose parent may have been merged
-            self._merge(now.child, now.parent, now.origin)
+        below: dict[str, list[Joint]] = {name: [] for name in self.links}
+        for joint in self.joints.values():
+            below[joint.parent].append(joint)
+        joints = list(self.joints.values())
+        carriers = self._root_frames(below) if free else {self.root: np.eye(4)}
+        places = {name: (self.root, at) for name, at in carriers.items()}
+        new = list(places)
+        while new:
+            above = new.pop()
+            carrier, at = places[above]
+            for joint in below[above]:
+                limit.require(f"link {joint.child!r} was placed")
+                if joint.child in places:
+                    continue
+                origin = joint.origin if carrier == above else at @ joint.origin
+                new.append(joint.child)
+                if joint.type == "fixed" and self.links[joint.child].mass == 0.0:
+                    del self.joints[joint.name]
+                    places[joint.child] = (carrier, origin)
+                    continue
+                self.joints[joint.name] = replace(joint, parent=carrier, origin=origin)
+                places[joint.child] = (joint.child, np.eye(4))
+        frames = [
+            name for name in (*carriers, *(j.child for j in joints)) if places[name][0] != name
+        ]
+        self.merged = {name: places[name][0] for name in frames}
+        self._carry({name: places[name][1] for name in frames}, mistakes)
+        moved = {joint.child for joint in self.joints.values()} | ({self.root} if free else set())
+        for name in places:  # parents first
+            if name in moved and self.links[name].mass == 0.0:
+                self._state_mass(name)
 
-    def _merge_root(self) -> None:
-        """Merges the root into the one link that is fixed to it."""
-        hanging = [joint for joint in self.joints.values() if joint.parent == self.root]
-        fixed = [joint for joint in hanging if joint.type == "fixed"]
-        if len(fixed) != 1:
-            raise ValueError(
-                f"link {self.root!r} has no mass, expected a root with mass, or one link fixed to "
-                "it, for base='free'"
-            )
-        joint = self.joints.pop(fixed[0].name)
-        self._merge(self.root, joint.child, np.asarray(np.linalg.inv(joint.origin), float))
-        self.root, self.base = joint.child, self.base @ joint.origin
+    def _root_frames(self, below: dict[str, list[Joint]]) -> dict[str, Pose]:
+        """Frames of a root without mass, and the link that carries them, which is the root then;
+        each with its pose there."""
+        places = {self.root: np.eye(4)}
+        while self.links[self.root].mass == 0.0:
+            fixed = [joint for joint in below[self.root] if joint.type == "fixed"]
+            if len(fixed) != 1:
+                break
+            joint = self.joints.pop(fixed[0].name)
+            back = np.asarray(np.linalg.inv(joint.origin), float)
+            places = {name: back @ at for name, at in places.items()} | {joint.child: np.eye(4)}
+            self.root, self.base = joint.child, self.base @ joint.origin
+        return places
 
-    def _merge(self, frame: str, into: str, at: Pose) -> None:
-        """A link carries from now on what a frame carried that is `at` a pose in the link."""
-        self.links[into] = _carrying(self.links[into], self.links.pop(frame), at)
-        for name, joint in self.joints.items():
-            if joint.parent == frame:
-                self.joints[name] = replace(joint, parent=into, origin=at @ joint.origin)
-        self.merged[frame] = into
-        for name, carrier in self.merged.items():
-            if carrier == frame:
-                self.merged[name] = into
+    def _carry(self, frames: dict[str, Pose], mistakes: Mistakes) -> None:
+        """Links carry from now on what frames did, which are poses in them."""
+        shapes: dict[str, list[Geometry]] = {}
+        for name, at in frames.items():
+            frame, into = self.links.pop(name), self.merged[name]
+            link = self.links[into]
+            if frame.geometries:
+                if (link.geometries or into in shapes) and link.friction != frame.friction:
+                    mistakes.add(
+                        f"link {name!r} has no mass and is part of {into!r}, which has another "
+                        "friction; ignore=('contact/lateral_friction',) and frictions={...} say "
+                        "which one holds"
+                    )
+                own = shapes.setdefault(into, list(link.geometries))
+                own += [Geometry(shape, at @ pose) for shape, pose in frame.geometries]
+                self.links[into] = replace(link, friction=frame.friction)
+        for name, geometries in shapes.items():
+            self.links[name] = replace(self.links[name], geometries=tuple(geometries))
 
-
-def _carrying(link: Link, frame: Link, at: Pose) -> Link:
-    """A link with the shapes of a frame that is fixed to it."""
-    if not frame.geometries:
-        return link
-    if link.geometries and link.friction != frame.friction:
-        raise ValueError(
-            f"link {frame.name!r} has no mass and is part of {link.name!r}, which has another "
-            "friction; ignore=('contact/lateral_friction',) and frictions={...} say which one holds"
-        )
-    shapes = tuple(Geometry(shape, at @ pose) for shape, pose in frame.geometries)
-    return replace(link, geometries=link.geometries + shapes, friction=frame.friction)
+    def _state_mass(self, name: str) -> None:
+        """Gives a link a mass that changes nothing, or little if nothing hangs on it."""
+        pairs = [(joint.parent, joint.child) for joint in self.joints.values()]
+        hanging = sum(self.links[link].mass for link in reached(name, pairs))
+        whole = sum(link.mass for link in self.links.values()) or 1.0
+        mass = BETWEEN * hanging or AT_THE_END * whole
+        inertia = mass * GYRATION**2 * np.eye(3)
+        self.links[name] = replace(self.links[name], mass=mass, inertia=inertia)
+        self.stated[name] = f"{mass:.3g} kg"
 
 
 def read(
     path: Path,
     ignore: Collection[str],
     limit: Limit,
+    mistakes: Mistakes,
     *,
     free: bool,
     subtree: str | None = None,
 ) -> Robot:
     """The model of a file, or of one link and what hangs on it, without its frames.
 
-    Frames are merged into the links that carry them.
+    Frames are merged into the links that carry them. What is wrong with links and joints that does
+    not keep the model from being made is in `mistakes`; so is what is not simulated.
 
-    Raises FileNotFoundError, ValueError that names what is wrong, or what is not simulated, and
+    Raises FileNotFoundError, ValueError that names all that is wrong, or what is not simulated, and
     TimeoutError or Cancelled at the limit.
     """
-    element, loose = checked(path, ignore, limit, subtree)
-    links = _by_name("link", [_link(link) for link in element.findall("link")])
-    joints = _by_name("joint", [_joint(joint) for joint in element.findall("joint")])
+    element, left_out, loose = checked(path, ignore, limit, mistakes, subtree)
+    links = _by_name("link", _link, element.findall("link"), mistakes)
+    joints = _by_name("joint", _joint, element.findall("joint"), mistakes)
     limit.require(f"{path} was read")
-    followed = _followed(joints, limit)
-    robot = Robot(_root(links, joints), links, followed, loose=loose)
-    robot.merge_frames(limit, free=free)
+    mistakes.check(features=False)
+    root, followed = _root(links, joints, mistakes), _followed(joints, limit, mistakes)
+    mistakes.check(features=False)
+    robot = Robot(root, links, followed, loose=loose, left_out=left_out)
+    robot.merge_frames(limit, mistakes, free=free)
     return robot
 
 
-def _by_name(what: str, items: list[Any]) -> dict[str, Any]:
+def _by_name(
+    what: str, make: Callable[[ET.Element], Any], elements: list[ET.Element], mistakes: Mistakes
+) -> dict[str, Any]:
     found: dict[str, Any] = {}
-    for item in items:
-        if item.name in found:
-            raise ValueError(f"there are two {what}s {item.name!r}, expected one of each name")
-        found[item.name] = item
+    for element in elements:
+        with mistakes.listed():
+            item = make(element)
+            if item.name in found:
+                raise ValueError(f"there are two {what}s {item.name!r}, expected one of each name")
+            found[item.name] = item
     return found
 
 
@@ -186,6 +228,9 @@ def _link(element: ET.Element) -> Link:
     name, mass = element.get("name", ""), _number(element.find("inertial/mass"), "value", 0.0)
     if mass < 0.0:
         raise ValueError(f"link {name!r} has the mass {mass} kg, expected one of at least 0")
+    inertia = _inertia(element.find("inertial/inertia"))
+    if mass <= NO_MASS and (inertia is None or not inertia.any()):
+        mass = 0.0
     geometries = [
         Geometry(_shape(next(collision.iterfind("geometry/*"))), _pose(collision.find("origin")))
         for collision in element.findall("collision")
@@ -195,7 +240,7 @@ def _link(element: ET.Element) -> Link:
         name,
         mass,
         _pose(element.find("inertial/origin")),
-        _inertia(element.find("inertial/inertia")),
+        inertia,
         tuple(geometries),
         None if friction is None else _number(friction, "value", 0.0),
     )
@@ -266,39 +311,39 @@ def _pose(origin: ET.Element | None) -> Pose:
     return from_rpy(_numbers(origin, "xyz", nothing), _numbers(origin, "rpy", nothing))
 
 
-def _root(links: dict[str, Link], joints: dict[str, Joint]) -> str:
-    """The link that no joint carries, if all others hang on it."""
+def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: Mistakes) -> str:
+    """The link that no joint carries, if all others hang on it; lists what is wrong."""
     carried: dict[str, str] = {}
     for joint in joints.values():
         for of, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in links:
                 known = ", ".join(links)
-                raise ValueError(
-                    f"joint {joint.name!r} has the {of} {link!r}, expected one of {known}"
-                )
+                mistakes.add(f"joint {joint.name!r} has the {of} {link!r}, expected one of {known}")
         if joint.child in carried:
-            raise ValueError(
+            mistakes.add(
                 f"joints {carried[joint.child]!r} and {joint.name!r} both carry {joint.child!r}, "
                 "expected one: loops are not simulated"
             )
         carried[joint.child] = joint.name
     roots = [name for name in links if name not in carried]
     if len(roots) != 1:
-        raise ValueError(f"the robot has {len(roots)} root links, expected one: {roots}")
+        mistakes.add(f"the robot has {len(roots)} root links, expected one: {roots}")
+        return ""
     hanging = reached(roots[0], [(joint.parent, joint.child) for joint in joints.values()])
     for name in links:
         if name not in hanging:
-            raise ValueError(f"the joints above link {name!r} form a loop, expected a tree")
+            mistakes.add(f"the joints above link {name!r} form a loop, expected a tree")
     return roots[0]
 
 
-def _followed(joints: dict[str, Joint], limit: Limit) -> dict[str, Joint]:
+def _followed(joints: dict[str, Joint], limit: Limit, mistakes: Mistakes) -> dict[str, Joint]:
     """The joints, each mimic joint with the moving joint at the end of its chain."""
-    followed = {}
+    followed = dict(joints)
     for name, joint in joints.items():
         limit.require(f"joint {name!r} was read")
-        mimic = _source(joint, joints) if joint.mimic else None
-        followed[name] = replace(joint, mimic=mimic)
+        if joint.mimic:
+            with mistakes.listed():
+                followed[name] = replace(joint, mimic=_source(joint, joints))
     return followed
 
 
