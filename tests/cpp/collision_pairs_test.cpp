@@ -115,8 +115,8 @@ TEST(CollisionPairsTest, DeepestContactOfManyBodiesIsThatOfAllPairs) {
   const Scene many = with_far_bodies(few);
   State state = pack(few);
   state.segment<3>(13 * 5) = state.segment<3>(13 * 4) + Vector3(0.03, 0.0, 0.01);
-  const Contact expected = World(few).deepest_contact(state);
-  const Contact deepest = World(many).deepest_contact(state);
+  const Contact expected = deepest_contact(few, state);
+  const Contact deepest = deepest_contact(many, state);
   EXPECT_LT(expected.distance, -0.01);
   EXPECT_TRUE(same_bits(deepest.distance, expected.distance));
   EXPECT_EQ(deepest.body_a + deepest.body_b, expected.body_a + expected.body_b);

@@ -447,14 +447,14 @@ TEST(CompoundContact, DeepestContactIsThatOfTheDeepestPartWithItsPlaceAndNormal)
   Scene scene;
   scene.add_body(fixed("shelf", angle()));
   scene.add_body(body("object", Sphere{0.05}, 1.0, {0.2, 0.0, 0.14}, Role::object));
-  const Contact on_foot = World(scene).deepest_contact(pack(scene));
+  const Contact on_foot = deepest_contact(scene, pack(scene));
   EXPECT_EQ(on_foot.body_a + " " + on_foot.body_b, "shelf object");
   EXPECT_NEAR(on_foot.distance, -0.01, 1e-6);
   EXPECT_LT((on_foot.position - Vector3(0.2, 0.0, 0.09)).norm(), 1e-6) << on_foot.position.transpose();
   EXPECT_LT((on_foot.normal - Vector3(0.0, 0.0, -1.0)).norm(), 1e-6) << on_foot.normal.transpose();
   BodyState beside;
   beside.position = {0.08, 0.0, 0.25};  // 2 cm in the post
-  const Contact on_post = World(scene).deepest_contact(posed(scene, beside));
+  const Contact on_post = deepest_contact(scene, posed(scene, beside));
   EXPECT_NEAR(on_post.distance, -0.02, 1e-6);
   EXPECT_LT((on_post.position - Vector3(0.03, 0.0, 0.25)).norm(), 1e-6) << on_post.position.transpose();
   EXPECT_LT((on_post.normal + Vector3::UnitX()).norm(), 1e-6) << on_post.normal.transpose();

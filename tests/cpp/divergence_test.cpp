@@ -71,7 +71,7 @@ class Divergence : public testing::Test {
     }
     if (!state.allFinite()) return;
     world.contacts(state);
-    world.deepest_contact(state);
+    deepest_contact(world.scene(), state);
     world.distance(state, "object", "neighbour");
   }
 

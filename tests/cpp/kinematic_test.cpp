@@ -171,7 +171,7 @@ TEST(Kinematic, FixedAndOtherKinematicBodiesAreNotInItsWay) {
     EXPECT_LT((body_in(scene, end, "hand").position - Vector3(0.0, -2.0, 0.1)).norm(), 1e-9);
     EXPECT_LT((body_in(scene, end, "object").position - Vector3(0.0, 0.3, 0.2)).norm(), 1e-3);
     back.position = {0.0, -1.0, 0.2};
-    EXPECT_EQ(world.deepest_contact(pack(scene, {{"hand", back}})).distance, 0.0);
+    EXPECT_EQ(deepest_contact(world.scene(), pack(scene, {{"hand", back}})).distance, 0.0);
   }
 }
 

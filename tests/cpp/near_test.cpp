@@ -6,7 +6,8 @@
 
 #include <set>
 
-#include "physics/placement.hpp"
+#include "physics/bodies/moving_bodies.hpp"
+#include "physics/contacts/collision_pairs.hpp"
 #include "scenes.hpp"
 
 namespace energymargin {
@@ -20,10 +21,11 @@ std::vector<ContactPoint> points_of(const Shape& ground, double top, double dist
   scene.add_body(fixed("ground", ground));
   scene.add_body(body("box", Box{{0.2, 0.2, 0.2}}, 1.0, {0.0, 0.0, top + 0.1 + distance}, Role::object));
   scene.set_friction("ground", "box", 0.05);
-  Placement placement(scene);
-  placement.restore(pack(scene));
-  placement.pairs.update();
-  return placement.pairs.points();
+  MovingBodies bodies(scene);
+  bodies.restore(pack(scene));
+  CollisionPairs pairs(scene, bodies.poses());
+  pairs.update();
+  return pairs.points();
 }
 
 TEST(Contacts, PointsHaveTheirPlaceOnBothBodiesAndTheFrictionOfThePair) {

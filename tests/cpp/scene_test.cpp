@@ -247,10 +247,10 @@ TEST(Scene, PairThatNeverCollidesHasNoContactsNoDepthAndStillADistance) {
   BodyState inside;
   inside.position = {0.0, 0.0, 0.2};
   const State start = pack(scene, {{"object", inside}});
-  EXPECT_EQ(World(scene).deepest_contact(start).body_b, "object");
+  EXPECT_EQ(deepest_contact(scene, start).body_b, "object");
   scene.disable_collisions("box", "object");
   World world(scene);
-  EXPECT_EQ(world.deepest_contact(start).distance, 0.0);
+  EXPECT_EQ(deepest_contact(world.scene(), start).distance, 0.0);
   for (const Contact& contact : world.contacts(start)) EXPECT_NE(contact.body_a + contact.body_b, "boxobject");
   EXPECT_NEAR(world.distance(start, "object", "box"), -0.05, 1e-5);
 }
@@ -343,7 +343,7 @@ TEST(Scene, ContactsTellTheFrictionThatTheyHave) {
     for (const Contact& contact : contacts) EXPECT_EQ(contact.friction, 0.3);
     BodyState sunk;
     sunk.position.z() = 0.04;
-    EXPECT_EQ(World(scene).deepest_contact(pack(scene, {{"block", sunk}})).friction, 0.3);
+    EXPECT_EQ(deepest_contact(scene, pack(scene, {{"block", sunk}})).friction, 0.3);
   }
 }
 

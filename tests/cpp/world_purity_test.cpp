@@ -43,7 +43,7 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
     world.simulate(other.state, {0.0, {drive}}, 30, {7, 30});
     world.contacts(other.state);
     world.distance(other.state, "object", "effector");
-    world.deepest_contact(other.state);
+    deepest_contact(world.scene(), other.state);
     const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
@@ -93,7 +93,7 @@ TEST_F(CompoundPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
     world.contacts(other.state);
     world.distance(other.state, "bar", "angle");
     world.distance(other.state, "bowl", "ball");
-    world.deepest_contact(other.state);
+    deepest_contact(world.scene(), other.state);
     const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
@@ -147,7 +147,7 @@ TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
     world.simulate(other, script, 10, {3, 10});
     world.contacts(other);
     world.distance(other, "object", "thumb 3");
-    world.deepest_contact(other);
+    deepest_contact(world.scene(), other);
     const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
@@ -208,7 +208,7 @@ TEST(MechanismPurity, QuestionsTouchLinksAndFastBodiesTakeTheirStepsInParts) {
   for (std::uint64_t seed = 0; seed < mechanisms; ++seed) {
     const Scene scene = random_mechanisms(seed);
     EXPECT_GE(trees(scene), 2) << "seed " << seed;
-    EXPECT_GT(World(scene).deepest_contact(pack(scene)).distance, -1e-3) << "seed " << seed;
+    EXPECT_GT(deepest_contact(scene, pack(scene)).distance, -1e-3) << "seed " << seed;
     Simulation simulation(scene);
     for (const Question& question : hurled_questions(scene, of_a_mechanism, longest_of_mechanisms)) {
       parts += cut_steps(simulation, question.state, question.steps);
@@ -246,7 +246,7 @@ TEST(MechanismPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits
     mechanism.world.simulate(other, script, 4, {1, 4});
     mechanism.world.contacts(other);
     mechanism.world.distance(other, "object", "finger 0 2");
-    mechanism.world.deepest_contact(other);
+    deepest_contact(mechanism.world.scene(), other);
     mechanism.world.rollout(other, mechanism.asked[i].wrenches, 1.0 / 240.0, true);
   });
 }
@@ -298,7 +298,7 @@ TEST(MechanismPurity, ContactsDistancesAndFramesOfUsedWorldsAreThoseOfFreshOnes)
       EXPECT_TRUE(same_bits(mechanism.world.distance(state, "object", "finger 0 1"),
                             World(scene).distance(state, "object", "finger 0 1")));
       EXPECT_TRUE(
-          same_bits(mechanism.world.deepest_contact(state).distance, World(scene).deepest_contact(state).distance));
+          same_bits(deepest_contact(mechanism.world.scene(), state).distance, deepest_contact(scene, state).distance));
       EXPECT_TRUE(same_bits(mechanism.world.simulate(state, {}, 4, {4}).front().state,
                             World(scene).simulate(state, {}, 4, {4}).front().state));
     }

@@ -366,13 +366,13 @@ TEST(World, DeepestContactNamesThePairThatIsDeepest) {
   scene.add_body(fixed("table", Plane{}));
   scene.add_body(fixed("wall", Box{{1.0, 1.0, 1.0}}, {0.58, 0.0, 0.5}));
   scene.add_body(body("object", Box{{0.2, 0.2, 0.2}}, 1.0, {0.0, 0.0, 0.09}, Role::object));
-  const Contact contact = World(scene).deepest_contact(pack(scene));
+  const Contact contact = deepest_contact(scene, pack(scene));
   EXPECT_EQ(contact.body_a + " " + contact.body_b, "wall object");
   EXPECT_NEAR(contact.distance, -0.02, 1e-6);
   EXPECT_NEAR(contact.normal.x(), 1.0, 1e-6);
   BodyState apart;
   apart.position = {-1.0, 0.0, 1.0};
-  EXPECT_EQ(World(scene).deepest_contact(pack(scene, {{"object", apart}})).distance, 0.0);
+  EXPECT_EQ(deepest_contact(scene, pack(scene, {{"object", apart}})).distance, 0.0);
 }
 
 // ---- errors

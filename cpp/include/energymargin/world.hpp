@@ -99,7 +99,6 @@ struct Frame {
 };
 
 struct Engine;
-class Placement;
 
 //! One simulation of a scene, with Bullet in double precision. Every question is answered as a pure function of its
 //! arguments: the same bits in any order, in any world of the same scene, on any thread (one thread a world at a time).
@@ -158,17 +157,12 @@ class World {
   //! Least distance between two bodies [m], negative in penetration; inf between two planes.
   double distance(const State& state, const std::string& body_a, const std::string& body_b);
 
-  //! Deepest penetration of any pair in which at least one body moves [m], and which pair; 0 if nothing touches.
-  Contact deepest_contact(const State& state);
-
  private:
-  void validate_simulation(const State& state, const Plan& besides, int steps, const std::vector<int>& record) const;
-  Placement& placement_at(const State& state);
-
   std::unique_ptr<Engine> engine_;
 };
 
-//! As World::deepest_contact, of a valid state, without a world.
+//! Deepest penetration at a valid state of any pair in which at least one body moves [m], and which pair; 0 if nothing
+//! touches.
 Contact deepest_contact(const Scene& scene, const State& state);
 
 }  // namespace energymargin

@@ -11,11 +11,11 @@ Auditor::Auditor(Simulation& simulation, const Energy& energy)
     const bool control = joints[i].stiffness > 0.0 || joints[i].damping > 0.0;
     if (control && joints[i].moves() && !joints[i].held) controlled_.push_back(i);
   }
-  simulation_.audit_impulses(&before_);
+  simulation_.impulses() = {&before_, {}};
   simulation_.read(next_);
 }
 
-Auditor::~Auditor() { simulation_.audit_impulses(nullptr); }
+Auditor::~Auditor() { simulation_.impulses() = {}; }
 
 void Auditor::begin() {
   simulation_.read(before_);
@@ -48,13 +48,13 @@ void Auditor::end(const SubstepResult& substep) {
 
 Audit Auditor::audit() const {
   Audit audit = audit_;
-  const ImpulseWork& work = simulation_.impulse_work();
+  const Audit& work = simulation_.impulses().work;
   audit.friction = work.friction;
   audit.contacts = work.contacts;
   audit.joints = work.joints;
-  audit.plan += work.motors;
+  audit.plan += work.plan;
   audit.overlap += work.overlap;
-  audit.integration += work.gravity;
+  audit.integration += work.integration;
   return audit;
 }
 

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "energymargin/kinematics.hpp"
-#include "physics/placement.hpp"
+#include "physics/bodies/moving_bodies.hpp"
+#include "physics/contacts/collision_pairs.hpp"
 
 namespace energymargin {
 namespace {
@@ -12,26 +13,17 @@ namespace {
 // Share of the object's smallest half extent that it may be in a body, besides what it is at the start.
 constexpr double touching = 2e-4;
 
-double distance_to_plane(const btConvexShape& shape, const btTransform& pose, const WorldPlane& plane) {
-  return plane.normal.dot(pose * shape.localGetSupportingVertex(-plane.normal * pose.getBasis())) - plane.offset;
-}
-
-double distance_to_solid(const btConvexShape& shape, const btTransform& pose, const btConvexShape& other,
-                         const btTransform& other_pose, double reach) {
-  const auto closest = SolidPair(shape, other).closest(pose, other_pose, reach);
-  return closest ? closest->distance : reach;
-}
-
 }  // namespace
 
 class FreeSpace::Bullet {
  public:
-  Bullet(const Scene& scene, const State& state, std::size_t object) : scene_(scene), placement_(scene_) {
-    placement_.restore(state);
+  Bullet(const Scene& scene, const State& state, std::size_t object) : scene_(scene) {
+    MovingBodies bodies(scene_);
+    bodies.restore(state);
     const BodyState start = Kinematics(scene)(state.data(), object);
     const Pose pose{start.position, start.orientation};
     // What the simulation makes of a body's frame is the same in every pose.
-    const btTransform in_frame = to_bullet(pose).inverse() * placement_.collider(object).getWorldTransform();
+    const btTransform in_frame = to_bullet(pose).inverse() * bodies.poses()[object];
     for (const ConvexPiece& piece : scene_.collision_shape(object).pieces) {
       btVector3 centre;
       btScalar radius = 0.0;
@@ -39,8 +31,10 @@ class FreeSpace::Bullet {
       pieces_.push_back({piece.shape, piece.pose(in_frame), radius + centre.length()});
     }
     tolerance_ = touching * scene.smallest_half_extent(object);
+    const CollisionFilter can_collide(scene);
     for (std::size_t other = 0; other < scene.bodies().size(); ++other) {
-      if (other != object && placement_.pairs.can_collide(object, other)) add_obstacles(other);
+      if (other != object && can_collide(object, other))
+        add_obstacles(scene.collision_shape(other), bodies.poses()[other]);
     }
     for (Obstacle& obstacle : obstacles_) {
       obstacle.depth = tolerance_ + std::max(0.0, -distance(to_bullet(pose), obstacle, 0.0));
@@ -76,9 +70,7 @@ class FreeSpace::Bullet {
     double depth = 0.0;  // that counts as touching
   };
 
-  void add_obstacles(std::size_t body) {
-    const CollisionShape& other = scene_.collision_shape(body);
-    const btTransform& pose = placement_.collider(body).getWorldTransform();
+  void add_obstacles(const CollisionShape& other, const btTransform& pose) {
     if (!other.shape->isCompound() && other.pieces.empty()) {
       obstacles_.push_back({nullptr, pose, WorldPlane(static_cast<const btStaticPlaneShape&>(*other.shape), pose)});
     }
@@ -92,10 +84,12 @@ class FreeSpace::Bullet {
     for (const Piece& piece : pieces_) {
       const btTransform at = object * piece.in_object;
       if (obstacle.plane) {
-        least = std::min(least, distance_to_plane(*piece.shape, at, *obstacle.plane));
+        const btVector3& up = obstacle.plane->normal;
+        const btVector3 lowest = at * piece.shape->localGetSupportingVertex(-up * at.getBasis());
+        least = std::min(least, up.dot(lowest) - obstacle.plane->offset);
       } else if (!far(at.getOrigin(), piece.radius + std::max(least, 0.0), obstacle.bounds)) {
-        least =
-            std::min(least, distance_to_solid(*piece.shape, at, *obstacle.solid, obstacle.pose, std::max(least, 0.0)));
+        const auto closest = SolidPair(*piece.shape, *obstacle.solid).closest(at, obstacle.pose, std::max(least, 0.0));
+        if (closest) least = std::min(least, closest->distance);
       }
     }
     return least;
@@ -108,8 +102,7 @@ class FreeSpace::Bullet {
     return (centre - nearest).length2() > reach * reach;
   }
 
-  Scene scene_;
-  Placement placement_;
+  Scene scene_;  // has the shapes
   std::vector<Piece> pieces_;
   std::vector<Obstacle> obstacles_;
   double tolerance_ = 0.0;

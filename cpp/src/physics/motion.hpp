@@ -1,10 +1,12 @@
 #pragma once
-// How bodies move, and what acts on them.
+// How bodies move, where they touch, and what acts on them. A body is named by its index in the scene.
 
 #include <btBulletDynamicsCommon.h>
 
 #include <cstddef>
 #include <vector>
+
+#include "energymargin/audit.hpp"
 
 namespace energymargin {
 
@@ -12,11 +14,15 @@ namespace energymargin {
 struct Velocity {
   btVector3 linear = btVector3(0, 0, 0);
   btVector3 angular = btVector3(0, 0, 0);
+
+  //! Along or about an axis of the world: 0..2 linear, 3..5 angular.
+  double& operator[](int axis) { return axis < 3 ? linear[axis] : angular[axis - 3]; }
+  double operator[](int axis) const { return axis < 3 ? linear[axis] : angular[axis - 3]; }
 };
 
 //! A wrench on a body, at its centre of mass [N, N m].
 struct Load {
-  std::size_t body;  // index in the scene
+  std::size_t body;
   btVector3 force, torque;
 
   //! Mean power on a body that goes from one velocity to another [W]. With the velocities before a substep and after
@@ -29,36 +35,39 @@ struct Load {
 //! A motor that keeps a free body at the velocities of its centre of mass, with limited force and torque along and
 //! about each axis of the world. A kinematic body has these velocities.
 struct Motor {
-  std::size_t body;           // index in the scene
+  std::size_t body;
   btVector3 linear, angular;  // [m/s], [rad/s]
   double force, torque;       // [N], [N m]
+};
+
+//! A point where two bodies touch, or nearly do, as they stand; nothing of it is kept from one substep to the next.
+struct ContactPoint {
+  std::size_t a, b;
+  btVector3 on_a, on_b;
+  btVector3 grip;               // where friction acts: of a round face, inside of the points that carry the load
+  btVector3 normal;             // from b to a
+  double distance;              // negative in penetration [m]
+  double friction;              // coefficient
+  double normal_impulse = 0.0;  // on a, of the last substep [N s]
+  btVector3 friction_impulse = btVector3(0, 0, 0);  // on a [N s]
 };
 
 //! Velocities and loads of all that moves.
 struct Motion {
   struct OfBody {
-    btVector3 linear, angular;  // [m/s], [rad/s]
-    btVector3 force, torque;    // of gravity, the body's constant force and the springs' stiffness [N, N m]
+    Velocity velocity;
+    btVector3 force, torque;  // of gravity, the body's constant force and the springs' stiffness [N, N m]
   };
-  std::vector<OfBody> bodies;              // by their index in the scene; not of links
+  std::vector<OfBody> bodies;              // not of links
   std::vector<std::vector<double>> trees;  // velocities of a free base, then of the joints
 };
 
-//! Work of the solver's impulses [J]: each times the mean of the velocity along it before the step and after it.
-struct ImpulseWork {
-  double contacts = 0.0;  // of normal impulses
-  double friction = 0.0;
-  double joints = 0.0;   // of stops and mimics, not of drives
-  double motors = 0.0;   // of the robot's servos, and of what drives kinematic bodies
-  double overlap = 0.0;  // of penetration recovery against the loads
-  double gravity = 0.0;  // on trees that feel it as they coast, beside what steps of first order would count
-};
-
-//! Work of the impulses since `before` was set, for the energy audit.
+//! Work of the solver's impulses since `before` was set: each times the mean of the velocity along it before the step
+//! and after it.
 struct ImpulseAudit {
   //! What the next step begins with, for the owner to keep up to date; null: no audit.
   const Motion* before = nullptr;
-  ImpulseWork work{};
+  Audit work{};
 };
 
 }  // namespace energymargin

@@ -27,11 +27,6 @@ btTransform bullet_pose(const Inertial& inertial, const BodyState& frame);
 BodyState frame_state(const Inertial& inertial, const btTransform& pose, const Vector3& velocity,
                       const Vector3& angular_velocity);
 
-//! Index in the scene of a body that Bullet has.
-inline std::size_t body_index(const btCollisionObject& object) {
-  return static_cast<std::size_t>(object.getUserIndex());
-}
-
 //! A convex piece of a body.
 struct ConvexPiece {
   const btConvexShape* shape;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/check.hpp"
-#include "physics/carriers.hpp"
 
 namespace energymargin {
 namespace {
@@ -20,27 +19,98 @@ constexpr int most_tries = 4;
 constexpr double shortest_substep = 1e-4;
 constexpr double blocked_share = 0.25;
 
+// What goes along slides along others that it comes closer to by less than this share of its way.
+constexpr double along_share = 1e-3;
+
+struct Carriers {
+  const Scene& scene;
+  const MovingBodies& bodies;
+  const std::vector<Velocity>& ways;
+  std::vector<int> of{};  // each body, or the base of its tree; -1: none
+  bool changed = false;
+
+  bool kinematic(std::size_t body) const { return scene.bodies()[body].kinematic; }
+  const btVector3& origin(std::size_t body) const { return bodies.poses()[body].getOrigin(); }
+
+  void join(std::size_t from, std::size_t to) {
+    if (of[from] < 0 || of[to] >= 0 || scene.bodies()[to].fixed()) return;
+    of[to] = of[from];
+    changed = true;
+  }
+
+  void stop(std::size_t body) {
+    if (of[body] < 0 || kinematic(body)) return;
+    of[body] = -1;
+    changed = true;
+  }
+
+  btVector3 velocity(std::size_t body, const btVector3& point) const {
+    if (of[body] < 0) return {0, 0, 0};
+    const auto carrier = static_cast<std::size_t>(of[body]);
+    return ways[carrier].linear + ways[carrier].angular.cross(point - origin(carrier));
+  }
+
+  // Whether what is carried would be carried into something at a point: then it stays.
+  bool blocks(std::size_t a, std::size_t b, const ContactPoint& point) const {
+    if (of[a] == of[b]) return false;
+    const btVector3 apart = velocity(a, point.on_a) - velocity(b, point.on_b);
+    return point.normal.dot(apart) < -along_share * apart.length();
+  }
+};
+
+// A kinematic body loses no time. What it touches, or what touches that, goes along with it for `lost` [s]: it pushes,
+// and passes only what something else holds. Each body has at most one carrier. `ways` are the velocities of all
+// bodies.
+void carry_along(const Scene& scene, MovingBodies& bodies, const std::vector<ContactPoint>& points,
+                 const std::vector<Velocity>& ways, double lost) {
+  Carriers carriers{scene, bodies, ways};
+  const std::size_t count = scene.bodies().size();
+  for (std::size_t i = 0; i < count; ++i) carriers.of.push_back(carriers.kinematic(i) ? static_cast<int>(i) : -1);
+  const auto until_nothing_changes = [&](const auto& visit) {
+    do {
+      carriers.changed = false;
+      for (const ContactPoint& point : points) visit(point, bodies.base_of(point.a), bodies.base_of(point.b));
+    } while (carriers.changed);
+  };
+  until_nothing_changes([&](const ContactPoint&, std::size_t a, std::size_t b) {
+    carriers.join(a, b);
+    carriers.join(b, a);
+  });
+  until_nothing_changes([&](const ContactPoint& point, std::size_t a, std::size_t b) {
+    if (!carriers.blocks(a, b, point)) return;
+    if (!carriers.kinematic(b)) carriers.stop(a);
+    if (!carriers.kinematic(a)) carriers.stop(b);
+  });
+  for (std::size_t i = 0; i < count; ++i) {
+    if (carriers.of[i] < 0 || carriers.kinematic(i)) continue;
+    const auto carrier = static_cast<std::size_t>(carriers.of[i]);
+    bodies.carry(i, ways[carrier], carriers.origin(carrier), lost);
+  }
+}
+
 }  // namespace
 
 Simulation::Simulation(const Scene& scene)
     : scene_(scene),
       layout_(scene),
       step_(scene.stepping().step),
-      placement_(scene_),
-      equations_(scene_, placement_.bodies, impulses_),
-      springs_(scene_, placement_.bodies),
+      bodies_(scene_),
+      pairs_(scene_, bodies_.poses()),
+      equations_(scene_, bodies_),
+      springs_(scene_, bodies_),
       ways_(scene.bodies().size()) {}
 
 int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
 
-const std::vector<btRigidBody*>& Simulation::objects() const {
-  const std::vector<btRigidBody*>& objects = placement_.bodies.objects();
+const std::vector<std::size_t>& Simulation::objects() const {
+  const std::vector<std::size_t>& objects = bodies_.objects();
   if (objects.empty()) reject("scene", "without a free object", "a body of role \"object\" that is on no joint");
   return objects;
 }
 
 void Simulation::restore(const State& state) {
-  placement_.restore(state);
+  bodies_.restore(state);
+  pairs_.forget();
   last_duration_ = 0.0;
   unload();
   springs_.update();
@@ -48,43 +118,41 @@ void Simulation::restore(const State& state) {
 
 void Simulation::read(State& state) const {
   state.resize(layout_.dimension());
-  placement_.bodies.read(state);
+  bodies_.read(state);
   if (!state.allFinite()) throw Diverged("a state");
 }
 
 void Simulation::read(Motion& motion) const {
   const btVector3 none(0, 0, 0);
-  motion.bodies.assign(scene_.bodies().size(), {none, none, none, none});
-  placement_.bodies.read(motion);
+  motion.bodies.assign(scene_.bodies().size(), {{}, none, none});
+  bodies_.read(motion);
   springs_.add_stiffness(motion);
 }
 
 void Simulation::read(std::vector<Velocity>& velocities) const {
   velocities.resize(scene_.bodies().size());
-  placement_.bodies.read(velocities);
+  bodies_.read(velocities);
 }
 
 // A substep's length is known once its velocities are: if bodies would pass into each other, it is done again, as short
 // as they are safe.
 SubstepResult Simulation::advance(double duration, int substeps) {
   load_bodies();
-  CollisionPairs& pairs = placement_.pairs;
-  pairs.update();
-  const Stepping& stepping = scene_.stepping();
+  pairs_.update();
   for (int tries = 1;; ++tries) {
-    const Substep substep{duration, step_, pairs.points(), motors_, stepping.iterations, stepping.tolerance};
+    const Substep substep{duration, pairs_.points(), motors_};
     const bool converged = equations_.solve(substep);
-    placement_.bodies.read_ways(ways_);
-    const double share = pairs.safe_share(ways_, duration);
+    bodies_.read_ways(ways_);
+    const double share = pairs_.safe_share(ways_, duration);
     const double shorter = duration * (share * duration > shortest_substep * step_ ? share : blocked_share);
     if (share < 1.0 && tries < most_tries && substeps < most_substeps && shorter > shortest_substep * step_) {
       duration = shorter;
       continue;
     }
     equations_.commit(substep, share);
-    placement_.bodies.move(duration, share);
+    bodies_.move(duration, share);
     const double lost = (1.0 - share) * duration;
-    if (share < 1.0) carry_along(scene_, placement_.bodies, pairs.points(), ways_, lost);
+    if (share < 1.0) carry_along(scene_, bodies_, pairs_.points(), ways_, lost);
     last_duration_ = duration;
     springs_.update();
     return {duration, lost, converged};
@@ -92,9 +160,9 @@ SubstepResult Simulation::advance(double duration, int substeps) {
 }
 
 void Simulation::load_bodies() {
-  placement_.bodies.clear_loads();
+  bodies_.clear_loads();
   for (const std::vector<Load>* loads : {&std::as_const(loads_), &std::as_const(actuations_), &springs_.loads()}) {
-    for (const Load& load : *loads) placement_.bodies.apply(load);
+    for (const Load& load : *loads) bodies_.apply(load);
   }
 }
 
@@ -107,8 +175,7 @@ void Simulation::unload() {
 void Simulation::add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force,
                            double torque) {
   const Inertial& inertial = scene_.inertial(body);
-  const Quaternion orientation =
-      from_bullet(placement_.collider(body).getWorldTransform().getRotation()) * inertial.axes.conjugate();
+  const Quaternion orientation = from_bullet(bodies_.poses()[body].getRotation()) * inertial.axes.conjugate();
   const Vector3 center = orientation * inertial.center;
   motors_.push_back({body, to_bullet(Vector3(linear + angular.cross(center))), to_bullet(angular), force, torque});
 }
@@ -116,7 +183,7 @@ void Simulation::add_motor(std::size_t body, const Vector3& linear, const Vector
 std::vector<Contact> Simulation::contacts() const {
   const double duration = last_duration_ > 0.0 ? last_duration_ : step_;
   std::vector<Contact> contacts;
-  for (const ContactPoint& point : placement_.pairs.points()) {
+  for (const ContactPoint& point : pairs_.points()) {
     contacts.push_back({scene_.bodies()[point.a].name, scene_.bodies()[point.b].name, from_bullet(point.on_b),
                         from_bullet(point.normal), point.distance, point.normal_impulse / duration,
                         from_bullet(point.friction_impulse / duration), scene_.contact_friction(point.a, point.b)});

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "energymargin/world.hpp"
-#include "physics/placement.hpp"
+#include "physics/contacts/collision_pairs.hpp"
 #include "physics/solver/step_equations.hpp"
 #include "physics/springs.hpp"
 
@@ -29,7 +29,7 @@ class Simulation {
   int whole_steps(double duration) const;
 
   //! Free bodies of role "object", in the scene's order; throws std::invalid_argument if there is none.
-  const std::vector<btRigidBody*>& objects() const;
+  const std::vector<std::size_t>& objects() const;
 
   //! Sets anew everything that could carry the past into the next rollout.
   void restore(const State& state);
@@ -49,8 +49,8 @@ class Simulation {
   void add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
 
   //! The target of a joint, until `restore`.
-  void set_target(std::size_t joint, double target) { placement_.bodies.set_target(joint, target); }
-  double target(std::size_t joint) const { return placement_.bodies.target(joint); }
+  void set_target(std::size_t joint, double target) { bodies_.set_target(joint, target); }
+  double target(std::size_t joint) const { return bodies_.target(joint); }
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `substeps` of the step are over;
   //! if they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
@@ -58,25 +58,17 @@ class Simulation {
 
   const Springs& springs() const { return springs_; }
 
-  //! Sums up the work of the impulses in the next steps; `before` is what each begins with, for the caller to keep up
-  //! to date. Null ends it.
-  void audit_impulses(const Motion* before) { impulses_ = {before, {}}; }
+  //! Sums up the work of the impulses in the next steps, while that has a motion to begin with.
+  ImpulseAudit& impulses() { return equations_.audit; }
 
-  //! Velocities of the i-th of the objects: as they are, and after the loads and impulses of the last substep, before
-  //! it coasted.
-  Velocity velocity(std::size_t i) const {
-    return {objects()[i]->getLinearVelocity(), objects()[i]->getAngularVelocity()};
-  }
-  const Velocity& pushed(std::size_t i) const { return equations_.pushed(body_index(*objects()[i])); }
-
-  //! The work since the audit began.
-  const ImpulseWork& impulse_work() const { return impulses_.work; }
+  //! A free body as it moves.
+  const FreeBody& free(std::size_t body) const { return *bodies_.free(body); }
 
   //! They have the forces of the last substep.
   std::vector<Contact> contacts() const;
 
   //! The bodies where the last `restore` or `advance` left them.
-  Placement& placement() { return placement_; }
+  const CollisionPairs& pairs() const { return pairs_; }
 
  private:
   void load_bodies();
@@ -84,8 +76,8 @@ class Simulation {
   Scene scene_;
   StateLayout layout_;
   double step_;
-  Placement placement_;
-  ImpulseAudit impulses_;
+  MovingBodies bodies_;
+  CollisionPairs pairs_;
   StepEquations equations_;
   Springs springs_;
   std::vector<Load> loads_;

@@ -59,13 +59,11 @@ void Springs::add_loads(std::size_t spring, const SpringSpan& span, double tensi
   for (const auto& [body, end, force] :
        {std::tuple{ends.body_a, span.end_a, pull}, std::tuple{ends.body_b, span.end_b, btVector3(-pull)}}) {
     if (bodies_[body].fixed()) continue;
-    const btVector3& center = moving_.colliders()[body]->getWorldTransform().getOrigin();
+    const btVector3& center = moving_.poses()[body].getOrigin();
     loads.push_back({body, force, (end - center).cross(force)});
   }
 }
 
-btVector3 Springs::in_world(std::size_t body, const btVector3& point) const {
-  return moving_.colliders()[body]->getWorldTransform() * point;
-}
+btVector3 Springs::in_world(std::size_t body, const btVector3& point) const { return moving_.poses()[body] * point; }
 
 }  // namespace energymargin

@@ -2,29 +2,123 @@
 
 #include "energymargin/world.hpp"
 
+#include <cmath>
 #include <utility>
-#include <vector>
 
 #include "base/check.hpp"
-#include "physics/engine.hpp"
+#include "physics/auditor.hpp"
+#include "physics/simulation.hpp"
 
 namespace energymargin {
 namespace {
 
-void validate_record(const std::vector<int>& record, int steps) {
+constexpr int steps_between_checks = 16;  // of the limit: a step takes from 3 us to, in large scenes, some ms
+constexpr double unlimited = std::numeric_limits<double>::infinity();  // force and torque, of a kinematic body
+
+void validate_simulation(const Plan& besides, int steps, const std::vector<int>& record) {
+  require_at_least("steps", steps, 1);
+  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
   for (std::size_t i = 0; i < record.size(); ++i) {
     if (record[i] < 0 || record[i] > steps || (i > 0 && record[i] <= record[i - 1])) {
       reject("record", "with " + std::to_string(record[i]),
              "ascending numbers of steps from 0 to " + std::to_string(steps));
     }
   }
+  const auto require_a_row_a_step = [steps](const std::string& name, Eigen::Index rows) {
+    if (rows != steps) reject(name, std::to_string(rows) + " rows", std::to_string(steps) + " rows, one a step");
+  };
+  for (const Drive& drive : besides.wrenches) {
+    require_a_row_a_step("drives['" + drive.body + "']", drive.wrenches.rows());
+  }
+  for (const Targets& targets : besides.targets) {
+    require_a_row_a_step("targets['" + targets.joint + "']", targets.positions.size());
+  }
 }
 
-void require_a_row_a_step(const std::string& name, Eigen::Index rows, int steps) {
-  if (rows != steps) reject(name, std::to_string(rows) + " rows", std::to_string(steps) + " rows, one a step");
+// What a push is on each object.
+std::vector<Load> loads_of(const Push& push, const Simulation& simulation) {
+  std::vector<Load> loads;
+  for (Eigen::Index first = 0; first < push.wrenches.size(); first += wrench_axes) {
+    const double* const wrench = push.wrenches.data() + first;
+    loads.push_back({simulation.objects()[loads.size()], vector(wrench), vector(wrench + 3)});
+  }
+  return loads;
 }
 
 }  // namespace
+
+// Does in each step what a plan says, which fits the scene.
+class Robot {
+ public:
+  Robot(const Scene& scene, const Plan& plan) : plan_(fine_rows(plan, scene.stepping().step)) {
+    for (const Drive& drive : plan.wrenches) wrench_bodies_.push_back(scene.index(drive.body));
+    for (const Targets& targets : plan.targets) joints_.push_back(scene.joint_index(targets.joint));
+    for (Servo& servo : plan_.velocities) {
+      servo = with_default_limits(scene, servo);
+      servo_bodies_.push_back(scene.index(servo.body));
+    }
+  }
+
+  // Loads the simulation with what acts in a step, counted from the plan's start. Behind its end nothing acts but the
+  // last targets.
+  void act(Simulation& simulation, int step) const {
+    const int last = plan_.rows() - 1;
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      simulation.set_target(joints_[i], plan_.targets[i].positions[std::min(step, last)]);
+    }
+    if (step > last) return;
+    for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
+      const auto wrench = plan_.wrenches[i].wrenches.row(step);
+      simulation.actuate({wrench_bodies_[i], vector(wrench.data()), vector(wrench.data() + 3)});
+    }
+    for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
+      const Servo& servo = plan_.velocities[i];
+      const auto velocity = servo.velocities.row(step);
+      simulation.add_motor(servo_bodies_[i], velocity.head<3>(), velocity.tail<3>(), servo.force.value_or(unlimited),
+                           servo.torque.value_or(unlimited));
+    }
+  }
+
+ private:
+  Plan plan_;
+  std::vector<std::size_t> wrench_bodies_, servo_bodies_, joints_;
+};
+
+// The robot follows `plan`, which fits the scene, unless it is null.
+struct Engine {
+  Engine(const Scene& scene, const Plan* plan) : simulation(scene), energy(scene) {
+    if (plan) robot.emplace(simulation.scene(), *plan);
+  }
+
+  Simulation simulation;
+  Energy energy;
+  std::optional<Robot> robot;
+  std::vector<Velocity> before{};  // of the loaded bodies, as a substep begins
+
+  // One step under loads on free bodies; its work, effort, lost time and convergence are added to `result`.
+  void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor);
+};
+
+void Engine::step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
+  double left = simulation.scene().stepping().step;
+  bool converged = true;
+  for (int substeps = 0; left > 0.0; ++substeps) {
+    if (auditor) auditor->begin();
+    before.clear();
+    for (const Load& load : loads) before.push_back(simulation.free(load.body).velocity);
+    const SubstepResult substep = simulation.advance(left, substeps);
+    for (std::size_t i = 0; i < loads.size(); ++i) {
+      const double work = loads[i].power(before[i], simulation.free(loads[i].body).pushed) * substep.duration;
+      result.effort += std::abs(work);
+      result.work += work;
+    }
+    if (auditor) auditor->end(substep);
+    left -= substep.duration;
+    result.lost_time += substep.lost;
+    converged = converged && substep.converged;
+  }
+  if (!converged) ++result.unconverged;
+}
 
 Push push(const Disturbance& wrenches, int steps) {
   Push push{Eigen::VectorXd(wrench_axes * static_cast<Eigen::Index>(wrenches.size())), steps};
@@ -75,18 +169,94 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   return result;
 }
 
-void World::validate_simulation(const State& state, const Plan& besides, int steps,
-                                const std::vector<int>& record) const {
+Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit,
+                                 const Watch& watch) {
+  Simulation& simulation = engine_->simulation;
+  simulation.restore(state);
+  std::optional<Auditor> auditor;
+  if (watch.audit) auditor.emplace(simulation, engine_->energy);
+  Rollout result;
+  std::optional<Robot> other;
+  if (watch.plan) other.emplace(simulation.scene(), *watch.plan);
+  const std::optional<Robot>& robot = other ? other : engine_->robot;
+  auto next = watch.record.begin();
+  bool over = false;
+  for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
+    const std::vector<Load> loads = loads_of(*push, simulation);
+    for (int i = 0; i < push->steps && !over; ++i) {
+      result.complete = result.steps % steps_between_checks != 0 || !limit.reached();
+      over = !result.complete;
+      if (over) break;
+      if (i == 0 || robot) {
+        simulation.unload();
+        for (const Load& load : loads) simulation.load(load);
+        if (robot) robot->act(simulation, watch.first + result.steps);
+      }
+      engine_->step(loads, result, auditor ? &*auditor : nullptr);
+      ++result.steps;
+      if (next != watch.record.end() && *next == result.steps) {
+        result.recorded.push_back({result.steps, result.effort, {}});
+        simulation.read(result.recorded.back().state);
+        ++next;
+      }
+      over = !(watch.cost + result.effort < watch.bound);
+      if (over || !watch.ends || (watch.first + result.steps) % watch.look_every != 0) continue;
+      simulation.read(result.state);
+      over = watch.ends(result.state);
+    }
+  }
+  simulation.read(result.state);
+  if (!std::isfinite(result.effort)) throw Diverged("the effort");
+  if (auditor) {
+    result.audit = auditor->audit();
+    result.audit->energy_change = engine_->energy(result.state) - engine_->energy(state);
+    result.audit->wrench = result.work;
+  }
+  return result;
+}
+
+std::vector<Frame> World::simulate(const State& state, const Plan& besides, int steps, const std::vector<int>& record,
+                                   const Limit& limit) {
   validate(scene(), state);
-  require_at_least("steps", steps, 1);
-  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
-  validate_record(record, steps);
-  for (const Drive& drive : besides.wrenches) {
-    require_a_row_a_step("drives['" + drive.body + "']", drive.wrenches.rows(), steps);
+  validate_simulation(besides, steps, record);
+  Simulation& simulation = engine_->simulation;
+  std::optional<Robot> second;
+  if (besides.rows() > 0) {
+    Plan rows = besides;
+    rows.step = scene().stepping().step;
+    validate(rows, scene(), "drives");
+    second.emplace(scene(), rows);
   }
-  for (const Targets& targets : besides.targets) {
-    require_a_row_a_step("targets['" + targets.joint + "']", targets.positions.size(), steps);
+  std::vector<Frame> frames;
+  auto next = record.begin();
+  if (next != record.end() && *next == 0) {
+    frames.push_back({0.0, state, contacts(state)});
+    ++next;
   }
+  const double step = scene().stepping().step;
+  Rollout whole;
+  simulation.restore(state);
+  for (int i = 1; i <= steps && next != record.end(); ++i) {
+    if (i % steps_between_checks == 0) limit.require();
+    simulation.unload();
+    for (const std::optional<Robot>* robot : {&std::as_const(engine_->robot), &std::as_const(second)}) {
+      if (*robot) (*robot)->act(simulation, i - 1);
+    }
+    engine_->step({}, whole, nullptr);
+    if (i != *next) continue;
+    frames.push_back({i * step, {}, simulation.contacts(), whole.unconverged, whole.lost_time});
+    simulation.read(frames.back().state);
+    ++next;
+  }
+  return frames;
+}
+
+std::vector<Contact> World::contacts(const State& state) {
+  validate(scene(), state);
+  engine_->simulation.restore(state);
+  Rollout whole;
+  engine_->step({}, whole, nullptr);
+  return engine_->simulation.contacts();
 }
 
 double World::energy(const State& state) const {
@@ -98,16 +268,25 @@ double World::distance(const State& state, const std::string& body_a, const std:
   const std::size_t a = scene().index(body_a);
   const std::size_t b = scene().index(body_b);
   if (a == b) reject("body_b", "'" + body_b + "'", "another body than body_a");
-  const auto closest = placement_at(state).pairs.closest(a, b, 1e9);
+  validate(scene(), state);
+  engine_->simulation.restore(state);
+  const auto closest = engine_->simulation.pairs().closest(a, b, 1e9);
   return closest ? closest->distance : std::numeric_limits<double>::infinity();
 }
 
-Contact World::deepest_contact(const State& state) { return placement_at(state).deepest_contact(); }
-
-Placement& World::placement_at(const State& state) {
-  validate(scene(), state);
-  engine_->simulation.restore(state);
-  return engine_->simulation.placement();
+Contact deepest_contact(const Scene& scene, const State& state) {
+  MovingBodies bodies(scene);
+  bodies.restore(state);
+  CollisionPairs pairs(scene, bodies.poses());
+  Contact deepest;
+  for (const auto& [a, b] : pairs.near()) {
+    const auto closest = pairs.closest(a, b, 0.0);
+    if (!closest || closest->distance >= deepest.distance) continue;
+    deepest = {scene.bodies()[a].name, scene.bodies()[b].name, from_bullet(closest->on_b), from_bullet(closest->normal),
+               closest->distance};
+    deepest.friction = scene.contact_friction(a, b);
+  }
+  return deepest;
 }
 
 }  // namespace energymargin

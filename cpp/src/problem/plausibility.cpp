@@ -250,8 +250,9 @@ std::vector<Warning> implausible_joints(const Scene& scene, const State& state) 
 }
 
 std::vector<Warning> implausible_start(World& world, const State& state) {
+  validate(world.scene(), state);
   Warnings warnings = implausible_joints(world.scene(), state);
-  const Contact contact = world.deepest_contact(state);
+  const Contact contact = deepest_contact(world.scene(), state);
   if (contact.distance == 0.0) return warnings;
   const double most = plausible::overlap * smaller_half_extent(world.scene(), contact);
   if (-contact.distance <= most) return warnings;

@@ -5,40 +5,43 @@
 
 namespace energymargin {
 
-Articulation::Articulation(const Scene& scene, std::size_t base, std::optional<std::size_t> first)
-    : scene_(scene), layout_(scene), free_(!scene.bodies()[base].fixed()) {
+Articulation::Articulation(const Scene& scene, std::size_t base, std::optional<std::size_t> first,
+                           std::vector<btTransform>& poses)
+    : scene_(scene), layout_(scene), poses_(poses), free_(!scene.bodies()[base].fixed()) {
   const Body& root = scene.bodies()[base];
-  Link made{base};
+  links_.push_back({base});
+  Link& made = links_.back();
   made.mass = root.dynamic() ? root.mass : 0.0;  // a fixed base, or one that no force moves, takes part in nothing
   made.moments = to_bullet(scene_.inertial(base).moments);
   made.pose = bullet_pose(scene_.inertial(base), root.state);
   for (int i = 0; free_ && i < velocities_of_free_body; ++i) add_velocity(made);
-  links_.push_back(made);
   add_links(base, 0, first);
-  motions_.resize(velocities_.size());
-  ways_.resize(velocities_.size());
-  if (free_) add_collider(0);
+  motions_.resize(count());
+  ways_.resize(count());
   for (int i = 1; i < static_cast<int>(links_.size()); ++i) {
-    const Link& on = links_[static_cast<std::size_t>(i)];
-    add_collider(i);
-    const Joint& joint = scene.joints()[*on.joint];
-    if (on.velocity >= 0 && !joint.mimic) controls_.push_back({&joint, i, on.velocity, joint.target});
+    const Joint& joint = scene.joints()[*link(i).joint];
+    if (link(i).velocity >= 0 && !joint.mimic) controls_.push_back({&joint, i, link(i).velocity, joint.target});
   }
+  for (const JointControl& control : controls_) drives_ = drives_ || control.drives();
+  inertia_.resize(count() * count(), 0.0);
+  for (std::vector<double>* numbers : {&forces_, &bias_, &rates_, &coasting_, &kicked_}) numbers->resize(count());
+  for (auto* of_links : {&bodies_, &composites_}) of_links->resize(links_.size());
+  for (auto* of_links : {&accelerations_, &link_forces_}) of_links->resize(links_.size());
 }
 
 void Articulation::add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only) {
   const std::vector<Joint>& joints = scene_.joints();
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (joints[i].parent != scene_.bodies()[parent].name || (only && *only != i)) continue;
-    links_.push_back(link(i, parent_link));
+    links_.push_back(make_link(i, parent_link));
     if (!scene_.rigid(joints[i])) add_velocity(links_.back());
     add_links(links_.back().body, static_cast<int>(links_.size()) - 1, std::nullopt);
   }
 }
 
-Articulation::Link Articulation::link(std::size_t joint, int parent_link) const {
+Articulation::Link Articulation::make_link(std::size_t joint, int parent_link) const {
   const Joint& on = scene_.joints()[joint];
-  const Link& parent = links_[static_cast<std::size_t>(parent_link)];
+  const Link& parent = link(parent_link);
   Link made{scene_.index(on.child), parent_link, joint, on.type == JointType::prismatic};
   made.last_velocity = parent.last_velocity;
   made.mass = scene_.bodies()[made.body].mass;
@@ -57,26 +60,9 @@ Articulation::Link Articulation::link(std::size_t joint, int parent_link) const 
 
 void Articulation::add_velocity(Link& link) {
   above_.push_back(link.last_velocity);
-  link.velocity = link.last_velocity = static_cast<int>(velocities_.size());
+  movers_.push_back(links_.size() - 1);
+  link.velocity = link.last_velocity = static_cast<int>(count());
   velocities_.push_back(0.0);
-}
-
-// Bullet numbers links without the base; the multi-body that it asks for is its own, and there is none.
-void Articulation::add_collider(int link) {
-  const std::size_t body = links_[static_cast<std::size_t>(link)].body;
-  colliders_.push_back(std::make_unique<btMultiBodyLinkCollider>(nullptr, link - 1));
-  btMultiBodyLinkCollider& collider = *colliders_.back();
-  collider.setCollisionShape(scene_.collision_shape(body).shape.get());
-  collider.setFriction(scene_.bodies()[body].friction);
-  collider.setUserIndex(static_cast<int>(body));
-  collider.setActivationState(DISABLE_DEACTIVATION);
-}
-
-std::optional<int> Articulation::link_on(std::size_t joint) const {
-  for (std::size_t i = 1; i < links_.size(); ++i) {
-    if (links_[i].joint == joint) return static_cast<int>(i);
-  }
-  return std::nullopt;
 }
 
 void Articulation::restore(const State& state) {
@@ -96,7 +82,7 @@ void Articulation::restore(const State& state) {
   for (JointControl& control : controls_) control.target = control.joint->target;
   clear_loads();
   place_links();
-  place_colliders();
+  place_bodies();
 }
 
 void Articulation::read(State& state) const {
@@ -118,7 +104,7 @@ void Articulation::read(State& state) const {
 void Articulation::place_links() {
   for (std::size_t i = 1; i < links_.size(); ++i) {
     Link& link = links_[i];
-    const btTransform& parent = links_[static_cast<std::size_t>(link.parent)].pose;
+    const btTransform& parent = this->link(link.parent).pose;
     link.hinge = parent(link.pivot);
     btMatrix3x3 axes = parent.getBasis() * link.turn;
     btVector3 arm = link.arm;
@@ -132,10 +118,8 @@ void Articulation::place_links() {
   set_motions();
 }
 
-void Articulation::place_colliders() {
-  for (const auto& collider : colliders_) {
-    collider->setWorldTransform(links_[static_cast<std::size_t>(link_of(*collider))].pose);
-  }
+void Articulation::place_bodies() {
+  for (std::size_t i = free_ ? 0 : 1; i < links_.size(); ++i) poses_[links_[i].body] = links_[i].pose;
 }
 
 void Articulation::set_motions() {
@@ -154,10 +138,7 @@ void Articulation::set_motions() {
 
 const std::vector<SpatialVector>& Articulation::link_motions(const std::vector<double>& velocities) const {
   link_motions_.assign(links_.size(), {});
-  if (free_) {
-    const double* base = velocities.data();
-    link_motions_[0] = {btVector3(base[3], base[4], base[5]), btVector3(base[0], base[1], base[2])};
-  }
+  if (free_) link_motions_[0] = {vector(velocities.data() + 3), vector(velocities.data())};
   for (std::size_t i = 1; i < links_.size(); ++i) {
     link_motions_[i] = link_motions_[static_cast<std::size_t>(links_[i].parent)];
     if (links_[i].velocity < 0) continue;
@@ -175,16 +156,14 @@ void Articulation::read(const std::vector<double>& from, std::vector<Velocity>& 
   }
 }
 
-btVector3 Articulation::velocity(const btCollisionObject& body, const btVector3& point,
-                                 const std::vector<double>& velocities) const {
-  const SpatialVector& motion = link_motions(velocities)[static_cast<std::size_t>(link_of(body))];
+btVector3 Articulation::velocity(int link, const btVector3& point, const std::vector<double>& velocities) const {
+  const SpatialVector& motion = link_motions(velocities)[static_cast<std::size_t>(link)];
   return motion.linear + motion.angular.cross(point - origin());
 }
 
-void Articulation::apply(const btCollisionObject& body, const btVector3& force, const btVector3& torque) {
-  Link& link = links_[static_cast<std::size_t>(link_of(body))];
-  link.force += force;
-  link.torque += torque;
+void Articulation::apply(int link, const btVector3& force, const btVector3& torque) {
+  links_[static_cast<std::size_t>(link)].force += force;
+  links_[static_cast<std::size_t>(link)].torque += torque;
 }
 
 void Articulation::clear_loads() {
@@ -194,9 +173,8 @@ void Articulation::clear_loads() {
 void Articulation::move(double duration, double share) {
   if (free_) {
     const double moved = kinematic() ? duration : share * duration;
-    const double* base = ways_.data();
     btTransform& pose = links_.front().pose;
-    pose = moved_pose(pose, btVector3(base[0], base[1], base[2]) * moved, btVector3(base[3], base[4], base[5]) * moved);
+    pose = moved_pose(pose, vector(ways_.data()) * moved, vector(ways_.data() + 3) * moved);
   }
   for (Link& link : links_) {
     if (link.joint && link.velocity >= 0) {
@@ -204,13 +182,13 @@ void Articulation::move(double duration, double share) {
     }
   }
   place_links();
-  place_colliders();
+  place_bodies();
 }
 
 void Articulation::put_base(const btTransform& pose) {
   links_.front().pose = pose;
   place_links();
-  place_colliders();
+  place_bodies();
 }
 
 void Articulation::put_off(const std::vector<double>& way) {
@@ -218,9 +196,7 @@ void Articulation::put_off(const std::vector<double>& way) {
     base_pose_ = links_.front().pose;
     for (const Link& link : links_) positions_.push_back(link.position);
   }
-  if (free_) {
-    links_.front().pose = moved_pose(base_pose_, btVector3(way[0], way[1], way[2]), btVector3(way[3], way[4], way[5]));
-  }
+  if (free_) links_.front().pose = moved_pose(base_pose_, vector(way.data()), vector(way.data() + 3));
   for (std::size_t i = 1; i < links_.size(); ++i) {
     if (links_[i].velocity < 0) continue;
     links_[i].position = positions_[i] + way[static_cast<std::size_t>(links_[i].velocity)];

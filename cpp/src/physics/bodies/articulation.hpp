@@ -1,15 +1,12 @@
 #pragma once
-// Links that hang together: where they are and how they move.
+// Links that hang together: where they are, how they move, and their equations of motion.
 
-#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-
-#include <memory>
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
-#include "physics/bodies/joint_control.hpp"
 #include "physics/bodies/spatial.hpp"
 #include "physics/motion.hpp"
 #include "physics/shapes.hpp"
@@ -19,8 +16,31 @@ namespace energymargin {
 //! A free body has six velocities: three linear ones of its centre of mass, and three angular ones.
 inline constexpr int velocities_of_free_body = 6;
 
+//! A joint's position control with compliance. The torque is that at the end of the substep, which is stable for any
+//! stiffness: over a substep of duration h [s] its impulse is h (k (target - q - h v) + d (v_target - v)) = pull -
+//! resistance v, within the limit.
+struct JointControl {
+  const Joint* joint;  // the scene's
+  int link, velocity;  // indices among the tree's
+  double target;       // [rad] or [m]
+
+  bool drives() const { return joint->stiffness > 0.0 || joint->damping > 0.0; }
+  bool limited() const { return joint->torque_limit < std::numeric_limits<double>::infinity(); }
+  double resistance(double duration) const { return duration * (duration * joint->stiffness + joint->damping); }
+  double pull(double duration, double position) const {
+    return duration * (joint->stiffness * (target - position) + joint->damping * joint->target_velocity);
+  }
+};
+
 //! A tree of links on its base: a free body, or a fixed one that stays what it is outside of the tree. Its velocities
-//! are those of a free base, then those of the joints that move.
+//! are those of a free base, then those of the joints that move:
+//! inertia * rate of the velocities + bias = forces along the velocities, by composite bodies for the inertia and by
+//! Newton and Euler's recursion for the bias (Featherstone 2008, tables 6.2 and 5.1). Drives without a torque limit are
+//! implicit: what they resist counts as inertia.
+//!
+//! A substep kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then
+//! lets it coast. Coasting keeps energy and momentum: it is a Runge-Kutta step of the fourth order where they count,
+//! which is without drives, or on a free base.
 class Articulation {
  public:
   //! The base or a link; where it is, is its frame at the centre of mass, along its principal axes.
@@ -42,48 +62,34 @@ class Articulation {
     btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next substep
   };
 
-  //! The links on a free body `base`, or those on one fixed body that hang on joint `first`.
-  //! The scene outlives this.
-  Articulation(const Scene& scene, std::size_t base, std::optional<std::size_t> first);
+  //! The links on a free body `base`, or those on one fixed body that hang on joint `first`. The scene outlives this;
+  //! so do the poses of all its bodies, which the tree keeps up to date for its own.
+  Articulation(const Scene& scene, std::size_t base, std::optional<std::size_t> first, std::vector<btTransform>& poses);
   Articulation(const Articulation&) = delete;
   Articulation& operator=(const Articulation&) = delete;
 
-  //! With the index of their body in the scene as user index.
-  const std::vector<std::unique_ptr<btMultiBodyLinkCollider>>& colliders() const { return colliders_; }
-
   //! The base first, parents before their children.
   const std::vector<Link>& links() const { return links_; }
-  int link_of(const btCollisionObject& collider) const {
-    return static_cast<const btMultiBodyLinkCollider&>(collider).m_link + 1;
-  }
+  const Link& link(int index) const { return links_[static_cast<std::size_t>(index)]; }
   bool free() const { return free_; }
-
-  //! The body that it hangs on.
-  std::size_t base() const { return links_.front().body; }
 
   //! Whether no force changes how its base, a free one, moves.
   bool kinematic() const { return free_ && scene_.bodies()[links_.front().body].kinematic; }
 
+  //! Velocities that are prescribed by a kinematic base; they are the first ones.
+  std::size_t prescribed() const { return kinematic() ? velocities_of_free_body : 0; }
+
   //! Joints with a drive or stops of their own.
   std::vector<JointControl>& controls() { return controls_; }
 
-  //! Index of a joint's link, if it is here.
-  std::optional<int> link_on(std::size_t joint) const;
-
+  std::size_t count() const { return velocities_.size(); }
   std::vector<double>& velocities() { return velocities_; }
-  const std::vector<double>& velocities() const { return velocities_; }
+
+  //! The velocities at which it goes in this substep.
+  std::vector<double>& ways() { return ways_; }
 
   //! The common point of the tree's spatial vectors.
   const btVector3& origin() const { return links_[free_ ? 0 : 1].pose.getOrigin(); }
-
-  //! Motion by a velocity of 1, of each of the tree's.
-  const std::vector<SpatialVector>& motions() const { return motions_; }
-
-  //! The velocity above another one in the tree; -1 above the first ones.
-  int above(int velocity) const { return above_[static_cast<std::size_t>(velocity)]; }
-
-  //! Motion of each link at these velocities of the tree.
-  const std::vector<SpatialVector>& link_motions(const std::vector<double>& velocities) const;
 
   void restore(const State& state);
   void read(State& state) const;
@@ -91,50 +97,102 @@ class Articulation {
   //! What these velocities of the tree are for the links and a free base, each at the index of its body in the scene.
   void read(const std::vector<double>& from, std::vector<Velocity>& velocities) const;
 
-  //! Velocity of the point of a body of the tree that is at `point` in the world, at these velocities of the tree.
-  btVector3 velocity(const btCollisionObject& body, const btVector3& point,
-                     const std::vector<double>& velocities) const;
+  //! Velocity of the point of a link that is at `point` in the world, at these velocities of the tree.
+  btVector3 velocity(int link, const btVector3& point, const std::vector<double>& velocities) const;
 
-  //! A wrench in the next substep, at the centre of mass of a body of the tree.
-  void apply(const btCollisionObject& body, const btVector3& force, const btVector3& torque);
+  //! A wrench in the next substep, at the centre of mass of a link.
+  void apply(int link, const btVector3& force, const btVector3& torque);
   void clear_loads();
-
-  //! The velocities at which it goes in this substep.
-  std::vector<double>& ways() { return ways_; }
-  const std::vector<double>& ways() const { return ways_; }
 
   //! Moves all on their ways, for a share of `duration` [s]; a kinematic base loses no time.
   void move(double duration, double share);
 
-  //! Moves all with its free base, which is here then.
+  //! Moves a free base, with all that hangs on it.
   void put_base(const btTransform& pose);
 
-  //! Puts the links, but for what collides, a way off from where they are [m, rad], until `put_back`: along each
-  //! velocity, and for a free base by a turn about an axis that stays.
+  //! Velocities of a kinematic base in this substep, whatever acts on the tree; otherwise it keeps what it has.
+  void keep_base() { std::copy_n(velocities_.begin(), prescribed(), base_.begin()); }
+  void drive_base(const btVector3& linear, const btVector3& angular);
+
+  //! What the loads do where the tree is in `duration` [s]. A tree that is `alone`, which nothing constrains and
+  //! nothing drives, feels gravity as it coasts.
+  void prepare(double duration, const btVector3& gravity, bool alone);
+  bool drives() const { return drives_; }
+
+  //! A tree whose joints follow others does not coast, which would part them: what its velocities do to it is a force.
+  void couple() { coupled_ = true; }
+
+  //! Inertia with what the drives resist, row by row, count() each.
+  const double* inertia_row(std::size_t i) const { return driven_.data() + i * count(); }
+
+  //! Velocities after the forces.
+  const std::vector<double>& kicked() const { return kicked_; }
+
+  //! Acceleration of a link's point as the tree coasts [m/s^2].
+  btVector3 bend(int link, const btVector3& point) const;
+
+  //! How fast a link turns [rad/s].
+  double spin(int link) const { return coasting_motions_[static_cast<std::size_t>(link)].angular.length(); }
+
+  //! Lets the tree coast from these velocities: they become those at the end, and its ways those to there.
+  void coast(double duration, std::vector<double>& velocities);
+
+  //! Work of what drives a kinematic base, but for impulses on the tree, from velocities before to those now [J].
+  double work_on_base(double duration, const std::vector<double>& before) const;
+
+  //! Of a tree that feels gravity as it coasts: half a substep's length times by how much its power grows, from
+  //! velocities before to after, which is where its way ends [J]. Zero for other trees.
+  double gravity_beside(double duration, const std::vector<double>& before, const std::vector<double>& after);
+
+  //! Adds what an impulse on a link is along the velocities.
+  void add(int link, const btVector3& point, const btVector3& impulse, double* impulses) const;
+
+ private:
+  using Matrix = std::vector<double>;
+
+  void add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
+  Link make_link(std::size_t joint, int parent_link) const;
+  void add_velocity(Link& link);
+  int above(int velocity) const { return above_[static_cast<std::size_t>(velocity)]; }
+  void place_links();
+  void place_bodies();
+  void set_motions();
+  const std::vector<SpatialVector>& link_motions(const std::vector<double>& velocities) const;
   void put_off(const std::vector<double>& way);
   void put_back();
 
- private:
-  void add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
-  Link link(std::size_t joint, int parent_link) const;
-  void add_velocity(Link& link);
-  void add_collider(int link);
-  void place_colliders();
-  void place_links();
-  void set_motions();
+  void find_inertia();
+  void find_forces(const btVector3& gravity, bool loads);
+  void find_bias(const std::vector<double>& velocities);
+  void find_accelerations();
+  void kick(double duration);
+  void coast_by_runge_kutta(double duration, std::vector<double>& velocities);
+  void rate(const std::vector<double>& way, const std::vector<double>& velocities, std::vector<double>& way_rate,
+            std::vector<double>& acceleration);
+  void accelerate(const Matrix& factors, std::vector<double>& rates) const;
+  void factor(Matrix& matrix) const;
 
   const Scene& scene_;
   StateLayout layout_;
+  std::vector<btTransform>& poses_;
   bool free_;
   std::vector<Link> links_;
   std::vector<JointControl> controls_;
-  std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
   std::vector<double> velocities_, ways_;
-  btTransform base_pose_;          // while the links are put off
-  std::vector<double> positions_;  // of all links, then
-  std::vector<int> above_;
-  std::vector<SpatialVector> motions_;
+  btTransform base_pose_;               // while the links are put off
+  std::vector<double> positions_;       // of all links, then
+  std::vector<int> above_;              // the velocity above another one in the tree; -1 above the first ones
+  std::vector<std::size_t> movers_;     // the link that each velocity moves
+  std::vector<SpatialVector> motions_;  // by a velocity of 1, of each of the tree's
   mutable std::vector<SpatialVector> link_motions_;
+  Matrix inertia_, driven_, factors_;
+  std::vector<double> forces_, bias_, rates_, coasting_, kicked_;
+  std::array<double, velocities_of_free_body> base_{};      // velocities of a kinematic base in this substep
+  std::vector<SpatialInertia> bodies_, composites_;         // each link alone, and with all that hangs on it
+  std::vector<SpatialVector> accelerations_, link_forces_;  // of the links, with constant velocities
+  std::vector<SpatialVector> coasting_motions_;             // of the links
+  btVector3 coasting_gravity_ = btVector3(0, 0, 0);
+  bool drives_ = false, coupled_ = false;
 };
 
 }  // namespace energymargin

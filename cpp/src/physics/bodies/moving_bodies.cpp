@@ -1,38 +1,59 @@
 #include "physics/bodies/moving_bodies.hpp"
 
-#include <stdexcept>
-
+#include "energymargin/kinematics.hpp"
 #include "physics/sweep.hpp"
 
 namespace energymargin {
 
 MovingBodies::MovingBodies(const Scene& scene)
-    : scene_(scene), rigids_(scene), colliders_(scene.bodies().size()), tree_of_(scene.bodies().size()) {
-  for (const auto& body : rigids_.all()) colliders_[body_index(*body)] = body.get();
+    : scene_(scene),
+      poses_(scene.bodies().size(), btTransform::getIdentity()),
+      free_of_(scene.bodies().size(), -1),
+      links_(scene.bodies().size()) {
+  const StateLayout layout(scene);
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    if (!scene.bodies()[i].fixed() && scene.jointed(i)) continue;
+    poses_[i] = bullet_pose(scene.inertial(i), scene.bodies()[i].state);
+    if (!scene.bodies()[i].fixed()) add_free(i, layout.offset(i));
+  }
   add_trees();
   add_mimics();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Vector3& force = scene.bodies()[i].force;
-    if (tree_of_[i] && !force.isZero(0.0)) link_loads_.push_back({i, to_bullet(force), btVector3(0, 0, 0)});
+    if (links_[i] && !force.isZero(0.0)) link_loads_.push_back({i, to_bullet(force), btVector3(0, 0, 0)});
   }
+}
+
+void MovingBodies::add_free(std::size_t index, int offset) {
+  const Body& body = scene_.bodies()[index];
+  Vector3 acceleration = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor);
+  if (body.kinematic) acceleration.setZero();
+  free_of_[index] = static_cast<int>(free_.size());
+  free_.push_back({index, offset, body.kinematic, body.kinematic ? 0.0 : 1.0 / body.mass,
+                   to_bullet(scene_.inertial(index).moments), to_bullet(body.linear_factor),
+                   to_bullet(body.angular_factor), to_bullet(acceleration)});
+  for (int axis = 0; axis < 6 && !body.kinematic; ++axis) {
+    const double factor = axis < 3 ? body.linear_factor[axis] : body.angular_factor[axis - 3];
+    if (factor != 0.0) free_.back().axes.push_back(axis);
+  }
+  if (body.role == Role::object) objects_.push_back(index);
 }
 
 // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
 // table know nothing of each other.
 void MovingBodies::add_trees() {
   const auto add = [&](std::size_t base, std::optional<std::size_t> first) {
-    trees_.push_back(std::make_unique<Articulation>(scene_, base, first));
-    for (const auto& collider : trees_.back()->colliders()) {
-      const auto body = body_index(*collider);
-      colliders_[body] = collider.get();
-      tree_of_[body] = trees_.size() - 1;
+    trees_.push_back(std::make_unique<Articulation>(scene_, base, first, poses_));
+    const std::vector<Articulation::Link>& links = trees_.back()->links();
+    for (std::size_t i = trees_.back()->free() ? 0 : 1; i < links.size(); ++i) {
+      links_[links[i].body] = {trees_.size() - 1, static_cast<int>(i)};
     }
   };
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
     const std::size_t parent = scene_.index(scene_.joints()[i].parent);
     if (scene_.bodies()[parent].fixed()) {
       add(parent, i);
-    } else if (!scene_.joint_to(parent) && !tree_of_[parent]) {
+    } else if (!scene_.joint_to(parent) && !links_[parent]) {
       add(parent, std::nullopt);
     }
   }
@@ -40,68 +61,80 @@ void MovingBodies::add_trees() {
 
 // A joint and the one that it follows may be on two trees.
 void MovingBodies::add_mimics() {
-  const auto end = [this](std::size_t joint) -> MimicConstraint::End {
-    for (std::size_t tree = 0; tree < trees_.size(); ++tree) {
-      if (const auto link = trees_[tree]->link_on(joint)) return {tree, *link};
-    }
-    throw std::logic_error("a joint that is on no tree");
-  };
+  const auto link = [this](std::size_t joint) { return *links_[scene_.index(scene_.joints()[joint].child)]; };
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
     const auto& mimic = scene_.joints()[i].mimic;
     if (!mimic) continue;
     const std::size_t followed = scene_.joint_index(mimic->joint);
     if (scene_.joints()[followed].held) continue;  // then both are rigid
-    mimics_.push_back({end(i), end(followed), *mimic});
+    mimics_.push_back({link(i), link(followed), *mimic});
   }
 }
 
 void MovingBodies::restore(const State& state) {
-  rigids_.restore(state);
+  for (FreeBody& each : free_) {
+    const Inertial& inertial = scene_.inertial(each.body);
+    const BodyState frame = StateLayout::read(state.data() + each.offset);
+    const BodyState center = state_at_point(inertial.center, frame);
+    poses_[each.body] = bullet_pose(inertial, frame);
+    each.velocity = {to_bullet(center.velocity), to_bullet(center.angular_velocity)};
+  }
   for (const auto& tree : trees_) tree->restore(state);
 }
 
 void MovingBodies::read(State& state) const {
-  rigids_.read(state);
+  for (const FreeBody& each : free_) {
+    const BodyState frame = frame_state(scene_.inertial(each.body), poses_[each.body],
+                                        from_bullet(each.velocity.linear), from_bullet(each.velocity.angular));
+    StateLayout::write(frame, state.data() + each.offset);
+  }
   for (const auto& tree : trees_) tree->read(state);
 }
 
 void MovingBodies::read(std::vector<Velocity>& velocities) const {
-  rigids_.read(velocities);
+  for (const FreeBody& each : free_) velocities[each.body] = each.velocity;
   for (const auto& tree : trees_) tree->read(tree->velocities(), velocities);
 }
 
 void MovingBodies::read_ways(std::vector<Velocity>& velocities) const {
-  rigids_.read_ways(velocities);
+  for (const FreeBody& each : free_) velocities[each.body] = each.way;
   for (const auto& tree : trees_) tree->read(tree->ways(), velocities);
 }
 
 void MovingBodies::read(Motion& motion) const {
-  rigids_.read(motion);
+  const btVector3 none(0, 0, 0);
+  for (const FreeBody& each : free_) {
+    motion.bodies[each.body] = {each.velocity, each.kinematic ? none : each.acceleration / each.inverse_mass, none};
+  }
   motion.trees.clear();
   for (const auto& tree : trees_) motion.trees.push_back(tree->velocities());
 }
 
 btVector3 MovingBodies::velocity(std::size_t body, const btVector3& point) const {
-  if (tree_of_[body]) {
-    const Articulation& tree = *trees_[*tree_of_[body]];
-    return tree.velocity(*colliders_[body], point, tree.velocities());
+  if (const auto& link = links_[body]) {
+    return trees_[link->tree]->velocity(link->link, point, trees_[link->tree]->velocities());
   }
-  const auto& rigid = static_cast<const btRigidBody&>(*colliders_[body]);
-  return rigid.getVelocityInLocalPoint(point - rigid.getCenterOfMassPosition());
+  const FreeBody* each = free(body);
+  if (!each) return {0, 0, 0};
+  return each->velocity.linear + each->velocity.angular.cross(point - poses_[body].getOrigin());
+}
+
+btMatrix3x3 MovingBodies::inertia(const FreeBody& free) const {
+  const btMatrix3x3& axes = poses_[free.body].getBasis();
+  return axes.scaled(free.moments).timesTranspose(axes);
 }
 
 void MovingBodies::clear_loads() {
-  rigids_.clear_loads();
+  for (FreeBody& each : free_) each.force = each.torque = btVector3(0, 0, 0);
   for (const auto& tree : trees_) tree->clear_loads();
   for (const Load& load : link_loads_) apply(load);
 }
 
 void MovingBodies::apply(const Load& load) {
-  if (tree_of_[load.body]) {
-    trees_[*tree_of_[load.body]]->apply(*colliders_[load.body], load.force, load.torque);
-  } else {
-    rigids_.apply(load);
-  }
+  if (const auto& link = links_[load.body]) return trees_[link->tree]->apply(link->link, load.force, load.torque);
+  FreeBody& each = *free(load.body);
+  each.force += load.force;
+  each.torque += load.torque;
 }
 
 void MovingBodies::set_target(std::size_t joint, double target) {
@@ -123,25 +156,21 @@ JointControl* MovingBodies::control_of(std::size_t joint) const {
 }
 
 std::size_t MovingBodies::base_of(std::size_t body) const {
-  return tree_of_[body] ? trees_[*tree_of_[body]]->base() : body;
+  return links_[body] ? trees_[links_[body]->tree]->link(0).body : body;
 }
 
 void MovingBodies::carry(std::size_t base, const Velocity& carrier, const btVector3& origin, double duration) {
-  const auto carried = [&](const btTransform& pose) {
-    const btVector3 linear = carrier.linear + carrier.angular.cross(pose.getOrigin() - origin);
-    return moved_pose(pose, linear * duration, carrier.angular * duration);
-  };
-  if (tree_of_[base]) {
-    Articulation& tree = *trees_[*tree_of_[base]];
-    tree.put_base(carried(tree.links().front().pose));
-  } else {
-    auto& rigid = static_cast<btRigidBody&>(*colliders_[base]);
-    rigid.setCenterOfMassTransform(carried(rigid.getWorldTransform()));
-  }
+  const btVector3 linear = carrier.linear + carrier.angular.cross(poses_[base].getOrigin() - origin);
+  const btTransform pose = moved_pose(poses_[base], linear * duration, carrier.angular * duration);
+  if (links_[base]) return trees_[links_[base]->tree]->put_base(pose);
+  poses_[base] = pose;
 }
 
 void MovingBodies::move(double duration, double share) {
-  rigids_.move(duration, share);
+  for (const FreeBody& each : free_) {
+    const double moved = each.kinematic ? duration : share * duration;
+    poses_[each.body] = moved_pose(poses_[each.body], each.way.linear * moved, each.way.angular * moved);
+  }
   for (const auto& tree : trees_) tree->move(duration, share);
 }
 

@@ -1,24 +1,45 @@
 #pragma once
 // All bodies of a scene: those on their own, and trees of links.
 
-#include <btBulletDynamicsCommon.h>
-
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "physics/bodies/articulation.hpp"
-#include "physics/bodies/rigid_bodies.hpp"
 
 namespace energymargin {
 
+//! A body that moves and hangs on no joint.
+struct FreeBody {
+  std::size_t body;  // in the scene
+  int offset;        // in a state
+  bool kinematic;
+  double inverse_mass;      // 0: kinematic [1/kg]
+  btVector3 moments;        // principal [kg m^2]
+  btVector3 linear_factor;  // 1: free along the axis, 0: locked
+  btVector3 angular_factor;
+  btVector3 acceleration;   // of gravity and the body's constant force [m/s^2]
+  std::vector<int> axes{};  // that are not locked: 0..2 linear, 3..5 angular; none of a kinematic body
+  Velocity velocity{};
+  btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next substep
+  Velocity way{};                                                     // at which it goes in this substep
+
+  // In the equations of the substep:
+  int mover = -1;                          // of the solver; -1: kinematic
+  btVector3 turning = btVector3(0, 0, 0);  // angular acceleration as it coasts [rad/s^2]
+  Velocity pushed{};                       // after loads and impulses, before it coasts
+  btVector3 spin = btVector3(0, 0, 0);     // angular velocity at the end of the substep [rad/s]
+};
+
+//! A link, or the free base of a tree.
+struct TreeLink {
+  std::size_t tree;
+  int link;
+};
+
 //! A joint that follows another one, on the same tree or on two.
 struct MimicConstraint {
-  struct End {
-    std::size_t tree;
-    int link;
-  };
-  End follower, followed;
+  TreeLink follower, followed;
   Mimic mimic;
 };
 
@@ -27,19 +48,28 @@ class MovingBodies {
  public:
   //! The scene outlives this.
   explicit MovingBodies(const Scene& scene);
+  MovingBodies(const MovingBodies&) = delete;  // the trees refer to the poses
+  MovingBodies& operator=(const MovingBodies&) = delete;
 
-  //! All bodies, in the scene's order.
-  const std::vector<btCollisionObject*>& colliders() const { return colliders_; }
+  //! Bullet's frames of all bodies, in the scene's order.
+  const std::vector<btTransform>& poses() const { return poses_; }
+
+  std::vector<FreeBody>& free() { return free_; }
+
+  //! Null for one that is fixed or on a tree.
+  FreeBody* free(std::size_t body) {
+    return free_of_[body] < 0 ? nullptr : &free_[static_cast<std::size_t>(free_of_[body])];
+  }
+  const FreeBody* free(std::size_t body) const { return const_cast<MovingBodies*>(this)->free(body); }
 
   //! Free bodies of role "object", in the scene's order.
-  const std::vector<btRigidBody*>& objects() const { return rigids_.objects(); }
+  const std::vector<std::size_t>& objects() const { return objects_; }
 
-  RigidBodies& rigids() { return rigids_; }
   const std::vector<std::unique_ptr<Articulation>>& trees() const { return trees_; }
   const std::vector<MimicConstraint>& mimics() const { return mimics_; }
 
-  //! The tree that a body is in.
-  const std::optional<std::size_t>& tree_of(std::size_t body) const { return tree_of_[body]; }
+  //! Where a body is in a tree, if it is in one.
+  const std::optional<TreeLink>& link(std::size_t body) const { return links_[body]; }
 
   //! Puts all bodies where a state says; nothing of the past is left.
   void restore(const State& state);
@@ -58,6 +88,9 @@ class MovingBodies {
   //! Velocity of the point of a body that is at `point` in the world [m/s].
   btVector3 velocity(std::size_t body, const btVector3& point) const;
 
+  //! Moment of inertia of a body in the world [kg m^2].
+  btMatrix3x3 inertia(const FreeBody& free) const;
+
   //! Only constant forces act on the bodies, beside gravity; then another wrench does.
   void clear_loads();
   void apply(const Load& load);
@@ -66,7 +99,7 @@ class MovingBodies {
   void set_target(std::size_t joint, double target);
   double target(std::size_t joint) const;
 
-  //! Moves all on their ways, for a share of `duration` [s].
+  //! Moves all on their ways, for a share of `duration` [s]; a kinematic body loses no time.
   void move(double duration, double share);
 
   //! The body itself, or the one that its tree hangs on.
@@ -76,16 +109,19 @@ class MovingBodies {
   void carry(std::size_t base, const Velocity& carrier, const btVector3& origin, double duration);
 
  private:
+  void add_free(std::size_t body, int offset);
   void add_trees();
   void add_mimics();
   JointControl* control_of(std::size_t joint) const;  // null for one without
 
   const Scene& scene_;
-  RigidBodies rigids_;
-  std::vector<btCollisionObject*> colliders_;
+  std::vector<btTransform> poses_;
+  std::vector<FreeBody> free_;
+  std::vector<int> free_of_;  // by the index in the scene; -1: fixed, or on a tree
+  std::vector<std::size_t> objects_;
   std::vector<std::unique_ptr<Articulation>> trees_;
-  std::vector<std::optional<std::size_t>> tree_of_;
-  std::vector<Load> link_loads_;  // constant forces on bodies of trees
+  std::vector<std::optional<TreeLink>> links_;  // of all bodies
+  std::vector<Load> link_loads_;                // constant forces on bodies of trees
   std::vector<MimicConstraint> mimics_;
 };
 

@@ -15,7 +15,6 @@ struct SpatialVector {
   btVector3 linear = btVector3(0, 0, 0);
 
   SpatialVector operator+(const SpatialVector& other) const { return {angular + other.angular, linear + other.linear}; }
-  SpatialVector operator-(const SpatialVector& other) const { return {angular - other.angular, linear - other.linear}; }
   SpatialVector operator*(double factor) const { return {angular * factor, linear * factor}; }
   SpatialVector& operator+=(const SpatialVector& other) { return *this = *this + other; }
 

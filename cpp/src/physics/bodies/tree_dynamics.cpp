@@ -1,7 +1,9 @@
-#include "physics/bodies/tree_dynamics.hpp"
+// The equations of motion of a tree.
 
 #include <algorithm>
 #include <cmath>
+
+#include "physics/bodies/articulation.hpp"
 
 namespace energymargin {
 namespace {
@@ -11,103 +13,71 @@ constexpr double steady = 1e-5;
 
 }  // namespace
 
-TreeDynamics::TreeDynamics(Articulation& tree)
-    : tree_(tree),
-      count_(tree.velocities().size()),
-      links_(count_, 0),
-      inertia_(count_ * count_, 0.0),
-      driven_(count_ * count_, 0.0),
-      factors_(count_ * count_, 0.0),
-      forces_(count_),
-      bias_(count_),
-      rates_(count_),
-      coasting_(count_),
-      kicked_(count_),
-      bodies_(tree.links().size()),
-      composites_(tree.links().size()),
-      accelerations_(tree.links().size()),
-      link_forces_(tree.links().size()) {
-  for (std::size_t i = 1; i < tree.links().size(); ++i) {
-    const int velocity = tree.links()[i].velocity;
-    if (velocity >= 0) links_[static_cast<std::size_t>(velocity)] = static_cast<int>(i);
-  }
-  for (const JointControl& control : tree.controls()) drives_ = drives_ || control.drives();
-}
-
-void TreeDynamics::keep_base() { std::copy_n(tree_.velocities().begin(), prescribed(), base_.begin()); }
-
-void TreeDynamics::drive_base(const btVector3& linear, const btVector3& angular) {
+void Articulation::drive_base(const btVector3& linear, const btVector3& angular) {
   for (int axis = 0; axis < 3; ++axis) {
     base_[static_cast<std::size_t>(axis)] = linear[axis];
     base_[static_cast<std::size_t>(3 + axis)] = angular[axis];
   }
 }
 
-void TreeDynamics::prepare(double duration, const btVector3& gravity, bool alone) {
+void Articulation::prepare(double duration, const btVector3& gravity, bool alone) {
   find_inertia();
   find_forces(alone ? btVector3(0, 0, 0) : gravity, true);
   coasting_gravity_ = alone ? gravity : btVector3(0, 0, 0);
   kick(duration);
-  find_bias(tree_.velocities());
-  for (std::size_t i = 0; i < count_; ++i) coasting_[i] = -bias_[i];
+  find_bias(velocities_);
+  for (std::size_t i = 0; i < count(); ++i) coasting_[i] = -bias_[i];
   accelerate(factors_, coasting_);
   if (coupled_) {
-    for (std::size_t i = 0; i < count_; ++i) kicked_[i] += duration * coasting_[i];
+    for (std::size_t i = 0; i < count(); ++i) kicked_[i] += duration * coasting_[i];
     std::fill(coasting_.begin(), coasting_.end(), 0.0);
   }
   find_accelerations();
 }
 
-void TreeDynamics::find_inertia() {
-  const std::vector<Articulation::Link>& links = tree_.links();
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    const Articulation::Link& link = links[i];
+void Articulation::find_inertia() {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    const Link& link = links_[i];
     if (link.last_velocity < 0) continue;
-    bodies_[i] = SpatialInertia(link.mass, link.moments, link.pose.getBasis(), link.pose.getOrigin() - tree_.origin());
+    bodies_[i] = SpatialInertia(link.mass, link.moments, link.pose.getBasis(), link.pose.getOrigin() - origin());
     composites_[i] = bodies_[i];
   }
-  for (std::size_t i = links.size() - 1; i > 0; --i) {
-    const auto parent = static_cast<std::size_t>(links[i].parent);
-    if (links[parent].last_velocity >= 0) composites_[parent] += composites_[i];
+  for (std::size_t i = links_.size() - 1; i > 0; --i) {
+    const auto parent = static_cast<std::size_t>(links_[i].parent);
+    if (links_[parent].last_velocity >= 0) composites_[parent] += composites_[i];
   }
-  const std::vector<SpatialVector>& motions = tree_.motions();
-  for (std::size_t i = 0; i < count_; ++i) {
-    const auto link = static_cast<std::size_t>(links_[i]);
-    const SpatialVector momentum = composites_[link] * motions[i];
-    for (int j = static_cast<int>(i); j >= 0; j = tree_.above(j)) {
-      const auto above = static_cast<std::size_t>(j);
-      inertia_[i * count_ + above] = inertia_[above * count_ + i] = motions[above].dot(momentum);
+  for (std::size_t i = 0; i < count(); ++i) {
+    const SpatialVector momentum = composites_[movers_[i]] * motions_[i];
+    for (int j = static_cast<int>(i); j >= 0; j = above(j)) {
+      const auto other = static_cast<std::size_t>(j);
+      inertia_[i * count() + other] = inertia_[other * count() + i] = motions_[other].dot(momentum);
     }
-    inertia_[i * count_ + i] += links[link].armature;
+    inertia_[i * count() + i] += links_[movers_[i]].armature;
   }
 }
 
 // Along the velocities, of gravity and maybe loads.
-void TreeDynamics::find_forces(const btVector3& gravity, bool loads) {
-  const std::vector<Articulation::Link>& links = tree_.links();
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    btVector3 force = gravity * links[i].mass;
-    if (loads) force += links[i].force;
-    const btVector3 arm = links[i].pose.getOrigin() - tree_.origin();
+void Articulation::find_forces(const btVector3& gravity, bool loads) {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    btVector3 force = gravity * links_[i].mass;
+    if (loads) force += links_[i].force;
+    const btVector3 arm = links_[i].pose.getOrigin() - origin();
     link_forces_[i] = {arm.cross(force), force};
-    if (loads) link_forces_[i].angular += links[i].torque;
+    if (loads) link_forces_[i].angular += links_[i].torque;
   }
-  for (std::size_t i = links.size() - 1; i > 0; --i) {
-    link_forces_[static_cast<std::size_t>(links[i].parent)] += link_forces_[i];
+  for (std::size_t i = links_.size() - 1; i > 0; --i) {
+    link_forces_[static_cast<std::size_t>(links_[i].parent)] += link_forces_[i];
   }
-  for (std::size_t i = 0; i < count_; ++i) {
-    forces_[i] = tree_.motions()[i].dot(link_forces_[static_cast<std::size_t>(links_[i])]);
-  }
+  for (std::size_t i = 0; i < count(); ++i) forces_[i] = motions_[i].dot(link_forces_[movers_[i]]);
 }
 
 // The force on each link, and all that hangs on it, that keeps its velocities constant. A free base moves in a straight
 // line then: what is at the common point is another point of it in each moment, which makes an acceleration.
-void TreeDynamics::find_bias(const std::vector<double>& velocities) {
-  const std::vector<Articulation::Link>& links = tree_.links();
-  const std::vector<SpatialVector>& motions = motions_ = tree_.link_motions(velocities);
+void Articulation::find_bias(const std::vector<double>& velocities) {
+  const std::vector<SpatialVector>& motions = coasting_motions_ = link_motions(velocities);
   accelerations_[0] = {btVector3(0, 0, 0), motions[0].linear.cross(motions[0].angular)};
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    const Articulation::Link& link = links[i];
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    const Link& link = links_[i];
     if (link.last_velocity < 0) {
       accelerations_[i] = {};
       continue;
@@ -115,109 +85,106 @@ void TreeDynamics::find_bias(const std::vector<double>& velocities) {
     if (link.joint) accelerations_[i] = accelerations_[static_cast<std::size_t>(link.parent)];
     if (link.joint && link.velocity >= 0) {
       const auto velocity = static_cast<std::size_t>(link.velocity);
-      accelerations_[i] += motions[i].cross_motion(tree_.motions()[velocity] * velocities[velocity]);
+      accelerations_[i] += motions[i].cross_motion(motions_[velocity] * velocities[velocity]);
     }
     link_forces_[i] = bodies_[i] * accelerations_[i] + motions[i].cross_force(bodies_[i] * motions[i]);
   }
-  for (std::size_t i = links.size() - 1; i > 0; --i) {
-    const auto parent = static_cast<std::size_t>(links[i].parent);
-    if (links[parent].last_velocity >= 0) link_forces_[parent] += link_forces_[i];
+  for (std::size_t i = links_.size() - 1; i > 0; --i) {
+    const auto parent = static_cast<std::size_t>(links_[i].parent);
+    if (links_[parent].last_velocity >= 0) link_forces_[parent] += link_forces_[i];
   }
-  for (std::size_t i = 0; i < count_; ++i) {
-    bias_[i] = tree_.motions()[i].dot(link_forces_[static_cast<std::size_t>(links_[i])]);
-  }
+  for (std::size_t i = 0; i < count(); ++i) bias_[i] = motions_[i].dot(link_forces_[movers_[i]]);
 }
 
 // A kinematic base has no rates of its own; what it changes by, the joints feel.
-void TreeDynamics::kick(double duration) {
+void Articulation::kick(double duration) {
   driven_ = inertia_;
-  for (std::size_t i = 0; i < count_; ++i) rates_[i] = duration * forces_[i];
-  for (const JointControl& control : tree_.controls()) {
+  for (std::size_t i = 0; i < count(); ++i) rates_[i] = duration * forces_[i];
+  for (const JointControl& control : controls_) {
     if (!control.drives() || control.limited()) continue;
     const auto i = static_cast<std::size_t>(control.velocity);
-    const double position = tree_.links()[static_cast<std::size_t>(control.link)].position;
-    driven_[i * count_ + i] += control.resistance(duration);
-    rates_[i] += control.pull(duration, position) - control.resistance(duration) * tree_.velocities()[i];
+    const double position = links_[static_cast<std::size_t>(control.link)].position;
+    driven_[i * count() + i] += control.resistance(duration);
+    rates_[i] += control.pull(duration, position) - control.resistance(duration) * velocities_[i];
   }
   for (std::size_t i = 0; i < prescribed(); ++i) {
-    const double change = base_[i] - tree_.velocities()[i];
-    for (std::size_t j = prescribed(); j < count_; ++j) rates_[j] -= inertia_[j * count_ + i] * change;
+    const double change = base_[i] - velocities_[i];
+    for (std::size_t j = prescribed(); j < count(); ++j) rates_[j] -= inertia_[j * count() + i] * change;
   }
   factors_ = driven_;
   factor(factors_);
   accelerate(factors_, rates_);
-  for (std::size_t i = 0; i < count_; ++i) kicked_[i] = tree_.velocities()[i] + rates_[i];
+  for (std::size_t i = 0; i < count(); ++i) kicked_[i] = velocities_[i] + rates_[i];
   std::copy_n(base_.begin(), prescribed(), kicked_.begin());
 }
 
 // Of the links, as the tree coasts, from those that it has at constant velocities.
-void TreeDynamics::find_accelerations() {
-  const std::vector<Articulation::Link>& links = tree_.links();
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    if (links[i].last_velocity < 0) continue;
-    for (int j = links[i].last_velocity; j >= 0; j = tree_.above(j)) {
-      accelerations_[i] += tree_.motions()[static_cast<std::size_t>(j)] * coasting_[static_cast<std::size_t>(j)];
+void Articulation::find_accelerations() {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (links_[i].last_velocity < 0) continue;
+    for (int j = links_[i].last_velocity; j >= 0; j = above(j)) {
+      accelerations_[i] += motions_[static_cast<std::size_t>(j)] * coasting_[static_cast<std::size_t>(j)];
     }
   }
 }
 
-void TreeDynamics::coast(double duration, std::vector<double>& velocities, std::vector<double>& way) {
+void Articulation::coast(double duration, std::vector<double>& velocities) {
   double fastest = 0.0, most = 0.0;
-  for (std::size_t i = prescribed(); i < count_; ++i) {
+  for (std::size_t i = prescribed(); i < count(); ++i) {
     fastest = std::max(fastest, std::abs(velocities[i]));
     most = std::max(most, std::abs(duration * coasting_[i]));
   }
-  const bool exact = !coupled_ && (!drives_ || (tree_.free() && !tree_.kinematic()));
+  const bool exact = !coupled_ && (!drives_ || (free_ && !kinematic()));
   if (exact && (most > steady * fastest || !coasting_gravity_.isZero())) {
-    return coast_by_runge_kutta(duration, velocities, way);
+    return coast_by_runge_kutta(duration, velocities);
   }
   // Of what turns by radians in a substep, the change would be many times the velocities.
   const double within = most > fastest ? duration * fastest / most : duration;
-  for (std::size_t i = 0; i < count_; ++i) {
-    way[i] = velocities[i] + 0.5 * within * coasting_[i];
+  for (std::size_t i = 0; i < count(); ++i) {
+    ways_[i] = velocities[i] + 0.5 * within * coasting_[i];
     velocities[i] += within * coasting_[i];
   }
 }
 
 // The classical one of the fourth order.
-void TreeDynamics::coast_by_runge_kutta(double duration, std::vector<double>& velocities, std::vector<double>& way) {
+void Articulation::coast_by_runge_kutta(double duration, std::vector<double>& velocities) {
   const std::vector<double> start = velocities;
-  std::vector<double> off(count_, 0.0), whole(count_, 0.0), change(count_, 0.0);
-  std::vector<double> rate_of_way(count_), acceleration(count_);
+  std::vector<double> off(count(), 0.0), whole(count(), 0.0), change(count(), 0.0);
+  std::vector<double> rate_of_way(count()), acceleration(count());
   const double shares[] = {0.5, 0.5, 1.0, 0.0};
   const double weights[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
   for (int stage = 0; stage < 4; ++stage) {
     rate(off, velocities, rate_of_way, acceleration);
-    for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t i = 0; i < count(); ++i) {
       whole[i] += weights[stage] * rate_of_way[i];
       change[i] += weights[stage] * duration * acceleration[i];
       off[i] = shares[stage] * duration * rate_of_way[i];
       velocities[i] = start[i] + shares[stage] * duration * acceleration[i];
     }
   }
-  tree_.put_back();
+  put_back();
   find_inertia();
-  for (std::size_t i = 0; i < count_; ++i) velocities[i] = start[i] + change[i];
-  way = whole;
+  for (std::size_t i = 0; i < count(); ++i) velocities[i] = start[i] + change[i];
+  ways_ = whole;
 }
 
 // Rates of the way and of the velocities, a way off. The turn of a base is a vector, whose rate is not the angular
 // velocity (Munthe-Kaas 1998).
-void TreeDynamics::rate(const std::vector<double>& way, const std::vector<double>& velocities,
+void Articulation::rate(const std::vector<double>& way, const std::vector<double>& velocities,
                         std::vector<double>& way_rate, std::vector<double>& acceleration) {
-  tree_.put_off(way);
+  put_off(way);
   find_inertia();
   find_bias(velocities);
   Matrix factors = inertia_;
   factor(factors);
-  for (std::size_t i = 0; i < count_; ++i) acceleration[i] = -bias_[i];
+  for (std::size_t i = 0; i < count(); ++i) acceleration[i] = -bias_[i];
   if (!coasting_gravity_.isZero()) {
     find_forces(coasting_gravity_, false);
-    for (std::size_t i = 0; i < count_; ++i) acceleration[i] += forces_[i];
+    for (std::size_t i = 0; i < count(); ++i) acceleration[i] += forces_[i];
   }
   accelerate(factors, acceleration);
   way_rate = velocities;
-  if (!tree_.free()) return;
+  if (!free_) return;
   const btVector3 turn = vector(way.data() + 3);
   const btVector3 spin = vector(velocities.data() + 3);
   const btVector3 once = turn.cross(spin);
@@ -225,76 +192,75 @@ void TreeDynamics::rate(const std::vector<double>& way, const std::vector<double
   for (int axis = 0; axis < 3; ++axis) way_rate[static_cast<std::size_t>(3 + axis)] = of_turn[axis];
 }
 
-btVector3 TreeDynamics::bend(int link, const btVector3& point) const {
+btVector3 Articulation::bend(int link, const btVector3& point) const {
   const auto index = static_cast<std::size_t>(link);
-  const SpatialVector& motion = motions_[index];
+  const SpatialVector& motion = coasting_motions_[index];
   const SpatialVector& acceleration = accelerations_[index];
-  const btVector3 arm = point - tree_.origin();
+  const btVector3 arm = point - origin();
   return acceleration.linear + acceleration.angular.cross(arm) +
          motion.angular.cross(motion.linear + motion.angular.cross(arm));
 }
 
-double TreeDynamics::work_on_base(double duration, const double* before, const double* after) const {
+double Articulation::work_on_base(double duration, const std::vector<double>& before) const {
   double work = 0.0;
   for (std::size_t i = 0; i < prescribed(); ++i) {
     double impulse = duration * (bias_[i] - forces_[i]);
-    for (std::size_t j = 0; j < count_; ++j) impulse += inertia_[i * count_ + j] * (after[j] - before[j]);
-    work += 0.5 * (before[i] + after[i]) * impulse;
+    for (std::size_t j = 0; j < count(); ++j) impulse += inertia_[i * count() + j] * (velocities_[j] - before[j]);
+    work += 0.5 * (before[i] + velocities_[i]) * impulse;
   }
   return work;
 }
 
-double TreeDynamics::gravity_beside(double duration, const std::vector<double>& before,
+double Articulation::gravity_beside(double duration, const std::vector<double>& before,
                                     const std::vector<double>& after) {
   if (coasting_gravity_.isZero()) return 0.0;
   const auto power = [&](const std::vector<double>& velocities) {
     find_forces(coasting_gravity_, false);
     double sum = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) sum += forces_[i] * velocities[i];
+    for (std::size_t i = 0; i < count(); ++i) sum += forces_[i] * velocities[i];
     return sum;
   };
   const double at_start = power(before);
-  std::vector<double> way = tree_.ways();
+  std::vector<double> way = ways_;
   for (double& along : way) along *= duration;
-  tree_.put_off(way);
+  put_off(way);
   const double at_end = power(after);
-  tree_.put_back();
+  put_back();
   return 0.5 * duration * (at_end - at_start);
 }
 
 // Cholesky's factor of what is not prescribed, in the lower triangle, with the inverse of its diagonal.
-void TreeDynamics::factor(Matrix& matrix) const {
+void Articulation::factor(Matrix& matrix) const {
   double* const m = matrix.data();
-  for (std::size_t i = prescribed(); i < count_; ++i) {
+  for (std::size_t i = prescribed(); i < count(); ++i) {
     for (std::size_t j = prescribed(); j <= i; ++j) {
-      double sum = m[i * count_ + j];
-      for (std::size_t k = prescribed(); k < j; ++k) sum -= m[i * count_ + k] * m[j * count_ + k];
-      m[i * count_ + j] = i == j ? 1.0 / std::sqrt(sum) : sum * m[j * count_ + j];
+      double sum = m[i * count() + j];
+      for (std::size_t k = prescribed(); k < j; ++k) sum -= m[i * count() + k] * m[j * count() + k];
+      m[i * count() + j] = i == j ? 1.0 / std::sqrt(sum) : sum * m[j * count() + j];
     }
   }
 }
 
 // Replaces impulses along the velocities by the changes that they make.
-void TreeDynamics::accelerate(const Matrix& factors, std::vector<double>& rates) const {
+void Articulation::accelerate(const Matrix& factors, std::vector<double>& rates) const {
   const double* const m = factors.data();
   for (std::size_t i = 0; i < prescribed(); ++i) rates[i] = 0.0;
-  for (std::size_t i = prescribed(); i < count_; ++i) {
+  for (std::size_t i = prescribed(); i < count(); ++i) {
     double sum = rates[i];
-    for (std::size_t k = prescribed(); k < i; ++k) sum -= m[i * count_ + k] * rates[k];
-    rates[i] = sum * m[i * count_ + i];
+    for (std::size_t k = prescribed(); k < i; ++k) sum -= m[i * count() + k] * rates[k];
+    rates[i] = sum * m[i * count() + i];
   }
-  for (std::size_t i = count_; i-- > prescribed();) {
+  for (std::size_t i = count(); i-- > prescribed();) {
     double sum = rates[i];
-    for (std::size_t k = i + 1; k < count_; ++k) sum -= m[k * count_ + i] * rates[k];
-    rates[i] = sum * m[i * count_ + i];
+    for (std::size_t k = i + 1; k < count(); ++k) sum -= m[k * count() + i] * rates[k];
+    rates[i] = sum * m[i * count() + i];
   }
 }
 
-void TreeDynamics::add(int link, const btVector3& point, const btVector3& impulse, double* impulses) const {
-  const SpatialVector at_origin{(point - tree_.origin()).cross(impulse), impulse};
-  const std::vector<SpatialVector>& motions = tree_.motions();
-  for (int i = tree_.links()[static_cast<std::size_t>(link)].last_velocity; i >= 0; i = tree_.above(i)) {
-    impulses[i] += motions[static_cast<std::size_t>(i)].dot(at_origin);
+void Articulation::add(int link, const btVector3& point, const btVector3& impulse, double* impulses) const {
+  const SpatialVector at_origin{(point - origin()).cross(impulse), impulse};
+  for (int i = links_[static_cast<std::size_t>(link)].last_velocity; i >= 0; i = above(i)) {
+    impulses[i] += motions_[static_cast<std::size_t>(i)].dot(at_origin);
   }
 }
 

@@ -1,7 +1,5 @@
 #include "physics/contacts/collision_pairs.hpp"
 
-#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -19,20 +17,20 @@ WorldPlane plane_at(const CollisionShape& body, const btTransform& pose) {
 
 }  // namespace
 
-CollisionPairs::CollisionPairs(const Scene& scene, const std::vector<btCollisionObject*>& colliders)
-    : filter_(scene), colliders_(colliders), travels_(colliders.size()), all_kept_(colliders.size() <= few_bodies) {
-  for (std::size_t i = 0; i < colliders.size(); ++i) {
+CollisionPairs::CollisionPairs(const Scene& scene, const std::vector<btTransform>& poses)
+    : scene_(scene), filter_(scene), poses_(poses), travels_(poses.size()), all_kept_(poses.size() <= few_bodies) {
+  for (std::size_t i = 0; i < poses.size(); ++i) {
     shapes_.push_back(&scene.collision_shape(i));
-    bounds_.push_back(bounds_of(*shapes_[i]->shape, pose(i)));
+    bounds_.push_back(bounds_of(*shapes_[i]->shape, poses_[i]));
     reaches_.push_back(shapes_[i]->shape->getContactBreakingThreshold(gContactBreakingThreshold));
   }
   if (!all_kept_) {
-    found_.resize(colliders.size() * colliders.size());
+    found_.resize(poses.size() * poses.size());
     return;
   }
-  for (std::size_t a = 0; a < colliders.size(); ++a) {
-    for (std::size_t b = a + 1; b < colliders.size(); ++b) {
-      if (can_collide(a, b)) add(a, b);
+  for (std::size_t a = 0; a < poses.size(); ++a) {
+    for (std::size_t b = a + 1; b < poses.size(); ++b) {
+      if (filter_(a, b)) add(a, b);
     }
   }
 }
@@ -62,8 +60,8 @@ void CollisionPairs::update() {
 
 // `find` sets the gaps of pairs that it adds.
 void CollisionPairs::set_bounds() {
-  for (std::size_t i = 0; i < colliders_.size(); ++i) {
-    if (!colliders_[i]->isStaticObject()) bounds_[i] = bounds_of(*shapes_[i]->shape, pose(i));
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (!scene_.bodies()[i].fixed()) bounds_[i] = bounds_of(*shapes_[i]->shape, poses_[i]);
   }
   for (CollisionPair& pair : pairs_) pair.gap = gap_of(bounds_[pair.a], bounds_[pair.b]);
   find(reaches_);
@@ -73,10 +71,10 @@ void CollisionPairs::find(const std::vector<double>& reaches) {
   if (all_kept_) return;
   const auto known = static_cast<std::ptrdiff_t>(pairs_.size());
   for (const auto& [a, b] : near_pairs(bounds_, reaches)) {
-    const std::size_t number = a * colliders_.size() + b;
+    const std::size_t number = a * poses_.size() + b;
     if (found_[number]) continue;
     found_[number] = true;
-    if (can_collide(a, b)) add(a, b);
+    if (filter_(a, b)) add(a, b);
   }
   std::sort(pairs_.begin() + known, pairs_.end(), precedes);
   std::inplace_merge(pairs_.begin(), pairs_.begin() + known, pairs_.end(), precedes);
@@ -109,7 +107,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
   }
   pair.remembers = true;
   std::optional<NearPieces> near;
-  if (of_a.shape->isCompound()) near.emplace(of_a, pose(a), of_b, pose(b));
+  if (of_a.shape->isCompound()) near.emplace(of_a, poses_[a], of_b, poses_[b]);
   for (std::size_t k = 0; k < pair.order.size(); ++k) {
     const PieceIndices& at = pair.order[k];
     if (near && near->apart(at)) {
@@ -117,15 +115,15 @@ void CollisionPairs::detect(CollisionPair& pair) {
       continue;
     }
     if (near && !near->meet(at)) continue;
-    const btTransform pose_a = of_a.pieces[at.a].pose(pose(a));
+    const btTransform pose_a = of_a.pieces[at.a].pose(poses_[a]);
     btVector3 normal;
     const std::vector<FacePoint>* points = &on_plane_;
     if (on_plane) {
-      const WorldPlane plane = plane_at(of_b, pose(b));
+      const WorldPlane plane = plane_at(of_b, poses_[b]);
       normal = plane.normal;
       find_plane_contacts(InnerShape(*of_a.pieces[at.a].shape), pose_a, plane, pair.reach, on_plane_);
     } else {
-      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(pose(b)), pair.reach, normal);
+      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(poses_[b]), pair.reach, normal);
     }
     for (const FacePoint& point : *points) {
       if (point.distance > pair.reach) continue;
@@ -155,28 +153,28 @@ std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t 
   };
   const double within = std::min(reaches_[a], reaches_[b]) + reach;
   std::optional<NearPieces> near;
-  if (of_a.shape->isCompound() && reach == 0.0) near.emplace(of_a, pose(a), of_b, pose(b));
+  if (of_a.shape->isCompound() && reach == 0.0) near.emplace(of_a, poses_[a], of_b, poses_[b]);
   std::vector<FacePoint> on_plane;
   for (const PieceIndices& at : all_pieces(of_a, of_b)) {
     if (near && (near->apart(at) || !near->meet(at))) continue;
     const btConvexShape& solid = *of_a.pieces[at.a].shape;
-    const btTransform pose_a = of_a.pieces[at.a].pose(pose(a));
+    const btTransform pose_a = of_a.pieces[at.a].pose(poses_[a]);
     if (of_b.pieces.empty()) {
-      const WorldPlane plane = plane_at(of_b, pose(b));
+      const WorldPlane plane = plane_at(of_b, poses_[b]);
       find_plane_contacts(InnerShape(solid), pose_a, plane, within, on_plane);
       for (const FacePoint& point : on_plane) take({plane.normal, point.on_b, point.distance});
       continue;
     }
     const ConvexPiece& other = of_b.pieces[at.b];
-    if (const auto found = SolidPair(solid, *other.shape).closest(pose_a, other.pose(pose(b)), within)) take(*found);
+    if (const auto found = SolidPair(solid, *other.shape).closest(pose_a, other.pose(poses_[b]), within)) take(*found);
   }
   return least;
 }
 
 // The base of a tree moves as a free body does; a link's velocity turns with it.
 Sweep CollisionPairs::sweep(std::size_t body, const Velocity& velocity, double duration) const {
-  const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(colliders_[body]);
-  return {pose(body), velocity.linear * duration, velocity.angular * duration, link && link->m_link >= 0};
+  const bool on_joint = scene_.joint_to(body).has_value();
+  return {poses_[body], velocity.linear * duration, velocity.angular * duration, on_joint};
 }
 
 double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, double duration) {

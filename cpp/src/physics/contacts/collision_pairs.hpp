@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "physics/contacts/collision_filter.hpp"
-#include "physics/contacts/contact_point.hpp"
 #include "physics/contacts/near.hpp"
 #include "physics/contacts/piece_pair.hpp"
 #include "physics/contacts/plane_contacts.hpp"
@@ -33,12 +32,10 @@ class CollisionPairs {
   //! Up to how many bodies every pair is kept.
   static constexpr std::size_t few_bodies = 32;
 
-  //! `colliders` are the scene's bodies, in its order; both outlive this.
-  CollisionPairs(const Scene& scene, const std::vector<btCollisionObject*>& colliders);
+  //! `poses` are Bullet's frames of the scene's bodies, in its order; both outlive this.
+  CollisionPairs(const Scene& scene, const std::vector<btTransform>& poses);
   CollisionPairs(const CollisionPairs&) = delete;
   CollisionPairs& operator=(const CollisionPairs&) = delete;
-
-  bool can_collide(std::size_t a, std::size_t b) const { return filter_(a, b); }
 
   //! Forgets all contacts, and all directions that separated pieces.
   void forget();
@@ -62,7 +59,6 @@ class CollisionPairs {
   std::optional<ClosestPoints> closest(std::size_t a, std::size_t b, double reach) const;
 
  private:
-  const btTransform& pose(std::size_t body) const { return colliders_[body]->getWorldTransform(); }
   void set_bounds();
   void find(const std::vector<double>& reaches);
   void add(std::size_t a, std::size_t b);
@@ -70,8 +66,9 @@ class CollisionPairs {
   static void drop(CollisionPair& pair);
   Sweep sweep(std::size_t body, const Velocity& velocity, double duration) const;
 
+  const Scene& scene_;
   CollisionFilter filter_;
-  const std::vector<btCollisionObject*>& colliders_;
+  const std::vector<btTransform>& poses_;
   std::vector<const CollisionShape*> shapes_;
   std::vector<Bounds> bounds_;   // of the bodies
   std::vector<double> reaches_;  // of their contacts [m]

@@ -31,14 +31,14 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   if (point.distance > 0.0) {
     rows.target[2] = -point.distance / substep.duration;  // up to the touch it may close
   } else {
-    share_error(-point.distance, substep, rows.target[2], rows.recovery);
+    share_error(-point.distance, rows.target[2], rows.recovery);
   }
   add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, substep.duration);
   add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, substep.duration);
   rows.law.friction = point.friction;
   const double inverse_mass = solver_.inverse_mass(rows, 2);
   rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
-  if (!(inverse_mass * std::max(masses_[point.a], masses_[point.b]) > least_mobility)) {
+  if (!(inverse_mass * std::max(scene_.bodies()[point.a].mass, scene_.bodies()[point.b].mass) > least_mobility)) {
     solver_.drop_contact();
     return false;
   }
@@ -50,26 +50,26 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
 }
 
 void StepEquations::add_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
-  if (bodies_.tree_of(end.body)) return add_tree_end(rows, end, frame, duration);
-  if (is_rigid(end.body)) add_rigid_end(rows, end, frame, duration);
+  if (bodies_.link(end.body)) return add_tree_end(rows, end, frame, duration);
+  if (bodies_.free(end.body)) add_free_end(rows, end, frame, duration);
 }
 
 // The velocity of a point that a kinematic body has goes to the target; so does what the way of a free one bends by.
-void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
-  const RigidMover& rigid = this->rigid(end.body);
-  const btRigidBody& body = *rigid.body;
-  const btVector3& spin = body.getAngularVelocity();
-  const btVector3 arm = end.point - body.getCenterOfMassPosition();
-  const btVector3 grip = end.grip - body.getCenterOfMassPosition();
-  const btVector3 bend = bend_of(rigid, spin, grip, duration);
-  if (rigid.mover < 0) {
-    const btVector3 at_point = body.getLinearVelocity() + spin.cross(arm);
-    const btVector3 at_grip = body.getLinearVelocity() + spin.cross(grip) + bend;
+void StepEquations::add_free_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  const FreeBody& body = *bodies_.free(end.body);
+  const auto& [linear, spin] = body.velocity;
+  const btVector3& center = bodies_.poses()[end.body].getOrigin();
+  const btVector3 arm = end.point - center;
+  const btVector3 grip = end.grip - center;
+  const btVector3 bend = bend_of(body, spin, grip, duration);
+  if (body.mover < 0) {
+    const btVector3 at_point = linear + spin.cross(arm);
+    const btVector3 at_grip = linear + spin.cross(grip) + bend;
     for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame.axes[i].dot(i < 2 ? at_grip : at_point);
     return;
   }
-  const auto count = rigid.axes.size();
-  double* const jacobian = solver_.numbers(rows.a == rigid.mover ? rows.of_a : rows.of_b);
+  const auto count = body.axes.size();
+  double* const jacobian = solver_.numbers(rows.a == body.mover ? rows.of_a : rows.of_b);
   for (std::size_t i = 0; i < 3; ++i) {
     const btVector3 along = frame.axes[i] * end.sign;
     const btVector3 about = (i < 2 ? grip : arm).cross(along);
@@ -81,7 +81,7 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
       }
     } else {
       for (std::size_t column = 0; column < count; ++column) {
-        const int axis = rigid.axes[column];
+        const int axis = body.axes[column];
         row[column] = axis < 3 ? along[axis] : about[axis - 3];
       }
     }
@@ -90,10 +90,9 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
 }
 
 // How far the way of a point is off a straight one, over the time [m/s].
-btVector3 StepEquations::bend_of(const RigidMover& rigid, const btVector3& spin, const btVector3& arm,
-                                 double duration) {
+btVector3 StepEquations::bend_of(const FreeBody& body, const btVector3& spin, const btVector3& arm, double duration) {
   if (spin.length2() * duration * duration > most_bent * most_bent) return {0, 0, 0};
-  return (spin.cross(spin.cross(arm)) + rigid.turning.cross(arm)) * (0.5 * duration);
+  return (spin.cross(spin.cross(arm)) + body.turning.cross(arm)) * (0.5 * duration);
 }
 
 // Ways bend by the spins at the end of the substep, which were not known. That counts where something sticks, and would
@@ -119,33 +118,31 @@ bool StepEquations::update_bends(const Substep& substep) {
 }
 
 btVector3 StepEquations::bend_change(const End& end, double duration) const {
-  if (!is_rigid(end.body) || rigid(end.body).mover < 0) return {0, 0, 0};
-  const RigidMover& rigid = this->rigid(end.body);
-  btVector3 spin(0, 0, 0);
-  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
-    if (rigid.axes[row] >= 3) spin[rigid.axes[row] - 3] = solver_.velocities(rigid.mover)[row];
+  const FreeBody* body = bodies_.free(end.body);
+  if (!body || body->mover < 0) return {0, 0, 0};
+  Velocity after;
+  for (std::size_t row = 0; row < body->axes.size(); ++row) {
+    after[body->axes[row]] = solver_.velocities(body->mover)[row];
   }
-  const btVector3 arm = end.grip - rigid.body->getCenterOfMassPosition();
-  const btVector3& spin_before = rigid.body->getAngularVelocity();
-  return end.sign * (bend_of(rigid, spin, arm, duration) - bend_of(rigid, spin_before, arm, duration));
+  const btVector3 arm = end.grip - bodies_.poses()[end.body].getOrigin();
+  return end.sign *
+         (bend_of(*body, after.angular, arm, duration) - bend_of(*body, body->velocity.angular, arm, duration));
 }
 
 void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
-  const std::size_t index = *bodies_.tree_of(end.body);
-  const TreeDynamics& dynamics = trees_[index];
-  const Articulation& tree = dynamics.tree();
-  const int link = tree.link_of(*bodies_.colliders()[end.body]);
-  const std::size_t skipped = dynamics.prescribed();
-  const std::size_t count = dynamics.count() - skipped;
-  const int mover = tree_movers_[index];
-  btVector3 bend = dynamics.bend(link, end.grip) * (0.5 * duration);
-  if (dynamics.spin(link) * duration > most_bent) bend.setZero();
-  std::vector<double> whole(dynamics.count());
+  const auto [index, link] = *bodies_.link(end.body);
+  const Articulation& tree = this->tree(index);
+  const std::size_t skipped = tree.prescribed();
+  const std::size_t count = tree.count() - skipped;
+  const int mover = trees_[index].mover;
+  btVector3 bend = tree.bend(link, end.grip) * (0.5 * duration);
+  if (tree.spin(link) * duration > most_bent) bend.setZero();
+  std::vector<double> whole(tree.count());
   for (std::size_t i = 0; i < 3; ++i) {
     const btVector3 along = frame.axes[i] * end.sign;
     std::fill(whole.begin(), whole.end(), 0.0);
-    dynamics.add(link, i < 2 ? end.grip : end.point, along, whole.data());
-    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * dynamics.kicked()[k];
+    tree.add(link, i < 2 ? end.grip : end.point, along, whole.data());
+    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * tree.kicked()[k];
     if (i < 2) rows.target[i] -= along.dot(bend);
     if (mover < 0) continue;
     double* const row = solver_.numbers(rows.a == mover ? rows.of_a : rows.of_b) + i * count;

@@ -32,30 +32,11 @@ btVector3 rotated(const btVector3& vector, const btVector3& turn) {
 
 }  // namespace
 
-StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies, ImpulseAudit& audit)
-    : bodies_(bodies), audit_(audit), gravity_(to_bullet(scene.gravity())), rigid_of_(scene.bodies().size(), -1) {
-  for (const Body& body : scene.bodies()) masses_.push_back(body.fixed() ? 0.0 : body.mass);
-  find_axes(scene);
-  for (const auto& tree : bodies.trees()) trees_.emplace_back(*tree);
+StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies)
+    : scene_(scene), bodies_(bodies), gravity_(to_bullet(scene.gravity())), trees_(bodies.trees().size()) {
   for (const MimicConstraint& mimic : bodies.mimics()) {
-    trees_[mimic.follower.tree].couple();
-    trees_[mimic.followed.tree].couple();
-  }
-  tree_movers_.resize(trees_.size(), -1);
-  tree_pushed_.resize(trees_.size());
-  tree_ends_.resize(trees_.size());
-}
-
-void StepEquations::find_axes(const Scene& scene) {
-  for (btRigidBody* body : bodies_.rigids().moving()) {
-    RigidMover made{body};
-    const Body& of_scene = scene.bodies()[body_index(*body)];
-    for (int axis = 0; axis < 6 && !of_scene.kinematic; ++axis) {
-      const double factor = axis < 3 ? of_scene.linear_factor[axis] : of_scene.angular_factor[axis - 3];
-      if (factor != 0.0) made.axes.push_back(axis);
-    }
-    rigid_of_[body_index(*body)] = static_cast<int>(rigids_.size());
-    rigids_.push_back(made);
+    tree(mimic.follower.tree).couple();
+    tree(mimic.followed.tree).couple();
   }
 }
 
@@ -63,136 +44,126 @@ bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
   kinds_.clear();
   contact_points_.clear();
-  for (TreeDynamics& tree : trees_) tree.keep_base();
+  for (const auto& tree : bodies_.trees()) tree->keep_base();
   for (const Motor& motor : substep.motors) drive_kinematic(motor);
-  for (std::size_t i = 0; i < rigids_.size(); ++i) add_rigid(i, substep.duration);
+  for (FreeBody& body : bodies_.free()) add_free(body, substep.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, substep);
   for (const Motor& motor : substep.motors) add_motor(motor, substep.duration);
-  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic, substep);
+  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic);
   for (std::size_t i = 0; i < substep.contacts.size(); ++i) {
     const ContactPoint& point = substep.contacts[i];
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
     if (add_contact(point, substep)) contact_points_.push_back(i);
   }
-  bool converged = solver_.solve(substep.iterations, substep.tolerance);
-  if (update_bends(substep)) converged = solver_.solve_again(substep.iterations, substep.tolerance);
-  for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i, substep.duration);
+  const Stepping& stepping = scene_.stepping();
+  bool converged = solver_.solve(stepping.iterations, stepping.tolerance);
+  if (update_bends(substep)) converged = solver_.solve_again(stepping.iterations, stepping.tolerance);
+  for (FreeBody& body : bodies_.free()) set_free(body, substep.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, substep.duration);
   return converged;
 }
 
 int StepEquations::mover_of(std::size_t body) const {
-  const auto& tree = bodies_.tree_of(body);
-  if (tree) return tree_movers_[*tree];
-  return is_rigid(body) ? rigid(body).mover : -1;
+  if (const auto& link = bodies_.link(body)) return trees_[link->tree].mover;
+  const FreeBody* free = bodies_.free(body);
+  return free ? free->mover : -1;
 }
 
-// A kinematic body has the velocities of its motor from now on.
+// A kinematic body has the velocities of its motor from now on, but not along and about locked axes.
 void StepEquations::drive_kinematic(const Motor& motor) {
-  if (const auto& tree = bodies_.tree_of(motor.body)) {
-    if (trees_[*tree].tree().kinematic()) trees_[*tree].drive_base(motor.linear, motor.angular);
+  if (const auto& link = bodies_.link(motor.body)) {
+    if (tree(link->tree).kinematic()) tree(link->tree).drive_base(motor.linear, motor.angular);
     return;
   }
-  btRigidBody& body = *rigid(motor.body).body;
-  if (!is_kinematic(body)) return;
-  body.setLinearVelocity(motor.linear * body.getLinearFactor());  // not along and about locked axes
-  body.setAngularVelocity(motor.angular * body.getAngularFactor());
+  FreeBody& body = *bodies_.free(motor.body);
+  if (!body.kinematic) return;
+  body.velocity = {motor.linear * body.linear_factor, motor.angular * body.angular_factor};
 }
 
-void StepEquations::add_rigid(std::size_t i, double duration) {
-  RigidMover& rigid = rigids_[i];
-  const btRigidBody& body = *rigid.body;
-  rigid.turning.setZero();
-  if (is_kinematic(body)) return;
-  const int count = static_cast<int>(rigid.axes.size());
-  rigid.mover = solver_.add_mover(count);
-  const btMatrix3x3 inertia = bodies_.rigids().inertia(i);
-  const double mass = 1.0 / body.getInvMass();
-  double* const numbers = solver_.inertia(rigid.mover);
-  double* const velocities = solver_.velocities(rigid.mover);
+void StepEquations::add_free(FreeBody& body, double duration) {
+  body.turning.setZero();
+  if (body.kinematic) return;
+  const int count = static_cast<int>(body.axes.size());
+  body.mover = solver_.add_mover(count);
+  const btMatrix3x3 inertia = bodies_.inertia(body);
+  double* const numbers = solver_.inertia(body.mover);
+  double* const velocities = solver_.velocities(body.mover);
   for (int row = 0; row < count; ++row) {
-    const int axis = rigid.axes[static_cast<std::size_t>(row)];
-    velocities[row] = axis < 3 ? body.getLinearVelocity()[axis] : body.getAngularVelocity()[axis - 3];
+    const int axis = body.axes[static_cast<std::size_t>(row)];
+    velocities[row] = body.velocity[axis];
     if (axis < 3) {
-      numbers[row * count + row] = mass;
+      numbers[row * count + row] = 1.0 / body.inverse_mass;
       continue;
     }
     for (int column = 0; column < count; ++column) {
-      const int other = rigid.axes[static_cast<std::size_t>(column)];
+      const int other = body.axes[static_cast<std::size_t>(column)];
       if (other >= 3) numbers[row * count + column] = inertia[axis - 3][other - 3];
     }
   }
-  kick(i, duration, solver_.free(rigid.mover));
-  if (count == 6) find_turning(i, duration);
+  kick(body, duration, solver_.free(body.mover));
+  if (count == 6) find_turning(body, duration);
 }
 
 // Velocities after the loads of the substep.
-void StepEquations::kick(std::size_t i, double duration, double* free) const {
-  const RigidMover& rigid = rigids_[i];
-  const btRigidBody& body = *rigid.body;
-  const btVector3 linear = bodies_.rigids().acceleration(i) * duration;
-  const btVector3 twist = bodies_.rigids().torque(i) * duration;
+void StepEquations::kick(const FreeBody& body, double duration, double* free) const {
+  const btVector3 acceleration = body.acceleration + body.force * body.inverse_mass * body.linear_factor;
+  const btVector3 twist = body.torque * duration;
   int turns[3] = {0, 0, 0};
   int count = 0;
-  for (const int axis : rigid.axes) {
+  for (const int axis : body.axes) {
     if (axis >= 3) turns[count++] = axis - 3;
   }
-  btVector3 change(0, 0, 0);
+  Velocity change{acceleration * duration, btVector3(0, 0, 0)};
   if (!twist.isZero() && count == 3) {
-    const btMatrix3x3& axes = body.getWorldTransform().getBasis();
-    change = axes * (twist * axes / bodies_.rigids().moments(i));
+    const btMatrix3x3& axes = bodies_.poses()[body.body].getBasis();
+    change.angular = axes * (twist * axes / body.moments);
   } else if (!twist.isZero()) {
-    const btMatrix3x3 inertia = bodies_.rigids().inertia(i);
+    const btMatrix3x3 inertia = bodies_.inertia(body);
     const int x = turns[0], y = turns[1];
     if (count == 1) {
-      change[x] = twist[x] / inertia[x][x];
+      change.angular[x] = twist[x] / inertia[x][x];
     } else if (count == 2) {
       const double determinant = inertia[x][x] * inertia[y][y] - inertia[x][y] * inertia[y][x];
-      change[x] = (inertia[y][y] * twist[x] - inertia[x][y] * twist[y]) / determinant;
-      change[y] = (inertia[x][x] * twist[y] - inertia[y][x] * twist[x]) / determinant;
+      change.angular[x] = (inertia[y][y] * twist[x] - inertia[x][y] * twist[y]) / determinant;
+      change.angular[y] = (inertia[x][x] * twist[y] - inertia[y][x] * twist[x]) / determinant;
     }
   }
-  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
-    const int axis = rigid.axes[row];
-    free[row] = axis < 3 ? body.getLinearVelocity()[axis] + linear[axis]
-                         : body.getAngularVelocity()[axis - 3] + change[axis - 3];
+  for (std::size_t row = 0; row < body.axes.size(); ++row) {
+    free[row] = body.velocity[body.axes[row]] + change[body.axes[row]];
   }
 }
 
 // Zero where the spin stays what it is, or nearly so.
-void StepEquations::find_turning(std::size_t i, double duration) {
-  const btRigidBody& body = *rigids_[i].body;
-  const btMatrix3x3& axes = body.getWorldTransform().getBasis();
-  const btVector3& moments = bodies_.rigids().moments(i);
-  const btVector3 local = body.getAngularVelocity() * axes;
-  const btVector3 turning = local.cross(moments * local) / moments;
+void StepEquations::find_turning(FreeBody& body, double duration) const {
+  const btMatrix3x3& axes = bodies_.poses()[body.body].getBasis();
+  const btVector3 local = body.velocity.angular * axes;
+  const btVector3 turning = local.cross(body.moments * local) / body.moments;
   if (turning.length2() * duration * duration <= steady_spin * steady_spin * local.length2()) return;
-  rigids_[i].turning = axes * turning;
+  body.turning = axes * turning;
 }
 
 // A body that turns freely keeps its angular momentum, and by the midpoint rule its energy (Simo and Wong 1991).
-void StepEquations::coast(std::size_t i, double duration, btVector3& mean) {
-  RigidMover& rigid = rigids_[i];
-  const btMatrix3x3& axes = rigid.body->getWorldTransform().getBasis();
-  const btVector3& moments = bodies_.rigids().moments(i);
-  const btVector3 momentum = bodies_.rigids().inertia(i) * rigid.pushed.angular;
+void StepEquations::coast(FreeBody& body, double duration) const {
+  const btMatrix3x3& axes = bodies_.poses()[body.body].getBasis();
+  const btVector3 momentum = bodies_.inertia(body) * body.pushed.angular;
   const auto spin_after = [&](const btVector3& turn) {
-    const btVector3 turned_back = rotated(momentum, -turn) * axes / moments;
+    const btVector3 turned_back = rotated(momentum, -turn) * axes / body.moments;
     return rotated(axes * turned_back, turn);
   };
+  btVector3& mean = body.way.angular;
   for (int iteration = 0; iteration < midpoint_iterations; ++iteration) {
     const btVector3 before = mean;
     mean = spin_after(mean * (0.5 * duration));
     if ((mean - before).length2() <= steady_spin * steady_spin * mean.length2()) break;
   }
-  rigid.spin = spin_after(mean * duration);
+  body.spin = spin_after(mean * duration);
 }
 
 // Whether nothing constrains a tree in this substep, and nothing drives it.
 bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
-  const Articulation& tree = trees_[index].tree();
-  if (trees_[index].drives() || tree.kinematic()) return false;
-  const auto is_here = [&](std::size_t body) { return bodies_.tree_of(body) == index; };
+  Articulation& tree = this->tree(index);
+  if (tree.drives() || tree.kinematic()) return false;
+  const auto is_here = [&](std::size_t body) { return bodies_.link(body) && bodies_.link(body)->tree == index; };
   for (const Articulation::Link& link : tree.links()) {
     if (!link.force.isZero() || !link.torque.isZero()) return false;
   }
@@ -205,90 +176,81 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   for (const MimicConstraint& mimic : bodies_.mimics()) {
     if (mimic.follower.tree == index || mimic.followed.tree == index) return false;
   }
-  return std::all_of(
-      bodies_.trees()[index]->controls().begin(), bodies_.trees()[index]->controls().end(),
-      [](const JointControl& control) { return std::isinf(control.joint->lower) && std::isinf(control.joint->upper); });
+  return std::all_of(tree.controls().begin(), tree.controls().end(), [](const JointControl& control) {
+    return std::isinf(control.joint->lower) && std::isinf(control.joint->upper);
+  });
 }
 
 // A joint that hits its stop speeds up its neighbours within the same step.
 void StepEquations::add_tree(std::size_t i, const Substep& substep) {
-  TreeDynamics& dynamics = trees_[i];
-  Articulation& tree = dynamics.tree();
-  dynamics.prepare(substep.duration, gravity_, is_alone(i, substep));
-  const std::size_t skipped = dynamics.prescribed();
-  const std::size_t count = dynamics.count() - skipped;
-  tree_movers_[i] = -1;
+  Articulation& tree = this->tree(i);
+  tree.prepare(substep.duration, gravity_, is_alone(i, substep));
+  const std::size_t skipped = tree.prescribed();
+  const std::size_t count = tree.count() - skipped;
+  trees_[i].mover = -1;
   if (count == 0) return;
-  const int mover = tree_movers_[i] = solver_.add_mover(static_cast<int>(count));
+  const int mover = trees_[i].mover = solver_.add_mover(static_cast<int>(count));
   for (std::size_t row = 0; row < count; ++row) {
-    std::copy_n(dynamics.inertia_row(skipped + row) + skipped, count, solver_.inertia(mover) + row * count);
-    solver_.free(mover)[row] = dynamics.kicked()[skipped + row];
+    std::copy_n(tree.inertia_row(skipped + row) + skipped, count, solver_.inertia(mover) + row * count);
+    solver_.free(mover)[row] = tree.kicked()[skipped + row];
     solver_.velocities(mover)[row] = tree.velocities()[skipped + row];
   }
   double fastest = 0.0;
   for (const JointControl& control : tree.controls()) {
     const auto velocity = static_cast<std::size_t>(control.velocity);
-    fastest = std::max({fastest, std::abs(dynamics.kicked()[velocity]), std::abs(tree.velocities()[velocity])});
+    fastest = std::max({fastest, std::abs(tree.kicked()[velocity]), std::abs(tree.velocities()[velocity])});
   }
   const double reach = std::max(stop_reach, stop_steps * substep.duration * fastest);
   for (const JointControl& control : tree.controls()) {
-    const double position = tree.links()[static_cast<std::size_t>(control.link)].position;
+    const double position = tree.link(control.link).position;
     const double lower = position - control.joint->lower;
     const double upper = control.joint->upper - position;
     if (control.drives() && control.limited()) add_drive(i, control, position, substep.duration);
-    if (lower < reach) add_stop(i, control, 1.0, lower, substep);
-    if (upper < reach) add_stop(i, control, -1.0, upper, substep);
+    if (lower < reach) add_stop(i, control, 1.0, lower, substep.duration);
+    if (upper < reach) add_stop(i, control, -1.0, upper, substep.duration);
   }
 }
 
-void StepEquations::set_rigid(std::size_t i, double duration) {
-  RigidMover& rigid = rigids_[i];
-  const btRigidBody& body = *rigid.body;
-  rigid.pushed = {body.getLinearVelocity(), body.getAngularVelocity()};
+void StepEquations::set_free(FreeBody& body, double duration) const {
+  body.pushed = body.velocity;
   Velocity recovery;
-  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
-    const int axis = rigid.axes[row];
-    (axis < 3 ? rigid.pushed.linear[axis] : rigid.pushed.angular[axis - 3]) = solver_.velocities(rigid.mover)[row];
-    (axis < 3 ? recovery.linear[axis] : recovery.angular[axis - 3]) = solver_.recovery(rigid.mover)[row];
+  for (std::size_t row = 0; row < body.axes.size(); ++row) {
+    body.pushed[body.axes[row]] = solver_.velocities(body.mover)[row];
+    recovery[body.axes[row]] = solver_.recovery(body.mover)[row];
   }
-  Velocity way = rigid.pushed;
-  rigid.spin = rigid.pushed.angular;
-  if (!rigid.turning.isZero()) coast(i, duration, way.angular);
-  bodies_.rigids().set_way(i, {way.linear + recovery.linear, way.angular + recovery.angular});
+  body.way = body.pushed;
+  body.spin = body.pushed.angular;
+  if (!body.turning.isZero()) coast(body, duration);
+  body.way.linear += recovery.linear;
+  body.way.angular += recovery.angular;
 }
 
 void StepEquations::set_tree(std::size_t i, double duration) {
-  TreeDynamics& dynamics = trees_[i];
-  std::vector<double>& ways = dynamics.tree().ways();
-  const auto skipped = static_cast<std::ptrdiff_t>(dynamics.prescribed());
-  tree_pushed_[i] = dynamics.kicked();
-  if (tree_movers_[i] >= 0) {
-    std::copy_n(solver_.velocities(tree_movers_[i]), solver_.count(tree_movers_[i]), tree_pushed_[i].begin() + skipped);
-  }
-  tree_ends_[i] = tree_pushed_[i];
-  dynamics.coast(duration, tree_ends_[i], ways);
-  if (tree_movers_[i] < 0) return;
-  const double* recovery = solver_.recovery(tree_movers_[i]);
-  for (std::size_t k = dynamics.prescribed(); k < dynamics.count(); ++k) ways[k] += recovery[k - dynamics.prescribed()];
+  Articulation& tree = this->tree(i);
+  auto& [mover, pushed, end] = trees_[i];
+  const std::size_t skipped = tree.prescribed();
+  pushed = tree.kicked();
+  if (mover >= 0) std::copy_n(solver_.velocities(mover), solver_.count(mover), pushed.data() + skipped);
+  end = pushed;
+  tree.coast(duration, end);
+  if (mover < 0) return;
+  for (std::size_t k = skipped; k < tree.count(); ++k) tree.ways()[k] += solver_.recovery(mover)[k - skipped];
 }
 
 // Work is done before all coasts. `share` is that of their way that bodies can go.
 void StepEquations::commit(const Substep& substep, double share) {
   write_contacts(substep.contacts);
-  for (const RigidMover& rigid : rigids_) {
-    rigid.body->setLinearVelocity(rigid.pushed.linear);
-    rigid.body->setAngularVelocity(rigid.pushed.angular);
-  }
-  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_pushed_[i];
-  if (audit_.before) {
+  for (FreeBody& body : bodies_.free()) body.velocity = body.pushed;
+  for (std::size_t i = 0; i < trees_.size(); ++i) tree(i).velocities() = trees_[i].pushed;
+  if (audit.before) {
     add_work(substep, share);
     for (std::size_t i = 0; i < trees_.size(); ++i) {
-      audit_.work.gravity += trees_[i].gravity_beside(substep.duration, audit_.before->trees[i], tree_ends_[i]);
+      audit.work.integration += tree(i).gravity_beside(substep.duration, audit.before->trees[i], trees_[i].end);
     }
   }
   if (share < 1.0) return;  // what does not get to where it coasts gains no energy of it
-  for (const RigidMover& rigid : rigids_) rigid.body->setAngularVelocity(rigid.spin);
-  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_ends_[i];
+  for (FreeBody& body : bodies_.free()) body.velocity.angular = body.spin;
+  for (std::size_t i = 0; i < trees_.size(); ++i) tree(i).velocities() = trees_[i].end;
 }
 
 }  // namespace energymargin
