@@ -33,34 +33,28 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
 
 bool NewtonSolver::solve_again(int iterations, double tolerance) {
   const std::size_t size = velocities_.size();
-  for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_}) numbers->resize(size);
-  misses_.resize(contacts_.size());
-  responses_.resize(contacts_.size());
-  directions_.resize(contacts_.size());
-  limited_misses_.resize(limited_.size());
-  limited_slopes_.resize(limited_.size());
-  limited_impulses_.resize(limited_.size());
+  for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_, &saved_}) numbers->resize(size);
   iterations_ = 0;
   bool converged = true;
   for (std::size_t i = 0; i < islands_.count(); ++i) {
     const Island& island = islands_[i];
     if (island.free()) {
-      for (const int mover : island.movers) std::copy_n(free(mover), count(mover), velocities(mover));
+      copy(island, free_, velocities_);
       continue;
     }
     const bool solved = solve(island, iterations, tolerance);
     converged = converged && solved;
-    for (const std::size_t k : island.contacts) contacts_[k].impulse = responses_[k].impulse;
-    for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_at(limited_misses_[k]);
+    for (const std::size_t k : island.contacts) contacts_[k].impulse = contacts_[k].response.impulse;
+    for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_of_miss();
     if (solved) balance(island);  // what is left of an error would be blown up
     recover(island);
   }
   return converged;
 }
 
-void NewtonSolver::save(const Island& island) {
-  saved_.resize(velocities_.size());
-  for (const int i : island.movers) std::copy_n(velocities(i), count(i), saved_.data() + begin(i));
+// Copies numbers of the island's velocities.
+void NewtonSolver::copy(const Island& island, const std::vector<double>& from, std::vector<double>& to) const {
+  for (const int i : island.movers) std::copy_n(from.data() + begin(i), count(i), to.data() + begin(i));
 }
 
 // Contacts that give way by more than that are made as much harder as it takes, and not by more than `most_harder`:
@@ -69,7 +63,7 @@ bool NewtonSolver::harden(const Island& island) {
   bool any = false;
   for (const std::size_t k : island.contacts) {
     FrictionLaw& law = contacts_[k].law;
-    const double gives = law.normal_softness * responses_[k].impulse[2];
+    const double gives = law.normal_softness * contacts_[k].response.impulse[2];
     if (!(gives > most_given)) continue;
     const double share = std::max(0.5 * most_given / gives, 1.0 / most_harder);
     law.normal_softness *= share;
@@ -92,7 +86,7 @@ bool NewtonSolver::solve(const Island& island, int iterations, double tolerance)
       continue;
     }
     if (left == 0) break;
-    save(island);
+    copy(island, velocities_, saved_);
     double next = error;
     for (int tries = 0; tries < patience && left > 0 && find_direction(island); ++tries) {
       keep_directions(island);
@@ -107,7 +101,7 @@ bool NewtonSolver::solve(const Island& island, int iterations, double tolerance)
       continue;
     }
     if (left == 0) break;
-    for (const int i : island.movers) std::copy_n(saved_.data() + begin(i), count(i), velocities(i));
+    copy(island, saved_, velocities_);
     sweeps = sweeps == 0 ? first_sweeps : std::min(2 * sweeps, most_sweeps);
     --left;
     error = go_on_from_sweeps(island, sweeps, left, tolerance);
@@ -125,8 +119,9 @@ bool NewtonSolver::solve(const Island& island, int iterations, double tolerance)
 // Keeps the directions of what slides before a step.
 void NewtonSolver::keep_directions(const Island& island) {
   for (const std::size_t k : island.contacts) {
-    directions_[k] = {0.0, 0.0};
-    if (responses_[k].regime == Regime::slides) directions_[k] = {misses_[k][0], misses_[k][1]};
+    ContactRows& rows = contacts_[k];
+    rows.direction = {0.0, 0.0};
+    if (rows.response.regime == Regime::slides) rows.direction = {rows.miss[0], rows.miss[1]};
   }
 }
 
@@ -134,37 +129,34 @@ void NewtonSolver::keep_directions(const Island& island) {
 double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& left, double tolerance) {
   if (sweeps == first_sweeps) sweeps_.start(island);
   sweeps_.run(island, sweeps);
-  predicted_.resize(contacts_.size());
-  for (const int i : island.movers) std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
-  for (const std::size_t k : island.contacts) predicted_[k] = sweeps_.impulse(k);
-  predicted_limited_.resize(limited_.size());
-  limited_weights_.resize(limited_.size());
+  copy(island, sweeps_.velocities(), velocities_);
+  for (const std::size_t k : island.contacts) contacts_[k].predicted = sweeps_.impulse(k);
   for (const std::size_t k : island.limited) {
-    predicted_limited_[k] = sweeps_.limited_impulse(k);
-    limited_weights_[k] = 1.0 / (sweeps_.limited_inverse_mass(k) + limited_[k].softness);
+    limited_[k].predicted = sweeps_.limited_impulse(k);
+    limited_[k].weight = 1.0 / (sweeps_.limited_inverse_mass(k) + limited_[k].softness);
   }
   double error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_after_sweeps && left > 0; ++i) {
-    augmented_error(island);
+    evaluate_augmented(island);
     if (!find_direction(island)) return error;
     const double length = i < whole_steps || i % 3 == 2 ? 1.0 : shorter_step;
     for (const std::size_t k : island.contacts) {
-      ContactVector whole = responses_[k].impulse;
-      const ContactVector changes = speeds(contacts_[k], direction_);
+      ContactRows& rows = contacts_[k];
+      ContactVector whole = rows.response.impulse;
+      const ContactVector changes = speeds(rows, direction_);
       for (std::size_t row = 0; row < 3; ++row) {
-        for (std::size_t column = 0; column < 3; ++column) {
-          whole[row] -= responses_[k].slope[row][column] * changes[column];
-        }
+        for (std::size_t column = 0; column < 3; ++column)
+          whole[row] -= rows.response.slope[row][column] * changes[column];
       }
-      for (std::size_t row = 0; row < 3; ++row) predicted_[k][row] += length * (whole[row] - predicted_[k][row]);
+      for (std::size_t row = 0; row < 3; ++row) rows.predicted[row] += length * (whole[row] - rows.predicted[row]);
     }
     for (const std::size_t k : island.limited) {
-      const double whole = limited_impulses_[k] - limited_slopes_[k] * speed(limited_[k], 0, direction_);
-      predicted_limited_[k] += length * (whole - predicted_limited_[k]);
+      LimitedRow& row = limited_[k];
+      const double whole = row.augmented - row.slope * speed(row, 0, direction_);
+      row.predicted += length * (whole - row.predicted);
     }
     add_step(island, length);
     --left;
-
     error = coulomb_error(island, false);
     if (error <= tolerance) break;
   }
@@ -173,11 +165,9 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
 
 // Impulses and velocities that belong together, where nothing better was found.
 void NewtonSolver::take_swept(const Island& island) {
-  for (const int i : island.movers) std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
-  for (const std::size_t k : island.contacts) responses_[k].impulse = sweeps_.impulse(k);
-  for (const std::size_t k : island.limited) {
-    limited_misses_[k] = sweeps_.limited_impulse(k) * limited_[k].softness;
-  }
+  copy(island, sweeps_.velocities(), velocities_);
+  for (const std::size_t k : island.contacts) contacts_[k].response.impulse = sweeps_.impulse(k);
+  for (const std::size_t k : island.limited) limited_[k].miss = sweeps_.limited_impulse(k) * limited_[k].softness;
 }
 
 void NewtonSolver::add_step(const Island& island, double length) {
@@ -232,25 +222,23 @@ void NewtonSolver::recover(const Island& island) {
     });
   };
   for (const std::size_t k : island.contacts) {
-    const ContactRows& rows = contacts_[k];
-    const double leaving = std::max(0.0, rows.target[2] - misses_[k][2]);
+    ContactRows& rows = contacts_[k];
+    const double leaving = std::max(0.0, rows.target[2] - rows.miss[2]);
     const double asked = std::max(0.0, rows.recovery - leaving);
-    const bool sticks = responses_[k].regime == Regime::sticks && rows.impulse[2] > 0.0;
+    const bool sticks = rows.response.regime == Regime::sticks && rows.impulse[2] > 0.0;
     const bool presses = rows.impulse[2] > 0.0 || asked > 0.0;
     FrictionLaw law = rows.law;
     if (!sticks) law.friction = 0.0;
-    respond_as(presses ? Regime::sticks : Regime::open, law, {}, responses_[k]);
-    if (!presses) continue;
-    press(rows, 2, 1.0 / rows.law.normal_softness * asked);
+    respond_as(presses ? Regime::sticks : Regime::open, law, {}, rows.response);
+    if (presses) press(rows, 2, 1.0 / rows.law.normal_softness * asked);
   }
   for (const std::size_t k : island.limited) {
-    const LimitedRow& row = limited_[k];
+    LimitedRow& row = limited_[k];
     if (row.recovery <= 0.0) continue;
-    limited_slopes_[k] = 1.0 / row.softness;
+    row.slope = 1.0 / row.softness;
     press(row, 0, row.recovery / row.softness);
   }
-  if (!find_direction(island)) return;
-  for (const int i : island.movers) std::copy_n(direction_.begin() + begin(i), count(i), recovery_.begin() + begin(i));
+  if (find_direction(island)) copy(island, direction_, recovery_);
 }
 
 }  // namespace energymargin

@@ -34,10 +34,9 @@ class NewtonSolver : public VelocitySystem {
   template <typename Respond, typename RespondLimited>
   double evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited);
   double coulomb_error(const Island& island, bool after_step);
-  double augmented_error(const Island& island);
-  double augmented_limited(std::size_t k);
+  void evaluate_augmented(const Island& island);
   double error(const Island& island) const;
-  void save(const Island& island);
+  void copy(const Island& island, const std::vector<double>& from, std::vector<double>& to) const;
   bool harden(const Island& island);
   void keep_directions(const Island& island);
   double go_on_from_sweeps(const Island& island, int sweeps, int& left, double tolerance);
@@ -46,8 +45,8 @@ class NewtonSolver : public VelocitySystem {
   void assemble(const Island& island);
   template <typename Add>
   void add_blocks(const RowSides& sides, const Add& add);
-  void add_contact_block(const RowSides& sides, const ContactResponse& response);
-  void add_limited_block(const RowSides& sides, double slope);
+  void add_contact_block(const ContactRows& rows);
+  void add_limited_block(const LimitedRow& row);
   void add_step(const Island& island, double length);
   void balance(const Island& island);
   void recover(const Island& island);
@@ -55,15 +54,8 @@ class NewtonSolver : public VelocitySystem {
   Islands islands_;
   Sweeps sweeps_{*this};
   EnvelopeLu matrix_;
-  std::vector<ContactVector> misses_;  // of the contacts
-  std::vector<double> limited_misses_;
-  std::vector<ContactResponse> responses_;
-  std::vector<std::array<double, 2>> directions_;  // of the slip of contacts, before the last step
-  std::vector<ContactVector> predicted_;           // impulses of contacts after a linear step
-  std::vector<double> limited_slopes_;
-  std::vector<double> limited_impulses_, predicted_limited_, limited_weights_;  // after sweeps
-  std::vector<double> residual_, turnover_, direction_, saved_;                 // of the velocities
-  std::vector<double> factors_, changes_;                                       // scratch
+  std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
+  std::vector<double> factors_, changes_;                        // scratch
   bool stopped_ = false;  // whether something was taken to stick as it would have turned round
   int iterations_ = 0;
 };

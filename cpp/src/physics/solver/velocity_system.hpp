@@ -22,6 +22,12 @@ struct ContactRows : RowSides {
   ContactVector target{};  // of the velocities along the rows [m/s]
   double recovery = 0.0;   // by how much more the bodies are to be moved apart, and not sped up [m/s]
   ContactVector impulse{};
+
+  // As the solver goes on:
+  ContactVector miss{};               // target less velocity
+  ContactResponse response{};         // to that
+  std::array<double, 2> direction{};  // of the slip before the last step
+  ContactVector predicted{};          // impulse after a linear step
 };
 
 //! A row whose impulse is (target - velocity) / softness within its limits: a stop, a drive, a mimic, a servo.
@@ -32,12 +38,15 @@ struct LimitedRow : RowSides {
   double recovery = 0.0;
   double impulse = 0.0;
 
-  //! Its impulse where the target is missed by so much, and how that grows.
-  double impulse_at(double miss) const { return std::min(std::max(miss / softness, low), high); }
-  double slope_at(double miss) const {
-    const double linear = miss / softness;
-    return linear > low && linear < high ? 1.0 / softness : 0.0;
-  }
+  // As the solver goes on:
+  double miss = 0.0;       // target less velocity
+  double slope = 0.0;      // of the impulse, as that grows
+  double predicted = 0.0;  // impulse after a linear step
+  double weight = 0.0;     // of a miss beside that
+  double augmented = 0.0;  // impulse that follows from both
+
+  //! The impulse that belongs to the miss.
+  double impulse_of_miss() const { return std::min(std::max(miss / softness, low), high); }
 };
 
 //! Velocities v, their inertia A, and the rows that act on them. Movers are groups of velocities with an inertia of

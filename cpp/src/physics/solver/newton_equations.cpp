@@ -1,0 +1,206 @@
+// The residual A (v - v_free) - sum of J' impulse(J v) at the velocities, with the impulses and their slopes there. And
+// a step of Newton's method: the matrix A + sum of J' slope J of an island, and the direction that it gives.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "physics/solver/kernels.hpp"
+#include "physics/solver/newton_solver.hpp"
+
+namespace energymargin {
+namespace {
+
+// An error is relative to the impulses, or to this share of the momenta where the impulses are nearly zero.
+constexpr double least_turnover = 1e-3;
+
+}  // namespace
+
+// Residual of the equations, turnover of its terms, and responses, at the velocities.
+template <typename Respond, typename RespondLimited>
+double NewtonSolver::evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited) {
+  for (const int i : island.movers) {
+    const Mover& mover = this->mover(i);
+    const double* inertia = inertias_.data() + mover.inertia;
+    const double* velocities = velocities_.data() + mover.begin;
+    const double* free = free_.data() + mover.begin;
+    changes_.resize(static_cast<std::size_t>(mover.count));
+    double* const change = changes_.data();
+    for (int j = 0; j < mover.count; ++j) change[j] = velocities[j] - free[j];
+    for (int j = 0; j < mover.count; ++j) {
+      const double momentum = dot(inertia + j * mover.count, change, mover.count);
+      residual_[static_cast<std::size_t>(mover.begin + j)] = momentum;
+      turnover_[static_cast<std::size_t>(mover.begin + j)] = std::abs(momentum);
+    }
+  }
+  const auto take = [&](const RowSides& sides, const double* impulse, int rows) {
+    for_each_side(sides, [&](const Mover& mover, const double* jacobian) {
+      double* residual = residual_.data() + mover.begin;
+      double* turnover = turnover_.data() + mover.begin;
+      if (mover.count == usual_count && rows == 3) return take_contact(jacobian, impulse, residual, turnover);
+      for (int j = 0; j < mover.count; ++j) {
+        double sum = 0.0;
+        for (int row = 0; row < rows; ++row) sum += impulse[row] * jacobian[row * mover.count + j];
+        residual[j] -= sum;
+        turnover[j] += std::abs(sum);
+      }
+    });
+  };
+  for (const std::size_t k : island.contacts) {
+    ContactRows& rows = contacts_[k];
+    const ContactVector speeds_now = speeds(rows, velocities_);
+    for (std::size_t row = 0; row < 3; ++row) rows.miss[row] = rows.target[row] - speeds_now[row];
+    respond(rows);
+    if (rows.response.regime != Regime::open) take(rows, rows.response.impulse.data(), 3);
+  }
+  for (const std::size_t k : island.limited) {
+    LimitedRow& row = limited_[k];
+    row.miss = row.target - speed(row, 0, velocities_);
+    const double impulse = respond_limited(row);
+    take(row, &impulse, 1);
+  }
+  return error(island);
+}
+
+// What slid before a step and would go on the other way after it has stopped on the way: it sticks, before one can
+// tell.
+double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
+  stopped_ = false;
+  const auto respond = [this, after_step](ContactRows& rows) {
+    const auto& [x, y] = rows.direction;
+    const bool turns_round = after_step && rows.miss[2] > 0.0 && x * rows.miss[0] + y * rows.miss[1] < 0.0;
+    if (!turns_round) return coulomb(rows.law, rows.miss, rows.response);
+    stopped_ = true;
+    respond_as(Regime::sticks, rows.law, rows.miss, rows.response);
+  };
+  return evaluate(island, respond, [](LimitedRow& row) {
+    const double linear = row.miss / row.softness;
+    row.slope = linear > row.low && linear < row.high ? 1.0 / row.softness : 0.0;
+    return row.impulse_of_miss();
+  });
+}
+
+// Each responds to what was predicted of it as well: the impulse of a row is at a limit if the one that was predicted
+// says so, and not the velocity alone; else linear.
+void NewtonSolver::evaluate_augmented(const Island& island) {
+  const auto respond = [](ContactRows& rows) { augmented(rows.law, rows.miss, rows.predicted, rows.response); };
+  evaluate(island, respond, [](LimitedRow& row) {
+    const double asked = row.predicted + row.weight * (row.miss - row.softness * row.predicted);
+    const bool free = asked > row.low && asked < row.high;
+    row.slope = free ? 1.0 / row.softness : 0.0;
+    return row.augmented = free ? row.miss / row.softness : std::min(std::max(asked, row.low), row.high);
+  });
+}
+
+// The largest residual of a mover as a share of what is turned over there, in units of its inertia.
+double NewtonSolver::error(const Island& island) const {
+  double worst = 0.0;
+  for (const int i : island.movers) {
+    const Mover& mover = this->mover(i);
+    const double* inertia = inertias_.data() + mover.inertia;
+    double error = 0.0, turnover = 0.0;
+    for (int j = 0; j < mover.count; ++j) {
+      const auto index = static_cast<std::size_t>(mover.begin + j);
+      const double mass = inertia[j * mover.count + j];
+      const double momentum = mass * (std::abs(velocities_[index]) + std::abs(free_[index]));
+      const double turned = std::max(turnover_[index], least_turnover * momentum);
+      const double inverse = inverse_diagonal_[index];
+      const double squared = residual_[index] * residual_[index] * inverse;
+      if (!(squared <= error)) error = squared;  // also what is no number
+      turnover = std::max(turnover, turned * turned * inverse);
+    }
+    if (error != 0.0 && !(error / turnover <= worst)) worst = error / turnover;
+  }
+  return std::isnan(worst) ? std::numeric_limits<double>::infinity() : std::sqrt(worst);
+}
+
+bool NewtonSolver::find_direction(const Island& island) {
+  assemble(island);
+  if (!matrix_.factor()) return false;
+  changes_.resize(island.first.size());
+  double* const local = changes_.data();
+  for (const int i : island.movers) {
+    const Mover& mover = this->mover(i);
+    for (int j = 0; j < mover.count; ++j)
+      local[islands_.row(i) + j] = -residual_[static_cast<std::size_t>(mover.begin + j)];
+  }
+  matrix_.solve(local);
+  for (const int i : island.movers) {
+    const Mover& mover = this->mover(i);
+    std::copy_n(local + islands_.row(i), mover.count, direction_.begin() + mover.begin);
+  }
+  return true;
+}
+
+void NewtonSolver::assemble(const Island& island) {
+  matrix_.reset(island.first);
+  for (const int i : island.movers) {
+    const Mover& mover = this->mover(i);
+    const double* inertia = inertias_.data() + mover.inertia;
+    for (int j = 0; j < mover.count; ++j) {
+      std::copy_n(inertia + j * mover.count, mover.count, matrix_.row(islands_.row(i) + j) + islands_.row(i));
+    }
+  }
+  for (const std::size_t k : island.contacts) {
+    if (contacts_[k].response.regime != Regime::open) add_contact_block(contacts_[k]);
+  }
+  for (const std::size_t k : island.limited) {
+    if (limited_[k].slope != 0.0) add_limited_block(limited_[k]);
+  }
+}
+
+// Adds J' slope J, side by side.
+template <typename Add>
+void NewtonSolver::add_blocks(const RowSides& sides, const Add& add) {
+  if (sides.a >= 0) add(sides.a, sides.of_a, sides.a, sides.of_a);
+  if (sides.b < 0) return;
+  add(sides.b, sides.of_b, sides.b, sides.of_b);
+  if (sides.a < 0) return;
+  add(sides.a, sides.of_a, sides.b, sides.of_b);
+  add(sides.b, sides.of_b, sides.a, sides.of_a);
+}
+
+void NewtonSolver::add_contact_block(const ContactRows& rows) {
+  add_blocks(rows, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
+    const Mover& from = mover(left);
+    const Mover& to = mover(right);
+    const double* const along = numbers_.data() + of_left;
+    const double* const jacobian = numbers_.data() + of_right;
+    if (from.count == usual_count && to.count == usual_count) {
+      double answer[contact_size];
+      answer_contact(rows.response, jacobian, answer);
+      for (int i = 0; i < usual_count; ++i) {
+        add_contact_row(along + i, answer, matrix_.row(islands_.row(left) + i) + islands_.row(right));
+      }
+      return;
+    }
+    for (std::size_t row = 0; row < 3; ++row) {
+      changes_.assign(static_cast<std::size_t>(to.count), 0.0);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double slope = rows.response.slope[row][k];
+        const double* const of_row = jacobian + k * static_cast<std::size_t>(to.count);
+        if (slope != 0.0) add_multiple(slope, of_row, to.count, changes_.data());
+      }
+      for (int i = 0; i < from.count; ++i) {
+        const double factor = along[row * static_cast<std::size_t>(from.count) + static_cast<std::size_t>(i)];
+        if (factor != 0.0)
+          add_multiple(factor, changes_.data(), to.count, matrix_.row(islands_.row(left) + i) + islands_.row(right));
+      }
+    }
+  });
+}
+
+void NewtonSolver::add_limited_block(const LimitedRow& row) {
+  add_blocks(row, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
+    const Mover& from = mover(left);
+    const Mover& to = mover(right);
+    const double* const along = numbers_.data() + of_left;
+    for (int i = 0; i < from.count; ++i) {
+      if (along[i] == 0.0) continue;
+      add_multiple(row.slope * along[i], numbers_.data() + of_right, to.count,
+                   matrix_.row(islands_.row(left) + i) + islands_.row(right));
+    }
+  });
+}
+
+}  // namespace energymargin
