@@ -1,12 +1,14 @@
 #include "physics/shapes.hpp"
 
+#include <LinearMath/btConvexHullComputer.h>
+
 #include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "energymargin/kinematics.hpp"
-#include "physics/contacts/hull_shape.hpp"
 #include "scene/body_constants.hpp"
+#include "scene/hull_faces.hpp"
 #include "scene/margins.hpp"
 
 namespace energymargin {
@@ -108,6 +110,20 @@ void add_piece(CollisionShape& to, const btCollisionShape& piece, const btTransf
   to.reach = std::max(to.reach, to.pieces.back().reach);
 }
 
+// Of a sliver less than was asked for can be taken off, or nothing.
+constexpr int most_halvings = 8;
+
+double shrink(const std::vector<Vector3>& points, double margin, btConvexHullComputer& inner) {
+  const auto compute = [&](double asked) {
+    return inner.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), asked, 0.5);
+  };
+  for (int i = 0; i < most_halvings; ++i, margin *= 0.5) {
+    const double shrunk = compute(margin);
+    if (shrunk >= 0.0 && inner.vertices.size() > 0) return shrunk;
+  }
+  return compute(0.0);
+}
+
 }  // namespace
 
 btTransform bullet_pose(const Inertial& inertial, const BodyState& frame) {
@@ -150,6 +166,51 @@ std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, con
   }
   result->shape = std::move(compound);
   return result;
+}
+
+HullShape::HullShape(const std::vector<Vector3>& points, double margin) {
+  btConvexHullComputer inner;
+  const double shrunk = shrink(points, margin, inner);
+  for (int i = 0; i < inner.vertices.size(); ++i) addPoint(inner.vertices[i], false);
+  recalcLocalAabb();
+  setMargin(shrunk);
+  btConvexHullComputer whole;
+  whole.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
+  for (int i = 0; i < whole.vertices.size(); ++i) {
+    const Vector3& point = points[static_cast<std::size_t>(whole.original_vertex_index[i])];
+    corners_.emplace_back(point.x(), point.y(), point.z());
+  }
+  low_ = high_ = corners_.front();
+  for (const btVector3& corner : corners_) {
+    low_.setMin(corner);
+    high_.setMax(corner);
+  }
+}
+
+btVector3 HullShape::localGetSupportingVertex(const btVector3& direction) const {
+  return *std::max_element(corners_.begin(), corners_.end(),
+                           [&](const btVector3& a, const btVector3& b) { return direction.dot(a) < direction.dot(b); });
+}
+
+void HullShape::getAabb(const btTransform& pose, btVector3& low, btVector3& high) const {
+  btTransformAabb(low_, high_, 0.0, pose, low, high);
+}
+
+// Bullet's exact hull computer.
+std::vector<std::array<std::size_t, 3>> hull_faces(const std::vector<Vector3>& points) {
+  btConvexHullComputer hull;
+  hull.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
+  const auto vertex = [&](int i) { return static_cast<std::size_t>(hull.original_vertex_index[i]); };
+  std::vector<std::array<std::size_t, 3>> triangles;
+  for (int face = 0; face < hull.faces.size(); ++face) {
+    const btConvexHullComputer::Edge* first = &hull.edges[hull.faces[face]];
+    const int corner = first->getSourceVertex();
+    for (const auto* edge = first->getNextEdgeOfFace(); edge->getTargetVertex() != corner;
+         edge = edge->getNextEdgeOfFace()) {
+      triangles.push_back({vertex(corner), vertex(edge->getSourceVertex()), vertex(edge->getTargetVertex())});
+    }
+  }
+  return triangles;
 }
 
 }  // namespace energymargin

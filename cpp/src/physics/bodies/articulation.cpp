@@ -1,7 +1,6 @@
 #include "physics/bodies/articulation.hpp"
 
 #include "energymargin/kinematics.hpp"
-#include "physics/sweep.hpp"
 
 namespace energymargin {
 

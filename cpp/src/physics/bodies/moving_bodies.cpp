@@ -1,7 +1,6 @@
 #include "physics/bodies/moving_bodies.hpp"
 
 #include "energymargin/kinematics.hpp"
-#include "physics/sweep.hpp"
 
 namespace energymargin {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "physics/contacts/collision_filter.hpp"
+#include "physics/contacts/face_contacts.hpp"
 #include "physics/contacts/near.hpp"
 #include "physics/contacts/piece_pair.hpp"
-#include "physics/contacts/plane_contacts.hpp"
 #include "physics/motion.hpp"
 
 namespace energymargin {

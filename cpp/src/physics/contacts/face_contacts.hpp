@@ -1,5 +1,5 @@
 #pragma once
-// Contacts of two solids whose faces or lines may lie on one another.
+// Contacts of two solids whose faces or lines may lie on one another, and of a solid with a plane.
 
 #include <vector>
 
@@ -45,5 +45,20 @@ class FaceContacts {
   Face a_, b_, shared_, scratch_;
   std::vector<FacePoint> points_;
 };
+
+//! Where a plane is in the world: normal . x = offset.
+struct WorldPlane {
+  btVector3 normal;
+  double offset;  // [m]
+
+  WorldPlane(const btStaticPlaneShape& plane, const btTransform& pose)
+      : normal(pose.getBasis() * plane.getPlaneNormal()),
+        offset(plane.getPlaneConstant() + normal.dot(pose.getOrigin())) {}
+};
+
+//! Sets `points` to all points of a solid within `reach` of a plane [m], at once: a body that slides fast would lose
+//! those that Bullet gathers over several steps, sink and tilt.
+void find_plane_contacts(const InnerShape& solid, const btTransform& pose, const WorldPlane& plane, double reach,
+                         std::vector<FacePoint>& points);
 
 }  // namespace energymargin

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "physics/contacts/solid_pair.hpp"
+#include "physics/motion.hpp"
 #include "physics/shapes.hpp"
-#include "physics/sweep.hpp"
 
 namespace energymargin {
 

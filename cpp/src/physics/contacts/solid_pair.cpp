@@ -4,8 +4,199 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 
+#include <cmath>
+#include <initializer_list>
+
 namespace energymargin {
 namespace {
+
+// Axes are parallel up to this angle [rad]: what a tilted cylinder is more than a circle is then a ten-thousandth of
+// it.
+constexpr double tilt = 0.01;
+
+// The points are at an end of the common height where that is so much closer than the other [m], and between them
+// before. Of cylinders that cross, they are at the lowest point of a parabola through both ends and the middle.
+constexpr double clearly_closer = 1e-5;
+
+// The nearest point of a box or a cylinder to one beside it, across `axis`, in its own frame.
+btVector3 nearest_across(const InnerShape& shape, int axis, btVector3 point) {
+  point[axis] = 0.0;
+  const btVector3& half = shape.half();
+  if (shape.is_cylinder()) return point * (half.x() / point.length());
+  for (int i = 0; i < 3; ++i) point[i] = std::clamp(point[i], -half[i], half[i]);
+  return point;
+}
+
+// `a` is a cylinder, `b` a box or a cylinder; in the frame of b.
+struct Beside {
+  const InnerShape &a, &b;
+  btVector3 center, along;  // of a, and its axis
+  int axis;                 // of b, that is parallel
+
+  btVector3 on_axis(double height) const { return center + along * ((height - center[axis]) / along[axis]); }
+
+  btVector3 on_b(const btVector3& beside) const {
+    btVector3 point = nearest_across(b, axis, beside);
+    point[axis] = beside[axis];
+    return point;
+  }
+
+  double distance(double height) const {
+    const btVector3 point = on_axis(height);
+    return (point - on_b(point)).length() - a.half().x();
+  }
+
+  bool is_inside(const btVector3& point) const {
+    const double radius = b.half().x();
+    return b.is_cylinder() && point.x() * point.x() + point.y() * point.y() <= radius * radius;
+  }
+};
+
+std::optional<ClosestPoints> beside(const InnerShape& a, const btTransform& pose_a, const InnerShape& b,
+                                    const btTransform& pose_b) {
+  const btVector3 along = pose_a.getBasis().getColumn(2) * pose_b.getBasis();
+  const int axis = b.is_cylinder() ? 2 : along.absolute().maxAxis();
+  if (1.0 - std::abs(along[axis]) > 0.5 * tilt * tilt) return std::nullopt;
+  const Beside pair{a, b, (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis(), along, axis};
+  const double low = std::max(pair.center[axis] - a.half().z(), -b.half()[axis]);
+  const double high = std::min(pair.center[axis] + a.half().z(), b.half()[axis]);
+  if (low >= high) return std::nullopt;
+  const double at_low = pair.distance(low), at_high = pair.distance(high);
+  const double bend = 2.0 * (at_low + at_high - 2.0 * pair.distance(0.5 * (low + high)));
+  const double share = 0.5 + 0.5 * std::clamp((at_low - at_high) / std::max(bend, clearly_closer), -1.0, 1.0);
+  const btVector3 on_axis = pair.on_axis(low + share * (high - low));
+  const btVector3 on_b = pair.on_b(on_axis);
+  btVector3 away = on_axis - on_b;
+  const double distance = away.length() - a.half().x();
+  if (pair.is_inside(on_axis) || !(distance >= clearly_apart(a, b))) return std::nullopt;
+  return ClosestPoints{pose_b.getBasis() * away.normalized(), pose_b(on_b), distance};
+}
+
+constexpr double no_closer = 1e-9;  // share of a squared distance, below which a step is none
+constexpr double flat = 1e-16;      // square of the sine, below which four vertices lie in one plane
+constexpr int most_iterations = 100;
+
+// A vertex of the simplex: a point of a less a point of b.
+struct Vertex {
+  btVector3 difference;
+  btVector3 on_a, on_b;  // in the shapes' own frames
+  double weight = 0.0;   // of it in the closest point
+};
+
+// Up to four vertices, of which those stay that carry the point closest to the origin (Ericson 2005, section 5.1).
+class Simplex {
+ public:
+  void add(const Vertex& vertex) { vertices_[count_++] = vertex; }
+  int count() const { return count_; }
+  const Vertex& operator[](int i) const { return vertices_[i]; }
+
+  // Leaves the vertices that carry the point; false if the origin is inside.
+  bool reduce() {
+    switch (count_) {
+      case 1:
+        keep({0}, {1.0});
+        return true;
+      case 2:
+        reduce_line(0, 1);
+        return true;
+      case 3:
+        reduce_triangle(0, 1, 2);
+        return true;
+      default:
+        return reduce_tetrahedron();
+    }
+  }
+
+  // Adds a vertex and reduces; false if the origin is inside. What is too flat for that leads no closer than `squared`,
+  // or seems to have the origin inside though it is known to be outside: then to the line to the vertex.
+  bool extend(const Vertex& next, double squared, bool is_outside) {
+    const Vertex point{closest(), sum(&Vertex::on_a), on_b()};
+    add(next);
+    const bool outside = reduce();
+    if (!outside && !is_outside) return false;
+    if (outside && closest().length2() < squared) return true;
+    vertices_[0] = point;
+    vertices_[1] = next;
+    count_ = 2;
+    return reduce();
+  }
+
+  btVector3 closest() const { return sum(&Vertex::difference); }
+  btVector3 on_b() const { return sum(&Vertex::on_b); }
+
+ private:
+  btVector3 sum(btVector3 Vertex::* of) const {
+    btVector3 total(0.0, 0.0, 0.0);
+    for (int i = 0; i < count_; ++i) total += vertices_[i].weight * (vertices_[i].*of);
+    return total;
+  }
+
+  const btVector3& at(int i) const { return vertices_[i].difference; }
+
+  void keep(std::initializer_list<int> which, std::initializer_list<double> weights) {
+    Vertex kept[4];
+    int count = 0;
+    for (const int i : which) {
+      kept[count] = vertices_[i];
+      kept[count].weight = weights.begin()[count];
+      ++count;
+    }
+    std::copy(kept, kept + count, vertices_);
+    count_ = count;
+  }
+
+  void reduce_line(int a, int b) {
+    const btVector3 along = at(b) - at(a);
+    const double share = -at(a).dot(along);
+    const double length = along.length2();
+    if (share <= 0.0) return keep({a}, {1.0});
+    if (share >= length) return keep({b}, {1.0});
+    keep({a, b}, {1.0 - share / length, share / length});
+  }
+
+  void reduce_triangle(int a, int b, int c) {
+    const btVector3 ab = at(b) - at(a);
+    const btVector3 ac = at(c) - at(a);
+    const double a_b = -ab.dot(at(a)), a_c = -ac.dot(at(a));
+    if (a_b <= 0.0 && a_c <= 0.0) return keep({a}, {1.0});
+    const double b_b = -ab.dot(at(b)), b_c = -ac.dot(at(b));
+    if (b_b >= 0.0 && b_c <= b_b) return keep({b}, {1.0});
+    const double c_b = -ab.dot(at(c)), c_c = -ac.dot(at(c));
+    if (c_c >= 0.0 && c_b <= c_c) return keep({c}, {1.0});
+    const double of_c = a_b * b_c - b_b * a_c;
+    if (of_c <= 0.0 && a_b >= 0.0 && b_b <= 0.0) return reduce_line(a, b);
+    const double of_b = c_b * a_c - a_b * c_c;
+    if (of_b <= 0.0 && a_c >= 0.0 && c_c <= 0.0) return reduce_line(a, c);
+    const double of_a = b_b * c_c - c_b * b_c;
+    if (of_a <= 0.0 && b_c - b_b >= 0.0 && c_b - c_c >= 0.0) return reduce_line(b, c);
+    const double whole = of_a + of_b + of_c;
+    keep({a, b, c}, {of_a / whole, of_b / whole, of_c / whole});
+  }
+
+  // Of the faces that have the origin outside, the one whose point is closest.
+  bool reduce_tetrahedron() {
+    constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
+    const Simplex whole = *this;
+    double least = BT_LARGE_FLOAT;
+    for (const auto& [a, b, c, opposite] : faces) {
+      const btVector3 normal = (whole.at(b) - whole.at(a)).cross(whole.at(c) - whole.at(a));
+      const btVector3 edge = whole.at(opposite) - whole.at(a);
+      const double inside = normal.dot(edge);
+      const bool is_flat = inside * inside <= flat * normal.length2() * edge.length2();
+      if (!is_flat && -normal.dot(whole.at(a)) * inside > 0.0) continue;
+      Simplex face = whole;
+      face.reduce_triangle(a, b, c);
+      const double squared = face.closest().length2();
+      if (squared >= least) continue;
+      least = squared;
+      *this = face;
+    }
+    return least < BT_LARGE_FLOAT;
+  }
+
+  Vertex vertices_[4];
+  int count_ = 0;
+};
 
 struct OnePoint : btDiscreteCollisionDetectorInterface::Result {
   std::optional<ClosestPoints> point;
@@ -18,6 +209,76 @@ struct OnePoint : btDiscreteCollisionDetectorInterface::Result {
 };
 
 }  // namespace
+
+std::optional<ClosestPoints> distance_side_by_side(const InnerShape& a, const btTransform& pose_a, const InnerShape& b,
+                                                   const btTransform& pose_b) {
+  if (a.is_cylinder() && (b.is_cylinder() || b.is_box())) return beside(a, pose_a, b, pose_b);
+  if (!a.is_box() || !b.is_cylinder()) return std::nullopt;
+  std::optional<ClosestPoints> swapped = beside(b, pose_b, a, pose_a);
+  if (swapped) {
+    swapped->normal = -swapped->normal;
+    swapped->on_b -= swapped->normal * swapped->distance;
+  }
+  return swapped;
+}
+
+// GJK (Gilbert, Johnson and Keerthi 1988): the point of the difference of two convex sets that is closest to the
+// origin. The search is in b's frame.
+Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransform& pose_b, double reach,
+                                     ClosestPoints& result) {
+  if (const auto found = distance_side_by_side(a_, pose_a, b_, pose_b)) {
+    result = *found;
+    return result.distance > reach ? Separation::too_far : Separation::apart;
+  }
+  const btMatrix3x3 turn = pose_b.getBasis().transposeTimes(pose_a.getBasis());
+  const btVector3 offset = (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis();
+  const auto vertex = [&](const btVector3& on_a, const btVector3& on_b) {
+    return Vertex{turn * on_a + offset - on_b, on_a, on_b};
+  };
+  Simplex simplex;
+  for (int i = 0; i < count_; ++i) simplex.add(vertex(on_a_[i], on_b_[i]));
+  btVector3 closest(0.0, 1.0, 0.0);
+  double squared = BT_LARGE_FLOAT;
+  if (count_ > 0 && simplex.reduce()) {
+    closest = simplex.closest();
+    squared = closest.length2();
+  }
+  const auto keep = [&] {
+    count_ = simplex.count();
+    for (int i = 0; i < count_; ++i) {
+      on_a_[i] = simplex[i].on_a;
+      on_b_[i] = simplex[i].on_b;
+    }
+  };
+  const auto known = [&] {
+    keep();
+    result.distance = btSqrt(squared);
+    result.normal = pose_b.getBasis() * closest / result.distance;
+    result.on_b = pose_b(simplex.on_b());
+    return Separation::apart;
+  };
+  const double least = clearly_apart(a_, b_);
+  for (int i = 0; squared > least * least; ++i) {
+    if (i == most_iterations) break;
+    const Vertex next = vertex(a_.support(-closest * turn), b_.support(closest));
+    const double bound = closest.dot(next.difference);
+    if (bound > 0.0 && bound * bound > closest.length2() * reach * reach) {
+      keep();
+      return Separation::too_far;
+    }
+    if (squared - bound <= squared * no_closer) return known();
+    Simplex larger = simplex;
+    if (!larger.extend(next, squared, bound > 0.0)) break;
+    const btVector3 point = larger.closest();
+    const double after = point.length2();
+    if (after >= squared) return known();  // but for rounding
+    simplex = larger;
+    closest = point;
+    squared = after;
+  }
+  count_ = 0;
+  return Separation::too_near;
+}
 
 std::optional<ClosestPoints> SolidPair::closest(const btTransform& pose_a, const btTransform& pose_b, double reach,
                                                 Penetration penetration) {

@@ -1,11 +1,108 @@
 #pragma once
 // Two convex solids, and their closest points.
 
+#include <algorithm>
 #include <optional>
+#include <vector>
 
-#include "physics/contacts/inner_shape.hpp"
+#include "physics/shapes.hpp"
 
 namespace energymargin {
+
+//! What is left of Bullet's box, sphere, capsule, cylinder or hull without its margin. The shape outlives this.
+class InnerShape {
+ public:
+  explicit InnerShape(const btConvexShape& shape)
+      : kind_(shape.getShapeType()),
+        half_(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions()),
+        margin_(shape.getMarginNonVirtual()) {
+    if (!is_hull()) return;
+    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    if (const auto* whole = dynamic_cast<const HullShape*>(&shape)) corners_ = &whole->corners();
+    points_ = hull.getUnscaledPoints();
+    count_ = hull.getNumPoints();
+  }
+
+  int kind() const { return kind_; }
+  bool is_box() const { return kind_ == BOX_SHAPE_PROXYTYPE; }
+  bool is_cylinder() const { return kind_ == CYLINDER_SHAPE_PROXYTYPE; }
+  bool is_hull() const { return kind_ == CONVEX_HULL_SHAPE_PROXYTYPE; }
+
+  //! Half of the size along each axis, of all but hulls.
+  const btVector3& half() const { return half_; }
+
+  //! The margin around it [m]: of a sphere or a capsule its radius.
+  double margin() const { return margin_; }
+
+  //! Calls `visit` with the corners of a box, or else of a HullShape, with its margin, in its own frame.
+  template <typename Visit>
+  void for_each_corner(const Visit& visit) const {
+    if (!is_box()) {
+      for (const btVector3& corner : *corners_) visit(corner);
+      return;
+    }
+    const btVector3 half = half_ + btVector3(margin_, margin_, margin_);
+    for (int i = 0; i < 8; ++i) {
+      visit(btVector3(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 4 ? half.z() : -half.z()));
+    }
+  }
+
+  //! The farthest point along a direction, both in its own frame.
+  btVector3 support(const btVector3& direction) const {
+    const double end = direction.z() < 0.0 ? -half_.z() : half_.z();
+    switch (kind_) {
+      case BOX_SHAPE_PROXYTYPE:
+        return {direction.x() >= 0.0 ? half_.x() : -half_.x(), direction.y() >= 0.0 ? half_.y() : -half_.y(),
+                direction.z() >= 0.0 ? half_.z() : -half_.z()};
+      case CYLINDER_SHAPE_PROXYTYPE: {
+        const double across = btSqrt(direction.x() * direction.x() + direction.y() * direction.y());
+        if (across == 0.0) return {half_.x(), 0.0, end};
+        const double scale = half_.x() / across;
+        return {direction.x() * scale, direction.y() * scale, end};
+      }
+      case CAPSULE_SHAPE_PROXYTYPE:
+        return {0.0, 0.0, end};
+      case CONVEX_HULL_SHAPE_PROXYTYPE:
+        return farthest_point(direction);
+      default:  // sphere
+        return {0.0, 0.0, 0.0};
+    }
+  }
+
+ private:
+  const btVector3& farthest_point(const btVector3& direction) const {
+    const btVector3* best = points_;
+    double most = direction.dot(*best);
+    for (const btVector3* point = points_ + 1; point != points_ + count_; ++point) {
+      const double along = direction.dot(*point);
+      if (along <= most) continue;
+      most = along;
+      best = point;
+    }
+    return *best;
+  }
+
+  int kind_;
+  btVector3 half_;
+  double margin_;
+  const std::vector<btVector3>* corners_ = nullptr;  // of a HullShape
+  const btVector3* points_ = nullptr;                // of a hull
+  int count_ = 0;
+};
+
+//! Inner shapes nearer than this penetrate each other, as far as one can tell: the direction between them is not known
+//! [m]. A share of their margins makes small solids do what large ones do.
+inline double clearly_apart(const InnerShape& a, const InnerShape& b) {
+  constexpr double most = 1e-5, share = 1e-3;
+  return std::min(most, share * (a.margin() + b.margin()));
+}
+
+//! The closest points of two solids or inner shapes.
+struct ClosestPoints {
+  btVector3 normal;  // unit vector, from b to a
+  btVector3 on_b;    // in the world [m]
+  double distance;   // negative in penetration [m]
+};
 
 //! Where two inner shapes are.
 enum class Separation {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/sweep.hpp"
-
 namespace energymargin {
 namespace {
 
@@ -42,7 +40,6 @@ StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies)
 
 bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
-  kinds_.clear();
   contact_points_.clear();
   for (const auto& tree : bodies_.trees()) tree->keep_base();
   for (const Motor& motor : substep.motors) drive_kinematic(motor);

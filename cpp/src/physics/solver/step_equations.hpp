@@ -33,7 +33,6 @@ class StepEquations {
   ImpulseAudit audit{};
 
  private:
-  enum class Kind { motor, drive, stop, mimic };
   struct TreeMover {
     int mover = -1;                   // of the solver; -1: nothing of the tree moves but by its kinematic base
     std::vector<double> pushed, end;  // velocities before and after the tree coasts
@@ -52,7 +51,6 @@ class StepEquations {
   void find_turning(FreeBody& body, double duration) const;
   void coast(FreeBody& body, double duration) const;
   void add_tree(std::size_t i, const Substep& substep);
-  LimitedRow& add_limited(Kind kind, int a, int b);
   void add_motor(const Motor& motor, double duration);
   void drive_kinematic(const Motor& motor);
   void add_stop(std::size_t tree, const JointControl& control, double direction, double gap, double duration);
@@ -84,7 +82,6 @@ class StepEquations {
   btVector3 gravity_;
   std::vector<TreeMover> trees_;
   NewtonSolver solver_;
-  std::vector<Kind> kinds_;                  // of the solver's limited rows
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
 };
 

@@ -48,7 +48,7 @@ btVector3 StepEquations::prescribed_velocity(std::size_t body, const btVector3& 
 }
 
 void StepEquations::add_limited_work() {
-  if (kinds_.empty()) return;
+  if (solver_.limited().empty()) return;
   std::vector<double> sums = solver_.all_velocities();
   for (const FreeBody& body : bodies_.free()) {
     for (std::size_t row = 0; row < body.axes.size(); ++row) {
@@ -61,11 +61,8 @@ void StepEquations::add_limited_work() {
     double* const sum = sums.data() + solver_.begin(trees_[i].mover);
     for (std::size_t k = tree(i).prescribed(); k < before.size(); ++k) sum[k - tree(i).prescribed()] += before[k];
   }
-  for (std::size_t k = 0; k < kinds_.size(); ++k) {
-    const LimitedRow& row = solver_.limited()[k];
-    const double work = 0.5 * row.impulse * solver_.speed(row, 0, sums);
-    if (kinds_[k] == Kind::motor) audit.work.plan += work;
-    if (kinds_[k] == Kind::stop || kinds_[k] == Kind::mimic) audit.work.joints += work;
+  for (const LimitedRow& row : solver_.limited()) {
+    if (row.work) *row.work += 0.5 * row.impulse * solver_.speed(row, 0, sums);
   }
 }
 

@@ -2,7 +2,9 @@
 // Bodies and trees as velocities with an inertia, and the rows of contacts and limits over them.
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "physics/solver/friction_law.hpp"
@@ -34,9 +36,10 @@ struct ContactRows : RowSides {
 struct LimitedRow : RowSides {
   double target = 0.0;
   double softness = 0.0;
-  double low = 0.0, high = 0.0;
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   double recovery = 0.0;
   double impulse = 0.0;
+  double* work = nullptr;  // what its work adds to in an audit
 
   // As the solver goes on:
   double miss = 0.0;       // target less velocity

@@ -1,4 +1,4 @@
-#include "physics/sweep.hpp"
+#include "physics/motion.hpp"
 
 #include <cmath>
 
