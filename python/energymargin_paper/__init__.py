@@ -32,6 +32,7 @@ EVIDENCE = {
     "least-efforts": "How near the effort of escape comes to the least work",
     "contact": "Whether grips hold and towers stand, and what moves keeps its momentum",
     "rare": "Rare losses by splitting, against known ones, and the effort of escape behind them",
+    "models": "How many public robots and hands load at the first try, with links in place",
     "engines": "Labels, escapes and probabilities in MuJoCo too",
 }
 STUDIES = PAPER | EVIDENCE

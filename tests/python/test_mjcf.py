@@ -270,10 +270,14 @@ def test_a_velocity_actuator_is_damping_towards_a_velocity():
     assert (made.stiffness, made.damping, made.target_velocity) == (0.0, 0.5, 6.0)
 
 
-def test_a_motor_is_named_unless_the_joint_is_commanded():
+def test_a_motor_is_named_unless_its_force_is_zero_or_the_joint_is_commanded():
     motor = {"actuator": '<motor joint="a"/>'}
+    with pytest.warns(em.PlausibilityWarning, match=r"moves nothing here.*actuator/motor \(1\)"):
+        scene = built(link("a"), sections=motor)
+    assert scene.report.names("joint undriven") == ["a"]
+    pushing = motor | {"keyframe": '<key ctrl="0.5"/>'}
     with pytest.raises(ValueError, match=r"actuator/motor \(1\)"):
-        built(link("a"), sections=motor)
+        built(link("a"), sections=pushing, keyframe=0)
     assert built(link("a"), sections=motor, joints={"a": {"held": True}}).joints[0].held
     assert built(link("a"), sections=motor, ignore=["actuator/motor"]).joints[0].stiffness == 0
 

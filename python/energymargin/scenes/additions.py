@@ -197,7 +197,7 @@ def added(
     if self_collision and any(joint["type"] != "fixed" for joint in new.joints):
         limit.require("links that overlap were looked for")
         world = World(made)
-        depths = _overlaps(world, made.pack())
+        depths = _overlaps(world)
         never = depths.keys() if overlapping else _always(world, depths, limit)
         for pair in never:
             new.disabled.append(pair)
@@ -247,8 +247,8 @@ def _empty(scene: Scene) -> Scene:
     )
 
 
-def _overlaps(world: World, state: Any) -> dict[Pair, float]:
-    """How deep [m] links overlap each other, or fixed bodies, in a state.
+def _overlaps(world: World) -> dict[Pair, float]:
+    """How deep [m] links overlap each other, or fixed bodies, at the start.
 
     What moves apart from a link, as an object in a gripper, touches it: that is a contact.
     """
@@ -256,7 +256,7 @@ def _overlaps(world: World, state: Any) -> dict[Pair, float]:
     carriers = {joint.child: joint.parent for joint in robot.joints}
     fixed = {body.name for body in robot.bodies if body.fixed}
     depths: dict[Pair, float] = {}
-    for contact in world.contacts(state) if carriers else ():
+    for contact in world.contacts(robot.pack()):
         a, b = contact.body_a, contact.body_b
         together = base_of(a, carriers) == base_of(b, carriers) or {a, b} & fixed
         if together and {a, b} & carriers.keys() and -contact.distance > OVERLAP:
@@ -272,8 +272,8 @@ def _always(world: World, pairs: Iterable[Pair], limit: Limit) -> set[Pair]:
     names = [joint.name for joint in moving]
     for _ in range(POSES if left else 0):
         limit.require("links that always overlap were looked for")
-        places = dict(zip(names, random.uniform(*ends.T), strict=True))
-        left &= _overlaps(world, robot.pack(joints=places)).keys()
+        state = robot.pack(joints=dict(zip(names, random.uniform(*ends.T), strict=True)))
+        left = {pair for pair in left if world.distance(state, *pair) < -OVERLAP}
     return left
 
 

@@ -46,6 +46,8 @@ class Drive:
     """By actuator with a constant gain, the force for each unit of its control."""
     motors: int = 0
     """Actuators that control a force alone."""
+    idle: int = 0
+    """Those of them whose force is 0."""
     ceiling: float = math.inf
     """Force limit of all actuators together."""
 
@@ -254,6 +256,7 @@ class _Drives:
         drive, factor = self._on_joint(length)
         if law[1] == 0 and law[2] == 0:
             drive.motors += 1
+            drive.idle += law[0] == 0
             return
         self._push(length, *law)
         gain = float(model.actuator_gainprm[actuator][0])
@@ -310,7 +313,8 @@ class _Drives:
         for joint, drive in self.drives.items():
             name = name_of(model, "joint", joint)
             if name not in commanded:
-                add("actuator/motor", drive.motors, [name])
+                add("actuator/motor", drive.motors - drive.idle, [name])
+                self._features.leave("actuator/motor", drive.idle, [name])
                 limited = any(math.isfinite(most) for most in drive.most)
                 add("actuator.forcerange", limited and (len(drive.most) > 1 or drive.passive_force))
 

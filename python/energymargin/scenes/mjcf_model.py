@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from energymargin.plausibility import warn
 from energymargin.reprs import short_repr
 from energymargin.scenes import reports
-from energymargin.scenes.additions import warn_of_loose
+from energymargin.scenes.additions import counted, warn_of_loose
 from energymargin.scenes.poses import Pose, pose
 from energymargin.scenes.reports import Row
 
@@ -176,7 +176,6 @@ class Features:
         self.found: Counter[str] = Counter()
         self._left_out: Counter[str] = Counter()
         self._bodies: dict[str, str] = {}
-        self._told: list[str] = []
         self._loose: dict[str, list[str]] = {}
 
     def add(
@@ -184,19 +183,20 @@ class Features:
     ) -> None:
         """Something that is not simulated is there. `loose`, `bodies`: the joints and bodies that
         it moves or holds, by name, which nothing does without it."""
-        if count and name not in self._ignored:
-            self.found[name] += int(count)
+        if name in self._ignored:
+            self.leave(name, count, loose, bodies)
         elif count:
+            self.found[name] += int(count)
+
+    def leave(
+        self, name: str, count: int, loose: Iterable[str] = (), bodies: Iterable[str] = ()
+    ) -> None:
+        """As `add`, of what is left out, with a warning if it is not ignored."""
+        if count:
             self._left_out[name] += int(count)
             self._bodies.update((body, name) for body in bodies)
             own = self._loose.setdefault(name, [])
             own.extend(one for one in loose if one not in own)
-
-    def leave(self, name: str, count: int) -> None:
-        """Something that hardly moves anything is left out, with a warning if it is not ignored."""
-        if count:
-            self._left_out[name] += int(count)
-            self._told += [f"{name} ({count})"] if name not in self._ignored else []
 
     def rows(self, prefix: str) -> list[Row]:
         """Of the report: what is ignored, and the bodies that this leaves loose."""
@@ -207,8 +207,9 @@ class Features:
     def warn(self, source: str, held: Collection[str], fingerprint: str) -> None:
         """Warns, once for a fingerprint, of what is left out, and of what nothing drives or holds
         without what is ignored; `held` are the joints that something else does."""
-        told = f"{source}: left out, as it moves next to nothing: {', '.join(self._told)}."
-        warn([(told, told)] if self._told else [], fingerprint)
+        left = {name: n for name, n in self._left_out.items() if name not in self._ignored}
+        text = f"{source}: left out, as it moves nothing here, or next to nothing: {counted(left)}."
+        warn([(text, text)] if left else [], fingerprint)
         for name, loose in self._loose.items():
             names = [one for one in loose if one not in held]
             names += [f"body {body!r}" for body, of in self._bodies.items() if of == name]
