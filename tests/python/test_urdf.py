@@ -99,8 +99,9 @@ def test_links_masses_and_inertias_are_where_bullet_has_them(file, moving, optio
 
 
 @pytest.mark.usefixtures("bullet")
-def test_an_inertia_that_is_turned_and_has_products_is_the_files(tmp_path):
-    scene = built(tmp_path)
+@pytest.mark.parametrize("scaling", ["", '<contact><inertia_scaling value="3"/></contact>'])
+def test_an_inertia_that_is_turned_and_has_products_is_the_files(tmp_path, scaling):
+    scene = built(tmp_path, ARM.replace("</link>", scaling + "</link>"))
     robot = pybullet.loadURDF(
         str(tmp_path / "robot.urdf"), flags=pybullet.URDF_USE_INERTIA_FROM_FILE
     )
@@ -108,8 +109,9 @@ def test_an_inertia_that_is_turned_and_has_products_is_the_files(tmp_path):
     own = body(scene, "arm").inertial
     found = inertia(own.center, own.moments, own.axes)[0]
     assert found == pytest.approx(inertia(center, moments, axes)[0], abs=1e-9)
-    assert found[0, 0] == pytest.approx(0.0003)  # the z axis of the inertia's frame is the arm's x
-    assert found[1, 2] == pytest.approx(-0.0001)
+    # The z axis of the inertia's frame is the arm's x.
+    factor = 3.0 if scaling else 1.0
+    assert (found[0, 0], found[1, 2]) == pytest.approx((factor * 0.0003, factor * -0.0001))
     assert own.center == pytest.approx([0.2, 0.0, 0.0])
 
 

@@ -93,8 +93,8 @@ def from_urdf(
         joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness.
             They replace what the file has: limits, effort as torque_limit, damping. An effort of 0
             is that of a joint without a motor; one that is driven needs a torque_limit.
-        inertia: "file", or "shapes" to distribute the file's masses evenly over the collision
-            shapes.
+        inertia: "file", with Bullet's <inertia_scaling>, or "shapes" to distribute the file's
+            masses evenly over the collision shapes.
         mimic_limits: "file", or "leader" to leave out the limits of mimic joints, where those of
             the joint that they follow contradict them.
         decompose: whether meshes become convex parts, as in `em.mesh`.

@@ -39,7 +39,6 @@ NOTHING = {
     ("rolling_friction", "value"): 0.0,
     ("spinning_friction", "value"): 0.0,
     ("restitution", "value"): 0.0,
-    ("inertia_scaling", "value"): 1.0,
 }
 MIMIC = "joint/mimic"
 MAX_DEPTH = 100  # of nested elements; a shape is the fifth
@@ -75,8 +74,9 @@ GRAMMAR = {
     "sphere": _Element(("radius",)),
     "cylinder": _Element(("radius", "length")),
     "mesh": _Element(("filename",), ("scale",)),
-    "contact": _Element(maybe=("lateral_friction",)),
+    "contact": _Element(maybe=("lateral_friction", "inertia_scaling")),
     "lateral_friction": _Element(("value",)),
+    "inertia_scaling": _Element(("value",)),
     "joint": _Element(
         ("name", "type"),
         one=("parent", "child"),

@@ -231,6 +231,7 @@ def _link(element: ET.Element) -> Link:
     inertia = _inertia(element.find("inertial/inertia"))
     if mass <= NO_MASS and (inertia is None or not inertia.any()):
         mass = 0.0
+    scaling = _number(element.find("contact/inertia_scaling"), "value", 1.0)  # Bullet's
     geometries = [
         Geometry(_shape(next(collision.iterfind("geometry/*"))), _pose(collision.find("origin")))
         for collision in element.findall("collision")
@@ -240,7 +241,7 @@ def _link(element: ET.Element) -> Link:
         name,
         mass,
         _pose(element.find("inertial/origin")),
-        inertia,
+        None if inertia is None else scaling * inertia,
         tuple(geometries),
         None if friction is None else _number(friction, "value", 0.0),
     )

@@ -212,7 +212,7 @@ def ways_out(error: str) -> dict[str, Any]:
 
 def _apart(scene: Scene, file: Path) -> tuple[float, float]:
     """Largest distance [m] and angle [rad] of a body from where MuJoCo has it; NaN without it."""
-    mujoco, random, worst = engine(), np.random.default_rng(0), np.zeros(2)
+    mujoco, random, apart = engine(), np.random.default_rng(0), list[tuple[float, float]]()
     try:
         text = _bare(file) if file.suffix == ".urdf" else ""
         model = mujoco.MjModel.from_xml_string(text) if text else None
@@ -236,9 +236,10 @@ def _apart(scene: Scene, file: Path) -> tuple[float, float]:
                 there = data.body(number)
                 turn = Rotation.from_quat(at["orientation"]).inv()
                 angle = (turn * Rotation.from_quat(np.roll(there.xquat, -1))).magnitude()
-                apart = float(np.linalg.norm(at["position"] - there.xpos))
-                worst = np.maximum(worst, (apart, angle))
-    return float(worst[0]), float(worst[1])
+                distance = float(np.linalg.norm(at["position"] - there.xpos))
+                apart.append((distance, float(angle)))
+    distances, angles = zip(*apart, strict=True) if apart else ((np.nan,), (np.nan,))
+    return max(distances), max(angles)
 
 
 def _bare(file: Path) -> str:
