@@ -209,8 +209,8 @@ def scene(made: Scene) -> Summary:
 
 def scene_report(report: SceneReport) -> Summary:
     """What became of the files of a scene, a row each."""
-    notes = [] if report.rows else ["Nothing was left out, left loose, or stated."]
-    return Summary("Report of a scene", report.rows, ("what", "name", ""), notes)
+    notes = [] if report else ["Nothing was left out, left loose, or stated."]
+    return Summary("Report of a scene", report, ("what", "name", ""), notes)
 
 
 def _vector(values: Iterable[float], unit: str) -> str:

@@ -573,7 +573,23 @@ def test_torsional_friction_and_margins_are_named():
 def test_a_margin_as_small_as_an_overlap_of_mujoco_is_left_out_with_a_warning():
     with pytest.warns(em.PlausibilityWarning, match=r"next to nothing: geom.margin \(1\)"):
         scene = built(link("a", geom='<geom size="0.05" margin="0.001"/>'))
-    assert scene.report.rows == (("left out", "geom.margin", "1"), ("joint undriven", "a", ""))
+    assert scene.report == (("left out", "geom.margin", "1"), ("joint undriven", "a", ""))
+
+
+CONTRADICTING = link("a", joint='<joint name="{0}" range="0 10" limited="true"/>') + link(
+    "b", at="1 0 1", joint='<joint name="{0}" range="20 30" limited="true"/>'
+)
+EQUAL = {"equality": '<joint joint1="b" joint2="a" polycoef="0 1 0 0 0"/>'}
+
+
+def test_limits_that_contradict_and_all_else_are_one_error_with_a_switch():
+    with pytest.raises(ValueError, match="joint 'a' and those that follow it") as error:
+        built(CONTRADICTING, sections=EQUAL, object="c", joints={"d": {}})
+    for said in ("mimic_limits='leader'", "object is 'c'", "joints has 'd'"):
+        assert said in str(error.value)
+    scene = built(CONTRADICTING, sections=EQUAL, mimic_limits="leader")
+    assert joint(scene, "a").limits == pytest.approx((0.0, np.radians(10)))
+    assert joint(scene, "b").mimic.joint == "a"
 
 
 @pytest.mark.parametrize(

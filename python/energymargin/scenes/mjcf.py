@@ -126,18 +126,19 @@ def from_mjcf(
     _count_options(made, features)
     selection = Selection(made, subtree, base, start, features)
     at = _base_pose(selection, position, orientation)
-    roles = _roles(selection, {"object": object, "effector": effector})
+    mistakes = Mistakes(str(model) if isinstance(model, Path) else "the model")
+    with mistakes.listed():
+        roles = _roles(selection, {"object": object, "effector": effector})
     coupled = couplings(selection, features)
     settable = {
         name_of(made, "joint", joint): () if joint in coupled else additions.CONTROL
         for joint in selection.all_joints()
     }
     control = joints or {}
-    additions.check_control(control, settable)
+    with mistakes.listed():
+        additions.check_control(control, settable)
     driven = drives(selection, coupled, control, features, mimic_limits=mimic_limits)
     contacts = Contacts(selection, features)
-    source = str(model) if isinstance(model, Path) else "the model"
-    mistakes = Mistakes(source)
     mistakes.features = features.found
     jointed = joint_drives(selection, coupled, driven, control, prefix=prefix, mistakes=mistakes)
     mistakes.check()
@@ -145,7 +146,7 @@ def from_mjcf(
         name_of(made, "joint", joint) for joint, drive in driven.items() if drive.controls
     ]
     held = additions.driven_by(control).union(controlled)
-    features.warn(source, held, bytes(made.names).decode())
+    features.warn(mistakes.source, held, bytes(made.names).decode())
     limit.require("the model was read")
     own_gravity = np.zeros(3) if disabled(made, "GRAVITY") else made.opt.gravity
     gravity = np.array(own_gravity if scene is None else scene.gravity)

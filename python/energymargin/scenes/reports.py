@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable
 from importlib import import_module
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -30,23 +29,14 @@ class Row(NamedTuple):
     """How many, how much, or how."""
 
 
-@dataclass(frozen=True, eq=False)
-class SceneReport:
-    """What was left out of a scene, left loose, or stated when files were read; a table."""
+class SceneReport(tuple[Row, ...]):
+    """What was left out of a scene, left loose, or stated when files were read: rows of a table."""
 
-    rows: tuple[Row, ...] = ()
-
-    def __len__(self) -> int:
-        """Number of rows."""
-        return len(self.rows)
-
-    def __iter__(self) -> Iterator[Row]:
-        """The rows, file by file."""
-        return iter(self.rows)
+    __slots__ = ()
 
     def names(self, what: str) -> list[str]:
         """What the rows of a kind are about, as the joints of "joint undriven"."""
-        return [row.name for row in self.rows if row.what == what]
+        return [row.name for row in self if row.what == what]
 
     def __repr__(self) -> str:
         """The table."""
@@ -66,4 +56,4 @@ def report_of(scene: Scene) -> SceneReport:
 
 def add_rows(scene: Scene, rows: Iterable[Row]) -> None:
     """Adds the rows of one file to the report of a scene."""
-    _reports[scene] = SceneReport((*report_of(scene).rows, *rows))
+    _reports[scene] = SceneReport((*report_of(scene), *rows))

@@ -142,9 +142,12 @@ def from_urdf(
     _check_links(robot, mistakes, roles=roles, frictions=frictions, disable_collisions=paired)
     jointed = joint_keywords(robot.joints, control, prefix, mistakes, mimic_limits=mimic_limits)
     inertials = moving_inertials(robot, mistakes, free=free, inertia=inertia)
-    files = _mesh_files(robot, Path(path), folders, mistakes)
     with mistakes.listed():
         additions.check_names(scene, [{"name": prefix + name} for name in robot.links], jointed)
+    files: dict[str, Path] = {}
+    for name in robot.meshes():
+        with mistakes.listed():
+            files[name] = found(name, Path(path), folders)
     mistakes.check()
 
     def mesh_of(file: MeshFile) -> Compound:
@@ -209,23 +212,6 @@ def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None
     stated = ", ".join(f"{name!r} {value}" for name, value in robot.stated.items())
     text = f"{path}: links that move lack a mass or an inertia in the file, and get: {stated}."
     warn([(text, text)] if stated else [], text)
-
-
-def _mesh_files(
-    robot: Robot, path: Path, folders: Sequence[str | Path], mistakes: Mistakes
-) -> dict[str, Path]:
-    """By the name that the file gives it, where each mesh is; lists those that are missing."""
-    names = dict.fromkeys(
-        geometry.shape.filename
-        for link in robot.links.values()
-        for geometry in link.geometries
-        if isinstance(geometry.shape, MeshFile)
-    )
-    files: dict[str, Path] = {}
-    for name in names:
-        with mistakes.listed():
-            files[name] = found(name, path, folders)
-    return files
 
 
 def _check_links(robot: Robot, mistakes: Mistakes, **named: Iterable[str]) -> None:

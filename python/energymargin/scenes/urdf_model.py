@@ -100,6 +100,11 @@ class Robot:
     stated: dict[str, str] = field(default_factory=dict)
     """By link, the mass or the inertia that the file does not have."""
 
+    def meshes(self) -> dict[str, None]:
+        """The names of all mesh files."""
+        shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
+        return {shape.filename: None for shape in shapes if isinstance(shape, MeshFile)}
+
     def merge_frames(self, limit: Limit, mistakes: Mistakes, *, free: bool) -> None:
         """Leaves a mass to each link that can move.
 
