@@ -20,7 +20,8 @@ def compiled_repr(self: Any) -> str:
     """The `__repr__` of a compiled class, of its properties: a vector as numbers, all else as
     above."""
     values = {}
-    for name, member in vars(type(self)).items():
+    members = {name: m for kind in reversed(type(self).__mro__) for name, m in vars(kind).items()}
+    for name, member in members.items():
         if isinstance(member, property):
             values[name] = value = getattr(self, name)
             if isinstance(value, np.ndarray) and value.ndim == 1 and value.size <= MOST:

@@ -37,3 +37,17 @@ def has_inside(part, point):
     return bool(
         (hull.face_normals @ point <= (hull.face_normals * hull.triangles[:, 0]).sum(1)).all()
     )
+
+
+def plate(tmp_path):
+    """One of 100 mm, 20 mm thick, with a round hole of 42 mm."""
+    hole = trimesh.creation.cylinder(0.021, 0.04, sections=64)
+    return written(tmp_path, trimesh.creation.box((0.1, 0.1, 0.02)).difference(hole), "plate.stl")
+
+
+def mug(tmp_path):
+    """One of 80 mm, 100 mm high, that takes a cylinder of 70 mm to 10 mm above the table."""
+    inner = trimesh.creation.cylinder(0.035, 0.1, sections=64)
+    inner.apply_translation((0, 0, 0.01))
+    cup = trimesh.creation.cylinder(0.04, 0.1, sections=64).difference(inner)
+    return written(tmp_path, cup, "mug.stl")

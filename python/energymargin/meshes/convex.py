@@ -9,13 +9,14 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+import math
 import os
 import subprocess
 import sys
 import tempfile
 import time
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import product
@@ -47,6 +48,7 @@ NOTHING = 1e-9
 
 # Where no point sticks out of the thinned hull by more than this share of its size, it is the same.
 SAME = 2e-3
+EXTREMES = 26  # directions of the first corners
 OPTIONS = "Qt Q12"  # facets of triangles; wide ones, of rounded points, are no error
 
 
@@ -101,33 +103,33 @@ class Decomposition:
             "seed": self.seed,
             "preprocess_mode": "off" if closed else "on",
         }
-        key = _key(
-            np.ascontiguousarray(vertices).tobytes(),
-            np.ascontiguousarray(faces).tobytes(),
-            json.dumps([settings, self.max_points, version("coacd")]).encode(),
+        return cached(
+            [vertices, faces, json.dumps([settings, self.max_points, version("coacd")])],
+            lambda: self._decomposed(vertices, faces, settings),
         )
-        parts = _load(key)
-        if parts is None:
-            with bar(f"Decomposing {self.path.name}", "meshes") as update:
-                if update is not None:
-                    update(0, 1)
-                else:
-                    log.warning(
-                        "decomposing %s into convex parts, once: they are cached in %s. A greater "
-                        "threshold is faster, and decompose=False takes the hull at once",
-                        self.path,
-                        cache_folder(),
-                    )
-                raw = self._run(vertices, faces, settings)
-            least = NOTHING * hull_volume(vertices)
-            large = [points for points in raw if hull_volume(points) > least]
-            parts = [corners(points, self.max_points) for points in large]
-            if not parts:
-                raise RuntimeError(
-                    f"coacd found no part in {self.path}; decompose=False takes its hull"
+
+    def _decomposed(
+        self, vertices: Points, faces: NDArray[np.int64], settings: dict[str, Any]
+    ) -> list[Points]:
+        """Points (k, 3) of the parts that coacd makes; says that it takes long."""
+        with bar(f"Decomposing {self.path.name}", "meshes") as update:
+            if update is not None:
+                update(0, 1)
+            else:
+                log.warning(
+                    "decomposing %s into convex parts, once: they are cached in %s. A greater "
+                    "threshold is faster, and decompose=False takes the hull at once",
+                    self.path,
+                    cache_folder(),
                 )
-            _store(key, parts)
-        return parts
+            raw = self._run(vertices, faces, settings)
+        least = NOTHING * hull_volume(vertices)
+        large = [points for points in raw if hull_volume(points) > least]
+        if not large:
+            raise RuntimeError(
+                f"coacd found no part in {self.path}; decompose=False takes its hull"
+            )
+        return [corners(points, self.max_points) for points in large]
 
     def _run(
         self, vertices: Points, faces: NDArray[np.int64], settings: dict[str, Any]
@@ -188,26 +190,37 @@ def inside(points: Points, part: Points) -> NDArray[np.bool_]:
     return np.asarray((points @ planes[:, :3].T + planes[:, 3] <= 0.0).all(axis=1))
 
 
-def corners(points: Points, most: int) -> Points:
+def corners(points: Points, most: int, within: float = math.inf) -> Points:
     """At most `most` corners of the hull of points that span a volume, shape (k, 3).
 
     All corners if they are no more. Otherwise the hull grows by the corner that is farthest
-    outside, until none is far: it lies within the true one.
+    outside, until none is farther than `within` [m] or than a small share of its size: it lies
+    within the true one.
     """
     all_corners: Points = points[np.sort(ConvexHull(points, qhull_options=OPTIONS).vertices)]
     if len(all_corners) <= most:
         return all_corners
-    chosen = _extremes(all_corners)
+    chosen = _extremes(all_corners) if most >= EXTREMES else _simplex(all_corners)
     hull = ConvexHull(all_corners[chosen], incremental=True, qhull_options=OPTIONS)
-    size = float(np.ptp(all_corners, axis=0).max())
+    within = min(within, SAME * float(np.ptp(all_corners, axis=0).max()))
     while len(chosen) < most:
         outside = (all_corners @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
         farthest = int(outside.argmax())
-        if outside[farthest] <= SAME * size:
+        if outside[farthest] <= within:
             break
         chosen.append(farthest)
         hull.add_points(all_corners[[farthest]])
     return np.asarray(all_corners[np.sort(chosen)])
+
+
+def _simplex(points: Points) -> list[int]:
+    """Indices of four points, each the farthest one from what those before it span."""
+    chosen = [int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())]
+    for _ in range(3):
+        spanned = np.linalg.qr((points[chosen[1:]] - points[chosen[0]]).T)[0]
+        across = points - points[chosen[0]]
+        chosen.append(int(np.linalg.norm(across - across @ spanned @ spanned.T, axis=1).argmax()))
+    return chosen
 
 
 def _extremes(points: Points) -> list[int]:
@@ -226,17 +239,24 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "energymargin"
 
 
-def _key(*contents: bytes) -> str:
-    """A name for what follows from the contents."""
+def cached(
+    contents: Sequence[str | NDArray[Any]], make: Callable[[], list[Points]]
+) -> list[Points]:
+    """Arrays that follow from the contents alone, from the cache if they are there."""
     digest = hashlib.sha256()
     for content in contents:
-        digest.update(len(content).to_bytes(8, "little"))
-        digest.update(content)
-    return digest.hexdigest()
+        data = content.encode() if isinstance(content, str) else content.tobytes()
+        digest.update(len(data).to_bytes(8, "little"))
+        digest.update(data)
+    found = _load(digest.hexdigest())
+    if found is None:
+        found = make()
+        _store(digest.hexdigest(), found)
+    return found
 
 
 def _load(name: str) -> list[Points] | None:
-    """The point sets of a name, each (k, 3); None if there are none, or the file is damaged."""
+    """The arrays of a name; None if there are none, or the file is damaged."""
     try:
         with np.load(_file(name), allow_pickle=False) as file:
             return [np.asarray(file[f"arr_{i}"], float) for i in range(len(file.files))]
@@ -244,13 +264,13 @@ def _load(name: str) -> list[Points] | None:
         return None
 
 
-def _store(name: str, points: Sequence[Points]) -> None:
-    """Caches point sets; a folder that cannot be written to is no error."""
+def _store(name: str, arrays: Sequence[Points]) -> None:
+    """Caches arrays; a folder that cannot be written to is no error."""
     file = _file(name)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with replaced(file) as new, new.open("wb") as stream:
-            np.savez(stream, *points)
+            np.savez(stream, *arrays)
     except OSError as error:
         log.warning("convex parts are not cached: %s", error)
 

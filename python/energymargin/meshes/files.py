@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
+from energymargin._core import Cancel, Inertial, MassProperties
 from energymargin.bars import Update
+from energymargin.checks import positive_number
 from energymargin.limits import Limit
 from energymargin.meshes.solids import joined, merged, points_within, solids, winding_numbers
 from energymargin.plausibility import warn
@@ -19,9 +22,14 @@ from energymargin.plausibility import warn
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
+    from energymargin.meshes.convex import Decomposition
+    from energymargin.meshes.shape import MeshShape
+    from energymargin.meshes.solids import Points, Solid
+
 SUFFIXES = (".stl", ".obj", ".dae")
 THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
 MAX_POINTS = 128  # a ball of them has 95 % of its volume
+LEAST_POINTS = 8  # those of a box
 FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
 LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is decomposed as a whole
@@ -33,12 +41,14 @@ def mesh(
     scale: float | Sequence[float] = 1.0,
     decompose: bool = True,
     threshold: float = THRESHOLD,
+    accuracy: float | None = None,
     max_points: int = MAX_POINTS,
+    recenter: bool = False,
     seed: int = 0,
     progress: Update | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-) -> Compound:
+) -> MeshShape:
     """A solid from a mesh file (STL, OBJ, DAE), as convex parts that move as one.
 
     The file's numbers are metres; a DAE file's own unit is applied, its up axis is not. Several
@@ -53,6 +63,10 @@ def mesh(
     least nine tenths of it empty, if need be with a smaller threshold than the given one. It is an
     error if the smallest threshold fills a cavity too, or if a surface may be a cavity or not.
 
+    `deviation` of the result says how far the parts are from the mesh, and how wide an opening they
+    may close. With `accuracy`, parts of coacd that are farther off are cut until none is: a hole of
+    42 mm takes a peg of 41 mm with 0.4 mm.
+
     Parts are cached in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so
     that a mesh is decomposed once. coacd runs in a process of its own, which ends with this call:
     Ctrl-C, `timeout` and `cancel` end both, and a command draws a bar.
@@ -62,7 +76,11 @@ def mesh(
         scale: a factor, or one for each axis, shape (3,).
         decompose: False takes the convex hull of the whole mesh.
         threshold: the concavity that a part may have, as a share of the mesh's size.
-        max_points: corners of a part at most.
+        accuracy: how far a point of the parts may be from a closed mesh, or one of the mesh from
+            the parts, at most [m]. None leaves that to `threshold`.
+        max_points: corners of a part at most, from 8 on.
+        recenter: True puts the body's frame at the centre of mass; `origin` of the result says
+            where that is in the file.
         seed: of coacd's search.
         progress: progress(done, total) counts the solids of the file.
         timeout: [s].
@@ -76,6 +94,7 @@ def mesh(
         TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
     """
     from energymargin.meshes.convex import Decomposition, corners, hull_volume
+    from energymargin.meshes.shape import MeshShape
 
     limit = Limit(timeout, cancel)
     sizes = _scale(scale)
@@ -93,25 +112,41 @@ def mesh(
             f"metres; a file in millimetres needs 0.001."
         )
         warn([("scale", text)], text)
-    shells = _shells(pieces, limit)
+    shells = _shells(pieces, limit) or []
+    try:
+        bodies = solids(shells, path, limit)
+    except ValueError:
+        if decompose:
+            raise
+        bodies = []  # the surfaces contradict each other, and the hull is the same
+    if accuracy is not None:
+        _check_accuracy(accuracy, path, decompose=decompose, closed=bool(bodies))
     if not decompose:
-        solid = _solid_of_hull(shells, path, limit) if shells else None
-        return Compound([ConvexHull(corners(vertices, max_points))], solid=solid)
-    report = progress or (lambda done, total: None)
-    bodies, solid = [], None
-    if shells is None:
-        _require_no_cavity(whole, path, limit)
+        parts = [corners(vertices, max_points)]
     else:
-        bodies, solid = solids(shells, path, limit), _solid(joined(shells))
-        if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
-            bodies = []  # the mesh is decomposed as a whole
-    report(0, max(1, len(bodies)))
-    how = Decomposition(path, threshold, max_points, seed, limit)
-    parts = [] if bodies else how.parts(whole, closed=False)
-    for done, body in enumerate(bodies, 1):
-        parts += how.parts_of(body, float(whole.extents.max()))
-        report(done, len(bodies))
-    return Compound([ConvexHull(part) for part in parts], solid=solid)
+        how = Decomposition(path, threshold, max_points, seed, limit)
+        parts = _parts(whole, bodies, how, accuracy, progress or (lambda done, total: None))
+    solid = _solid(joined(shells)) if bodies else None
+    return MeshShape(parts, solid, bodies, recenter=recenter)
+
+
+def _parts(
+    whole: Trimesh, bodies: list[Solid], how: Decomposition, accuracy: float | None, report: Update
+) -> list[Points]:
+    """Points (k, 3) of the convex parts of a mesh, from its bodies if it is closed."""
+    from energymargin.meshes.cuts import parts_within
+
+    raw = how if accuracy is None else replace(how, max_points=sys.maxsize)
+    apart = len(bodies) <= MAX_SHELLS or any(body.cavities for body in bodies)
+    several = bodies if apart else []  # else it is decomposed as a whole
+    if not bodies:
+        _require_no_cavity(whole, how.path, how.limit)
+    report(0, max(1, len(several)))
+    parts = [] if several else raw.parts(whole, closed=False)
+    for done, body in enumerate(several, 1):
+        parts += raw.parts_of(body, float(whole.extents.max()))
+        report(done, len(several))
+    return parts if accuracy is None else parts_within(accuracy, parts, bodies, how)
 
 
 @contextmanager
@@ -138,11 +173,18 @@ def _scale(scale: Any) -> NDArray[np.float64]:
 def _check(threshold: float, max_points: int, seed: int) -> None:
     for name, value, least, most in (
         ("threshold", threshold, 0.01, 1.0),
-        ("max_points", max_points, 26, 10_000),
+        ("max_points", max_points, LEAST_POINTS, 10_000),
         ("seed", seed, 0, 2**32 - 1),
     ):
         if not least <= value <= most:
             raise ValueError(f"{name} is {value!r}, expected a number from {least} to {most}")
+
+
+def _check_accuracy(accuracy: float, path: Path, *, decompose: bool, closed: bool) -> None:
+    positive_number("accuracy", accuracy)
+    if not (decompose and closed):
+        why = f"{path} has holes, so no inside; close it" if decompose else "decompose is False"
+        raise ValueError(f"accuracy is {accuracy!r}, and {why}; expected accuracy=None there")
 
 
 def _read(path: Path, scale: NDArray[np.float64]) -> list[Trimesh]:
@@ -222,15 +264,6 @@ def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
                 f"{path} has a cavity and holes, expected a closed surface; "
                 "decompose=False takes the convex hull of it all"
             )
-
-
-def _solid_of_hull(shells: list[Trimesh], path: Path, limit: Limit) -> MassProperties | None:
-    """Those of the mesh in its hull; None where its surfaces contradict each other."""
-    try:
-        solids(shells, path, limit)
-    except ValueError:
-        return None
-    return _solid(joined(shells))
 
 
 def _solid(closed: Trimesh) -> MassProperties:

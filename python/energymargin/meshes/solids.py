@@ -33,6 +33,12 @@ class Solid:
     cavities: list[Trimesh] = field(default_factory=list)
 
 
+def triangles(bodies: Sequence[Solid]) -> list[Points]:
+    """Those of each surface of bodies, shapes (n, 3, 3)."""
+    surfaces = [surface for body in bodies for surface in (body.outer, *body.cavities)]
+    return [np.asarray(surface.triangles, float) for surface in surfaces]
+
+
 def solids(shells: list[Trimesh], path: Path, limit: Limit) -> list[Solid]:
     """The solids that closed surfaces bound; surfaces of a body that faces inwards are turned.
 

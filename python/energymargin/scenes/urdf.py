@@ -16,7 +16,7 @@ from energymargin._core import Cancel, Compound, Mimic, Scene
 from energymargin.bars import Update
 from energymargin.checks import one_of
 from energymargin.limits import Limit
-from energymargin.meshes import THRESHOLD
+from energymargin.meshes import MAX_POINTS, THRESHOLD
 from energymargin.plausibility import levels_to_user, warn
 from energymargin.scenes import additions, reports
 from energymargin.scenes.additions import Additions, Control, Mistakes, Pair, counted
@@ -49,6 +49,8 @@ def from_urdf(
     mimic_limits: str = "file",
     decompose: bool = True,
     threshold: float = THRESHOLD,
+    accuracy: float | None = None,
+    max_points: int = MAX_POINTS,
     self_collision: bool = True,
     disable_collisions: str | Iterable[Sequence[str]] = (),
     packages: Sequence[str | Path] = (),
@@ -98,7 +100,7 @@ def from_urdf(
         mimic_limits: "file", or "leader" to leave out the limits of mimic joints, where those of
             the joint that they follow contradict them.
         decompose: whether meshes become convex parts, as in `em.mesh`.
-        threshold: concavity of the parts, as in `em.mesh`.
+        threshold, accuracy, max_points: of the parts, as in `em.mesh`.
         self_collision: whether links can collide with each other.
         disable_collisions: pairs of links that never collide, or "overlapping": those that overlap
             at the start.
@@ -156,6 +158,8 @@ def from_urdf(
             scale=file.scale,
             decompose=decompose,
             threshold=threshold,
+            accuracy=accuracy,
+            max_points=max_points,
             **limit.rest(),
         )
 
