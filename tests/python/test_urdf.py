@@ -251,6 +251,15 @@ def test_a_link_of_next_to_no_mass_is_a_frame_and_gets_a_mass_where_a_joint_move
     )
 
 
+def test_links_that_end_a_chain_without_a_mass_get_the_same_thousandth(tmp_path):
+    joints = (joint(f"to_{tip}", "a", tip, at=f"0 {i} 0") for i, tip in enumerate(("tip", "top")))
+    tips = link("tip", BOX) + link("top", BOX)
+    text = chain(*joints, links="a").replace("</robot>", tips + "</robot>")
+    with pytest.warns(em.PlausibilityWarning, match="'tip' 0.001 kg, 'top' 0.001 kg"):
+        scene = built(tmp_path, text)
+    assert [b.mass for b in scene.bodies[1:]] == [1e-3, 1e-3]
+
+
 def test_a_mass_without_extent_gets_an_inertia_if_it_is_asked_for(tmp_path):
     heavy = '<inertial><mass value="0.1"/></inertial>'
     text = chain(joint("moves", "a", "b"), links="a").replace(

@@ -180,7 +180,8 @@ class Robot:
         """Gives a link a mass that changes nothing, or little if nothing hangs on it."""
         pairs = [(joint.parent, joint.child) for joint in self.joints.values()]
         hanging = sum(self.links[link].mass for link in reached(name, pairs))
-        whole = sum(link.mass for link in self.links.values()) or 1.0
+        given = [link.mass for name, link in self.links.items() if name not in self.stated]
+        whole = sum(given) or 1.0  # kg
         mass = BETWEEN * hanging or AT_THE_END * whole
         inertia = mass * GYRATION**2 * np.eye(3)
         self.links[name] = replace(self.links[name], mass=mass, inertia=inertia)
