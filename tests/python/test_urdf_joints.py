@@ -125,12 +125,12 @@ def test_a_scene_takes_a_chain_of_five_thousand_links():
     assert scene.bodies[-1].position == pytest.approx([0.3 * (count - 1), 0, 0])
 
 
-@pytest.mark.parametrize("inside", ["", BOX, INERTIAL])
+@pytest.mark.parametrize("inside", ["", BOX, INERTIAL, INERTIAL + BOX])
 def test_five_thousand_fixed_links_are_read_in_seconds(tmp_path, inside):
-    begin = time.perf_counter()
+    begin = time.process_time()
     scene = built(tmp_path, chain_of(5000, "fixed", inside))
-    assert time.perf_counter() - begin < 6.0  # three times as long as it may take
-    assert len(scene.bodies) == (5000 if inside == INERTIAL else 1)
+    assert time.process_time() - begin < 8.0  # a quarter of that, or less, on two cores of 2026
+    assert len(scene.bodies) == (5000 if INERTIAL in inside else 1)
 
 
 def test_a_chain_of_links_in_any_order_is_where_the_joints_put_it(tmp_path):

@@ -19,6 +19,8 @@ from energymargin.errors import EnergyMarginError
 from energymargin.limits import Limit
 from energymargin.plausibility import warn
 from energymargin.scenes import reports
+from energymargin.scenes.corners import shape_parts
+from energymargin.scenes.poses import pose
 from energymargin.scenes.reports import Row
 
 # What `joints` may set of a robot's joints; the rest is the file's.
@@ -37,6 +39,7 @@ CONTROL = (
 Control = Mapping[str, Mapping[str, Any]]
 
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
+SLACK = 0.01  # of a link's extent; corners of round shapes are a little inside of them
 POSES = 50  # of a robot's joints, at random: links that overlap in all of them always do
 OVERLAPPING = "overlapping"
 Pair = tuple[str, str]
@@ -194,6 +197,9 @@ def added(
     check_names(scene, new.bodies + new.planes, new.joints)
     made = new.add_to(Scene() if scene is None else _empty(scene), limit)
     rows = [*new.rows, *_undriven(new.joints)]
+    for pair in _held_together(made):
+        new.disabled.append(pair)
+        made.disable_collisions(*pair)
     if self_collision and any(joint["type"] != "fixed" for joint in new.joints):
         limit.require("links that overlap were looked for")
         world = World(made)
@@ -211,6 +217,38 @@ def added(
     whole = made if scene is None else new.add_to(scene, Limit())
     reports.add_rows(whole, rows)
     return whole
+
+
+def _held_together(made: Scene) -> list[Pair]:
+    """Links that fixed joints hold together, and that may overlap: they cannot collide."""
+    up = {joint.child: joint.parent for joint in made.joints if joint.type == "fixed"}
+    jointed, linked = set(up.items()), {*up, *up.values()}
+    groups: dict[str, list[tuple[str, Any, Any]]] = {}
+    for body in made.bodies:
+        corners = shape_parts(body.shape) if body.name in linked else []
+        if corners:
+            at = pose(body.position, body.orientation)
+            points = np.concatenate(corners) @ at[:3, :3].T + at[:3, 3]
+            low, high = points.min(axis=0), points.max(axis=0)
+            slack = SLACK * (high - low)
+            box = (body.name, low - slack, high + slack)
+            groups.setdefault(_base(body.name, up), []).append(box)
+    pairs = []
+    for group in groups.values():
+        names = [box[0] for box in group]
+        lows, highs = (np.array([box[end] for box in group]) for end in (1, 2))
+        for i, name in enumerate(names):
+            near = np.all((lows[i] <= highs[i + 1 :]) & (lows[i + 1 :] <= highs[i]), axis=1)
+            pairs += [(name, names[i + 1 + k]) for k in np.flatnonzero(near)]
+    return [(a, b) for a, b in pairs if not {(a, b), (b, a)} & jointed]
+
+
+def _base(body: str, up: dict[str, str]) -> str:
+    """As `base_of`, which shortens the ways up that it goes."""
+    while body in up:
+        up[body] = up.get(up[body], up[body])
+        body = up[body]
+    return body
 
 
 def _undriven(joints: Iterable[Mapping[str, Any]]) -> Iterator[Row]:

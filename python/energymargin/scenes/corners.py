@@ -11,6 +11,8 @@ from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Sph
 from energymargin.scenes.poses import pose
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
+CIRCLE = np.stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND], axis=1)
+SIGNS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
 
 
 def shape_parts(shape: Any) -> list[NDArray[np.float64]]:
@@ -23,17 +25,15 @@ def shape_parts(shape: Any) -> list[NDArray[np.float64]]:
 
 def shape_corners(shape: Any) -> NDArray[np.float64]:
     """Points whose convex hull is the shape, or nearly so if it is round; shape (N, 3)."""
-    circle = np.stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND], axis=1)
     if isinstance(shape, Box):
-        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-        return np.asarray(signs * np.asarray(shape.size) / 2)
+        return np.asarray(SIGNS * np.asarray(shape.size) / 2)
     if isinstance(shape, ConvexHull):
         return np.asarray(shape.points)
     if isinstance(shape, Cylinder):
         end = np.array([0.0, 0.0, shape.length / 2])
-        return np.concatenate([shape.radius * circle + end, shape.radius * circle - end])
+        return np.concatenate([shape.radius * CIRCLE + end, shape.radius * CIRCLE - end])
     latitudes = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    ball = np.concatenate([circle * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in latitudes])
+    ball = np.concatenate([CIRCLE * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in latitudes])
     if isinstance(shape, Sphere):
         return np.asarray(shape.radius * ball)
     if isinstance(shape, Capsule):

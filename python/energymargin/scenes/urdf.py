@@ -19,7 +19,7 @@ from energymargin.limits import Limit
 from energymargin.meshes import MAX_POINTS, THRESHOLD
 from energymargin.plausibility import levels_to_user, warn
 from energymargin.scenes import additions, reports
-from energymargin.scenes.additions import Additions, Control, Mistakes, Pair, counted
+from energymargin.scenes.additions import Additions, Control, Mistakes, counted
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
 from energymargin.scenes.reports import Row
@@ -182,12 +182,11 @@ def from_urdf(
     for name, link in robot.links.items():
         default = friction if link.friction is None else link.friction
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
-    new = Additions(
-        list(bodies.values()),
-        jointed,
-        _disabled_pairs(robot, pairs, prefix, self_collision=self_collision),
-        rows=_rows(robot, prefix),
-    )
+    if not self_collision:
+        together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
+        pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
+    disabled = [(prefix + a, prefix + b) for a, b in pairs]
+    new = Additions(list(bodies.values()), jointed, disabled, rows=_rows(robot, prefix))
     made = additions.added(
         scene, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
     )
@@ -245,26 +244,6 @@ def _shape(link: Link, mesh_of: MeshOf) -> Any:
     if len(placed) == 1:
         return placed[0]
     return Compound([part for compound in placed for part in compound.parts])
-
-
-def _disabled_pairs(
-    robot: Robot, disabled: Iterable[Pair], prefix: str, *, self_collision: bool
-) -> list[Pair]:
-    """Pairs of bodies that never collide, besides those that a joint connects.
-
-    Links with shapes that fixed joints hold together cannot collide.
-    """
-    jointed = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
-    never = {frozenset(pair): pair for pair in disabled}
-    up = {j.child: j.parent for j in robot.joints.values() if j.type == "fixed"}
-    groups: dict[str, list[str]] = {}
-    for name, link in robot.links.items():
-        if link.geometries:
-            base = additions.base_of(name, up) if self_collision else ""
-            groups.setdefault(base, []).append(name)
-    for group in groups.values():
-        never.update((frozenset(pair), pair) for pair in combinations(group, 2))
-    return [(prefix + a, prefix + b) for links, (a, b) in never.items() if links not in jointed]
 
 
 def joint_keywords(
