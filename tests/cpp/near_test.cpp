@@ -1,13 +1,12 @@
 // Contacts of the pieces of two bodies: all of them count, as the bodies stand.
 
-#include "physics/contacts/near.hpp"
+#include "physics/contacts/collision_pairs.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
 #include "physics/bodies/moving_bodies.hpp"
-#include "physics/contacts/collision_pairs.hpp"
 #include "scenes.hpp"
 
 namespace energymargin {

@@ -29,12 +29,7 @@ class CollisionFilter {
     return !of_a.kinematic && !of_b.kinematic && !(bodies_[a].fixed() && bodies_[b].fixed());
   }
 
-  //! Coefficient of friction of their contacts.
-  double friction(std::size_t a, std::size_t b) const { return std::min(scene_.contact_friction(a, b), most_friction); }
-
  private:
-  static constexpr double most_friction = 10.0;  // Bullet's own bound: a slope of 84 deg
-
   // What a body is rigid on, in the end: itself, unless a joint holds it that does not move.
   std::size_t carrier(std::size_t body) const {
     const auto joint = scene_.joint_to(body);

@@ -130,10 +130,10 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
   if (sweeps == first_sweeps) sweeps_.start(island);
   sweeps_.run(island, sweeps);
   copy(island, sweeps_.velocities(), velocities_);
-  for (const std::size_t k : island.contacts) contacts_[k].predicted = sweeps_.impulse(k);
+  for (const std::size_t k : island.contacts) contacts_[k].predicted = contacts_[k].swept;
   for (const std::size_t k : island.limited) {
-    limited_[k].predicted = sweeps_.limited_impulse(k);
-    limited_[k].weight = 1.0 / (sweeps_.limited_inverse_mass(k) + limited_[k].softness);
+    limited_[k].predicted = limited_[k].swept;
+    limited_[k].weight = 1.0 / (limited_[k].inverse_mass + limited_[k].softness);
   }
   double error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_after_sweeps && left > 0; ++i) {
@@ -166,8 +166,8 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
 // Impulses and velocities that belong together, where nothing better was found.
 void NewtonSolver::take_swept(const Island& island) {
   copy(island, sweeps_.velocities(), velocities_);
-  for (const std::size_t k : island.contacts) contacts_[k].response.impulse = sweeps_.impulse(k);
-  for (const std::size_t k : island.limited) limited_[k].miss = sweeps_.limited_impulse(k) * limited_[k].softness;
+  for (const std::size_t k : island.contacts) contacts_[k].response.impulse = contacts_[k].swept;
+  for (const std::size_t k : island.limited) limited_[k].miss = limited_[k].swept * limited_[k].softness;
 }
 
 void NewtonSolver::add_step(const Island& island, double length) {

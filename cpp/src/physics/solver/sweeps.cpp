@@ -8,8 +8,6 @@
 namespace energymargin {
 
 void Sweeps::start(const Island& island) {
-  contacts_.resize(system_.contacts().size());
-  limited_.resize(system_.limited().size());
   inverses_.resize(system_.inertias().size());
   velocities_.resize(system_.all_free().size());
   answers_.clear();
@@ -19,16 +17,14 @@ void Sweeps::start(const Island& island) {
     std::copy_n(system_.all_free().data() + mover.begin, mover.count, velocities_.data() + mover.begin);
   }
   for (const std::size_t k : island.contacts) {
-    const ContactRows& rows = system_.contacts()[k];
-    contacts_[k] = {};
-    contacts_[k].of_a = answer(rows.a, rows.of_a, 3, contacts_[k].inverse_masses.data());
-    contacts_[k].of_b = answer(rows.b, rows.of_b, 3, contacts_[k].inverse_masses.data());
+    ContactRows& rows = system_.contacts()[k];
+    rows.swept = rows.inverse_masses = {};
+    answer(rows, 3, rows.inverse_masses.data());
   }
   for (const std::size_t k : island.limited) {
-    const LimitedRow& row = system_.limited()[k];
-    limited_[k] = {};
-    limited_[k].of_a = answer(row.a, row.of_a, 1, &limited_[k].inverse_mass);
-    limited_[k].of_b = answer(row.b, row.of_b, 1, &limited_[k].inverse_mass);
+    LimitedRow& row = system_.limited()[k];
+    row.swept = row.inverse_mass = 0.0;
+    answer(row, 1, &row.inverse_mass);
   }
 }
 
@@ -51,35 +47,38 @@ void Sweeps::invert(int index) {
   }
 }
 
-// What a mover's velocities answer to impulses along rows: products with the inverse of its inertia.
-std::size_t Sweeps::answer(int index, std::size_t begin, int rows, double* inverse_masses) {
-  const std::size_t at = answers_.size();
-  if (index < 0) return at;
-  const VelocitySystem::Mover& mover = system_.mover(index);
-  answers_.resize(at + static_cast<std::size_t>(rows * mover.count));
-  for (int row = 0; row < rows; ++row) {
-    const double* jacobian = system_.numbers(begin) + row * mover.count;
-    double* const of_row = answers_.data() + at + row * mover.count;
-    for (int j = 0; j < mover.count; ++j) {
-      of_row[j] = dot(inverses_.data() + mover.inertia + j * mover.count, jacobian, mover.count);
+// What velocities answer to impulses along rows: products with the inverses of their inertias.
+void Sweeps::answer(RowSides& sides, int rows, double* inverse_masses) {
+  const auto add = [&](int index, std::size_t begin, std::size_t& at) {
+    at = answers_.size();
+    if (index < 0) return;
+    const VelocitySystem::Mover& mover = system_.mover(index);
+    answers_.resize(at + static_cast<std::size_t>(rows * mover.count));
+    for (int row = 0; row < rows; ++row) {
+      const double* jacobian = system_.numbers(begin) + row * mover.count;
+      double* const of_row = answers_.data() + at + row * mover.count;
+      for (int j = 0; j < mover.count; ++j) {
+        of_row[j] = dot(inverses_.data() + mover.inertia + j * mover.count, jacobian, mover.count);
+      }
+      inverse_masses[row] += dot(jacobian, of_row, mover.count);
     }
-    inverse_masses[row] += dot(jacobian, of_row, mover.count);
-  }
-  return at;
+  };
+  add(sides.a, sides.of_a, sides.answer_a);
+  add(sides.b, sides.of_b, sides.answer_b);
 }
 
 void Sweeps::run(const Island& island, int sweeps) {
   for (int i = 0; i < sweeps; ++i) {
-    for (const std::size_t k : island.limited) resolve_limited(k);
+    for (const std::size_t k : island.limited) resolve(system_.limited()[k]);
     if (i % 2 == 0) {
-      for (const std::size_t k : island.contacts) resolve_contact(k);
+      for (const std::size_t k : island.contacts) resolve(system_.contacts()[k]);
     } else {
-      for (auto k = island.contacts.rbegin(); k != island.contacts.rend(); ++k) resolve_contact(*k);
+      for (auto k = island.contacts.rbegin(); k != island.contacts.rend(); ++k) resolve(system_.contacts()[*k]);
     }
   }
 }
 
-void Sweeps::push(const RowSides& sides, int row, std::size_t of_a, std::size_t of_b, double impulse) {
+void Sweeps::push(const RowSides& sides, int row, double impulse) {
   const auto add = [&](int index, std::size_t begin) {
     if (index < 0) return;
     const VelocitySystem::Mover& mover = system_.mover(index);
@@ -87,29 +86,27 @@ void Sweeps::push(const RowSides& sides, int row, std::size_t of_a, std::size_t 
     double* const velocities = velocities_.data() + mover.begin;
     for (int j = 0; j < mover.count; ++j) velocities[j] += answer[j] * impulse;
   };
-  add(sides.a, of_a);
-  add(sides.b, of_b);
+  add(sides.a, sides.answer_a);
+  add(sides.b, sides.answer_b);
 }
 
-void Sweeps::resolve_contact(std::size_t k) {
-  const ContactRows& rows = system_.contacts()[k];
-  Swept& swept = contacts_[k];
-  const auto set = [&](int row, double impulse) {
-    const double change = impulse - swept.impulse[static_cast<std::size_t>(row)];
+void Sweeps::resolve(ContactRows& rows) {
+  const auto set = [&](std::size_t row, double impulse) {
+    const double change = impulse - rows.swept[row];
     if (change == 0.0) return;
-    swept.impulse[static_cast<std::size_t>(row)] = impulse;
-    push(rows, row, swept.of_a, swept.of_b, change);
+    rows.swept[row] = impulse;
+    push(rows, static_cast<int>(row), change);
   };
-  const auto asked = [&](int row, double softness) {
-    const auto i = static_cast<std::size_t>(row);
-    const double miss = rows.target[i] - system_.speed(rows, row, velocities_) - softness * swept.impulse[i];
-    return swept.impulse[i] + miss / (swept.inverse_masses[i] + softness);
+  const auto asked = [&](std::size_t row, double softness) {
+    const double speed = system_.speed(rows, static_cast<int>(row), velocities_);
+    const double miss = rows.target[row] - speed - softness * rows.swept[row];
+    return rows.swept[row] + miss / (rows.inverse_masses[row] + softness);
   };
   set(2, std::max(0.0, asked(2, rows.law.normal_softness)));
   if (rows.law.friction == 0.0) return;
   double x = asked(0, rows.law.tangential_softness);
   double y = asked(1, rows.law.tangential_softness);
-  const double most = rows.law.friction * swept.impulse[2];
+  const double most = rows.law.friction * rows.swept[2];
   const double length = std::sqrt(x * x + y * y);
   if (length > most) {
     x *= most / length;
@@ -119,14 +116,12 @@ void Sweeps::resolve_contact(std::size_t k) {
   set(1, y);
 }
 
-void Sweeps::resolve_limited(std::size_t k) {
-  const LimitedRow& row = system_.limited()[k];
-  SweptRow& swept = limited_[k];
-  const double miss = row.target - system_.speed(row, 0, velocities_) - row.softness * swept.impulse;
-  const double asked = swept.impulse + miss / (swept.inverse_mass + row.softness);
+void Sweeps::resolve(LimitedRow& row) {
+  const double miss = row.target - system_.speed(row, 0, velocities_) - row.softness * row.swept;
+  const double asked = row.swept + miss / (row.inverse_mass + row.softness);
   const double impulse = std::min(std::max(asked, row.low), row.high);
-  push(row, 0, swept.of_a, swept.of_b, impulse - swept.impulse);
-  swept.impulse = impulse;
+  push(row, 0, impulse - row.swept);
+  row.swept = impulse;
 }
 
 }  // namespace energymargin

@@ -13,7 +13,7 @@ namespace energymargin {
 class Sweeps {
  public:
   //! The system outlives this.
-  explicit Sweeps(const VelocitySystem& system) : system_(system) {}
+  explicit Sweeps(VelocitySystem& system) : system_(system) {}
 
   //! Starts anew, with no impulses.
   void start(const Island& island);
@@ -21,32 +21,17 @@ class Sweeps {
   //! So many times from one contact to the next, and every other time backwards.
   void run(const Island& island, int sweeps);
 
-  //! What it is at: velocities and impulses that belong together.
+  //! The velocities that belong to what the rows have as their swept impulses.
   const std::vector<double>& velocities() const { return velocities_; }
-  const ContactVector& impulse(std::size_t contact) const { return contacts_[contact].impulse; }
-  double limited_impulse(std::size_t row) const { return limited_[row].impulse; }
-  double limited_inverse_mass(std::size_t row) const { return limited_[row].inverse_mass; }
 
  private:
-  struct Swept {  // a contact's impulse, and how velocities answer to one along its rows: where that is in `answers_`
-    ContactVector impulse{};
-    ContactVector inverse_masses{};
-    std::size_t of_a = 0, of_b = 0;
-  };
-  struct SweptRow {
-    double impulse = 0.0, inverse_mass = 0.0;
-    std::size_t of_a = 0, of_b = 0;
-  };
-
   void invert(int mover);
-  std::size_t answer(int mover, std::size_t begin, int rows, double* inverse_masses);
-  void push(const RowSides& sides, int row, std::size_t of_a, std::size_t of_b, double impulse);
-  void resolve_contact(std::size_t k);
-  void resolve_limited(std::size_t k);
+  void answer(RowSides& sides, int rows, double* inverse_masses);
+  void push(const RowSides& sides, int row, double impulse);
+  void resolve(ContactRows& rows);
+  void resolve(LimitedRow& row);
 
-  const VelocitySystem& system_;
-  std::vector<Swept> contacts_;
-  std::vector<SweptRow> limited_;
+  VelocitySystem& system_;
   std::vector<double> answers_, inverses_, velocities_;
 };
 

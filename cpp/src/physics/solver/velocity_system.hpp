@@ -16,6 +16,7 @@ namespace energymargin {
 struct RowSides {
   int a = -1, b = -1;
   std::size_t of_a = 0, of_b = 0;
+  std::size_t answer_a = 0, answer_b = 0;  // among those of the sweeps: how velocities answer to impulses
 };
 
 //! A contact point: three rows, two along the plane of contact and one along its normal.
@@ -30,6 +31,8 @@ struct ContactRows : RowSides {
   ContactResponse response{};         // to that
   std::array<double, 2> direction{};  // of the slip before the last step
   ContactVector predicted{};          // impulse after a linear step
+  ContactVector swept{};              // impulse that belongs to the velocities of the sweeps
+  ContactVector inverse_masses{};     // along the rows
 };
 
 //! A row whose impulse is (target - velocity) / softness within its limits: a stop, a drive, a mimic, a servo.
@@ -47,6 +50,8 @@ struct LimitedRow : RowSides {
   double predicted = 0.0;  // impulse after a linear step
   double weight = 0.0;     // of a miss beside that
   double augmented = 0.0;  // impulse that follows from both
+  double swept = 0.0;      // impulse that belongs to the velocities of the sweeps
+  double inverse_mass = 0.0;
 
   //! The impulse that belongs to the miss.
   double impulse_of_miss() const { return std::min(std::max(miss / softness, low), high); }
@@ -102,6 +107,7 @@ class VelocitySystem {
   const Mover& mover(int index) const { return movers_[static_cast<std::size_t>(index)]; }
   std::vector<ContactRows>& contacts() { return contacts_; }
   const std::vector<ContactRows>& contacts() const { return contacts_; }
+  std::vector<LimitedRow>& limited() { return limited_; }
   const std::vector<LimitedRow>& limited() const { return limited_; }
   const std::vector<double>& inertias() const { return inertias_; }
   const std::vector<double>& all_free() const { return free_; }
