@@ -21,7 +21,7 @@ void Auditor::begin() {
   simulation_.read(before_);
   const Scene& scene = simulation_.scene();
   held_.clear();
-  for (const Load& load : simulation_.springs().loads()) {
+  for (const Load& load : simulation_.spring_loads()) {
     if (scene.bodies()[load.body].kinematic && !scene.jointed(load.body)) held_.push_back(load);
   }
   if (!simulation_.actuations().empty() || !held_.empty()) simulation_.read(velocities_);

@@ -113,7 +113,7 @@ void Simulation::restore(const State& state) {
   pairs_.forget();
   last_duration_ = 0.0;
   unload();
-  springs_.update();
+  spring_loads_ = springs_.loads(true);
 }
 
 void Simulation::read(State& state) const {
@@ -126,7 +126,10 @@ void Simulation::read(Motion& motion) const {
   const btVector3 none(0, 0, 0);
   motion.bodies.assign(scene_.bodies().size(), {{}, none, none});
   bodies_.read(motion);
-  springs_.add_stiffness(motion);
+  for (const Load& load : springs_.loads(false)) {
+    motion.bodies[load.body].force += load.force;
+    motion.bodies[load.body].torque += load.torque;
+  }
 }
 
 void Simulation::read(std::vector<Velocity>& velocities) const {
@@ -154,14 +157,15 @@ SubstepResult Simulation::advance(double duration, int substeps) {
     const double lost = (1.0 - share) * duration;
     if (share < 1.0) carry_along(scene_, bodies_, pairs_.points(), ways_, lost);
     last_duration_ = duration;
-    springs_.update();
+    spring_loads_ = springs_.loads(true);
     return {duration, lost, converged};
   }
 }
 
 void Simulation::load_bodies() {
   bodies_.clear_loads();
-  for (const std::vector<Load>* loads : {&std::as_const(loads_), &std::as_const(actuations_), &springs_.loads()}) {
+  for (const std::vector<Load>* loads :
+       {&std::as_const(loads_), &std::as_const(actuations_), &std::as_const(spring_loads_)}) {
     for (const Load& load : *loads) bodies_.apply(load);
   }
 }

@@ -57,6 +57,7 @@ class Simulation {
   SubstepResult advance(double duration, int substeps);
 
   const Springs& springs() const { return springs_; }
+  const std::vector<Load>& spring_loads() const { return spring_loads_; }
 
   //! Sums up the work of the impulses in the next steps, while that has a motion to begin with.
   ImpulseAudit& impulses() { return equations_.audit; }
@@ -81,6 +82,7 @@ class Simulation {
   StepEquations equations_;
   Springs springs_;
   std::vector<Load> loads_;
+  std::vector<Load> spring_loads_;  // with the speeds that dampers have at the end of the substep before
   std::vector<Load> actuations_;
   std::vector<Motor> motors_;
   std::vector<Velocity> ways_;  // of all bodies

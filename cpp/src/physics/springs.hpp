@@ -24,13 +24,8 @@ class Springs {
   //! By the index in the scene.
   SpringSpan span(std::size_t spring) const;
 
-  //! Finds the loads of stiffness and damping. A damper answers to the speed at the start of a substep, before
-  //! any force of that one: so this is asked when the substep before is over.
-  void update();
-  const std::vector<Load>& loads() const { return loads_; }
-
-  //! Adds the loads of stiffness alone.
-  void add_stiffness(Motion& motion) const;
+  //! Loads on the ends that can move, of stiffness and maybe of damping.
+  std::vector<Load> loads(bool damped) const;
 
  private:
   struct Ends {
@@ -38,14 +33,9 @@ class Springs {
     btVector3 point_a, point_b;  // in Bullet's frames of the bodies
   };
 
-  void add_loads(std::size_t spring, const SpringSpan& span, double tension, std::vector<Load>& loads) const;
-  btVector3 in_world(std::size_t body, const btVector3& point) const;
-
-  const std::vector<Body>& bodies_;
-  const std::vector<Spring>& springs_;
+  const Scene& scene_;
   const MovingBodies& moving_;
   std::vector<Ends> ends_;
-  std::vector<Load> loads_;
 };
 
 }  // namespace energymargin

@@ -26,11 +26,7 @@ btVector3 support(const InnerShape& shape, const btTransform& pose, const btVect
 }  // namespace
 
 struct PiecePair::Sweeps {
-  const Sweep& a;
-  const Sweep& b;
-  double turn;  // of both [rad]
-
-  Sweeps(const Sweep& a_, const Sweep& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
+  const Sweep &a, &b;
 };
 
 PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
@@ -40,7 +36,7 @@ PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
       allowed_(allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)) {}
 
 double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
-  const Sweeps sweeps(a, b);
+  const Sweeps sweeps{a, b};
   if (has_normal_ && !starts_deep_ && separates_as_before(sweeps)) return 1.0;
   const std::optional<ClosestPoints> closest = find_closest(a.start, b.start);
   if (!closest) find_normal(sweeps);
@@ -71,14 +67,15 @@ void PiecePair::set_normal(const btVector3& normal, const btTransform& a, const 
   normal_of_b_ = normal * b.getBasis();
 }
 
-// A face takes its normal along as it turns. If neither normal separates the pieces, the one that tells more counts:
-// the other piece may have spun.
+// A face takes its normal along as it turns; one from which they have turned may tell nothing. If neither normal
+// separates the pieces, the one that tells more counts: the other piece may have spun.
 bool PiecePair::separates_as_before(const Sweeps& sweeps) {
   const btVector3 of_b = sweeps.b.start.getBasis() * normal_of_b_;
   const btVector3 of_a = sweeps.a.start.getBasis() * normal_of_a_;
   for (const btVector3& normal : {of_b, of_a}) {
     normal_ = normal;
-    if (separates(sweeps)) return true;
+    const double now = gap(sweeps, 0.0);
+    if (now >= -allowed_ && stay_separate(sweeps, now)) return true;
   }
   if (gap(sweeps.a.start, sweeps.b.start, of_b) > gap(sweeps.a.start, sweeps.b.start, of_a)) normal_ = of_b;
   return false;
@@ -117,15 +114,6 @@ double PiecePair::least(double now) const {
   return std::min(now, std::max(now - deeper * allowed_, -allowed_));
 }
 
-// The distance at which a motion from `now` ends.
-double PiecePair::contact(double now) const { return std::min(-in_contact * allowed_, 0.5 * (now + least(now))); }
-
-// A normal of old, from which they have turned, may tell nothing.
-bool PiecePair::separates(const Sweeps& sweeps) const {
-  const double now = gap(sweeps, 0.0);
-  return now >= -allowed_ && stay_separate(sweeps, now);
-}
-
 // Whether the normal tells that they never come too close.
 bool PiecePair::stay_separate(const Sweeps& sweeps, double now) const {
   const double bound = least(now);
@@ -146,8 +134,9 @@ bool PiecePair::slide(const Sweeps& sweeps, double now) {
   const double bound = least(now);
   const double travel = (sweeps.a.linear - sweeps.b.linear).length() + sweeps.a.angular.length() * a_.reach +
                         sweeps.b.angular.length() * b_.reach;
+  const double turn = sweeps.a.angular.length() + sweeps.b.angular.length();
   const double across = 0.25 * travel / (deeper * allowed_);
-  const double checks = 1.0 + std::floor(std::max(sweeps.turn / fine_turn, std::sqrt(across * sweeps.turn)));
+  const double checks = 1.0 + std::floor(std::max(turn / fine_turn, std::sqrt(across * turn)));
   if (!(checks <= most_checks)) return false;
   const auto turning = [&](const Sweep& face) {
     for (double i = 1.0; i <= checks; ++i) {
@@ -198,9 +187,10 @@ double PiecePair::next_check(const Sweeps& sweeps, double share, double room) co
 // Each iteration goes as far as the pieces are sure not to meet.
 double PiecePair::advance(const Sweeps& sweeps, double now) {
   const double bound = least(now);
+  const double contact = std::min(-in_contact * allowed_, 0.5 * (now + bound));  // where the motion ends
   double distance = now;
   double share = 0.0;
-  for (int i = 0; i < most_checks && distance > contact(now); ++i) {
+  for (int i = 0; i < most_checks && distance > contact; ++i) {
     const double safe = share;
     share = next_check(sweeps, share, distance - bound);
     if (share >= 1.0) return 1.0;

@@ -37,7 +37,6 @@ class PiecePair {
   void find_normal(const Sweeps& sweeps);
   double gap(const Sweeps& sweeps, double share) const;
   double gap(const btTransform& a, const btTransform& b, const btVector3& normal) const;
-  bool separates(const Sweeps& sweeps) const;
   bool stay_separate(const Sweeps& sweeps, double now) const;
   bool slide(const Sweeps& sweeps, double now);
   double approach(const Sweeps& sweeps) const;
@@ -45,7 +44,6 @@ class PiecePair {
   double advance(const Sweeps& sweeps, double now);
   double linear_share(const Sweeps& sweeps, double now) const;
   double least(double now) const;
-  double contact(double now) const;
 
   ConvexPiece a_, b_;
   SolidPair solids_;

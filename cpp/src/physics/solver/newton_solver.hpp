@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "physics/solver/envelope_lu.hpp"
-#include "physics/solver/islands.hpp"
 #include "physics/solver/sweeps.hpp"
 
 namespace energymargin {

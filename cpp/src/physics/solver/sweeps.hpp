@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "physics/solver/islands.hpp"
+#include "physics/solver/velocity_system.hpp"
 
 namespace energymargin {
 

@@ -1,8 +1,25 @@
 #include "physics/solver/velocity_system.hpp"
 
+#include <algorithm>
+#include <numeric>
+
 #include "physics/solver/kernels.hpp"
 
 namespace energymargin {
+namespace {
+
+constexpr std::size_t few = 4;  // movers, whose order hardly matters
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+// Calls `visit` with the rows of an island, contacts first.
+template <typename Visit>
+void for_each_row(const VelocitySystem& system, const Island& island, const Visit& visit) {
+  for (const std::size_t i : island.contacts) visit(system.contacts()[i]);
+  for (const std::size_t i : island.limited) visit(system.limited()[i]);
+}
+
+}  // namespace
 
 void VelocitySystem::clear() {
   movers_.clear();
@@ -90,6 +107,104 @@ ContactVector VelocitySystem::speeds(const ContactRows& rows, const std::vector<
     }
   });
   return sums;
+}
+
+int Islands::root(int mover) {
+  while (parents_[index(mover)] != mover) {
+    int& parent = parents_[index(mover)];
+    parent = parents_[index(parent)];
+    mover = parent;
+  }
+  return mover;
+}
+
+// The root is the first mover of an island.
+void Islands::join(const RowSides& sides) {
+  if (sides.a < 0 || sides.b < 0) return;
+  const int a = root(sides.a);
+  const int b = root(sides.b);
+  parents_[index(std::max(a, b))] = std::min(a, b);
+}
+
+void Islands::find(const VelocitySystem& system) {
+  const std::size_t movers = system.movers().size();
+  parents_.resize(movers);
+  places_.resize(movers);
+  rows_.resize(movers);
+  std::iota(parents_.begin(), parents_.end(), 0);
+  for (const ContactRows& rows : system.contacts()) join(rows);
+  for (const LimitedRow& row : system.limited()) join(row);
+  count_ = 0;
+  for (std::size_t i = 0; i < movers; ++i) {
+    const int first = root(static_cast<int>(i));
+    if (first == static_cast<int>(i)) {
+      places_[i] = static_cast<int>(count_++);
+      if (islands_.size() < count_) islands_.emplace_back();
+      Island& island = islands_[count_ - 1];
+      island.movers.clear();
+      island.contacts.clear();
+      island.limited.clear();
+    }
+    places_[i] = places_[index(first)];
+    islands_[index(places_[i])].movers.push_back(static_cast<int>(i));
+  }
+  const auto add = [&](const RowSides& sides, std::vector<std::size_t> Island::* rows, std::size_t i) {
+    if (sides.a < 0 && sides.b < 0) return;
+    const int mover = sides.a >= 0 ? sides.a : sides.b;
+    (islands_[index(places_[index(mover)])].*rows).push_back(i);
+  };
+  for (std::size_t i = 0; i < system.contacts().size(); ++i) add(system.contacts()[i], &Island::contacts, i);
+  for (std::size_t i = 0; i < system.limited().size(); ++i) add(system.limited()[i], &Island::limited, i);
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (!islands_[i].free()) order(system, islands_[i]);
+  }
+}
+
+// Rows of the matrix.
+void Islands::order(const VelocitySystem& system, Island& island) {
+  if (island.movers.size() > few) order_by_neighbours(system, island);
+  int size = 0;
+  for (const int i : island.movers) {
+    rows_[index(i)] = size;
+    size += system.count(i);
+  }
+  island.first.resize(index(size));
+  for (const int i : island.movers) std::fill_n(island.first.begin() + row(i), system.count(i), row(i));
+  for_each_row(system, island, [&](const RowSides& sides) {
+    if (sides.a < 0 || sides.b < 0) return;
+    const auto [low, high] = std::minmax({row(sides.a), row(sides.b)});
+    const int count = system.count(high == row(sides.a) ? sides.a : sides.b);
+    for (int i = high; i < high + count; ++i) island.first[index(i)] = std::min(island.first[index(i)], low);
+  });
+}
+
+// The order of Cuthill and McKee (1969), for a narrow envelope.
+void Islands::order_by_neighbours(const VelocitySystem& system, Island& island) const {
+  std::vector<std::vector<int>> neighbours(system.movers().size());
+  for_each_row(system, island, [&](const RowSides& sides) {
+    if (sides.a < 0 || sides.b < 0) return;
+    neighbours[index(sides.a)].push_back(sides.b);
+    neighbours[index(sides.b)].push_back(sides.a);
+  });
+  for (const int i : island.movers) {
+    std::vector<int>& of = neighbours[index(i)];
+    std::sort(of.begin(), of.end());
+    of.erase(std::unique(of.begin(), of.end()), of.end());
+  }
+  const auto fewer = [&](int a, int b) { return neighbours[index(a)].size() < neighbours[index(b)].size(); };
+  std::vector<bool> seen(system.movers().size(), false);
+  std::vector<int> ordered{*std::min_element(island.movers.begin(), island.movers.end(), fewer)};
+  seen[index(ordered.front())] = true;
+  for (std::size_t next = 0; next < ordered.size(); ++next) {
+    std::vector<int>& of = neighbours[index(ordered[next])];
+    std::stable_sort(of.begin(), of.end(), fewer);
+    for (const int other : of) {
+      if (seen[index(other)]) continue;
+      seen[index(other)] = true;
+      ordered.push_back(other);
+    }
+  }
+  island.movers = ordered;
 }
 
 }  // namespace energymargin
