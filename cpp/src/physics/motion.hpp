@@ -36,8 +36,8 @@ struct Load {
 //! about each axis of the world. A kinematic body has these velocities.
 struct Motor {
   std::size_t body;
-  btVector3 linear, angular;  // [m/s], [rad/s]
-  double force, torque;       // [N], [N m]
+  Velocity velocity;
+  double force, torque;  // [N], [N m]
 };
 
 //! A point where two bodies touch, or nearly do, as they stand; nothing of it is kept from one substep to the next.

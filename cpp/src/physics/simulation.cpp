@@ -181,7 +181,8 @@ void Simulation::add_motor(std::size_t body, const Vector3& linear, const Vector
   const Inertial& inertial = scene_.inertial(body);
   const Quaternion orientation = from_bullet(bodies_.poses()[body].getRotation()) * inertial.axes.conjugate();
   const Vector3 center = orientation * inertial.center;
-  motors_.push_back({body, to_bullet(Vector3(linear + angular.cross(center))), to_bullet(angular), force, torque});
+  const Vector3 of_center = linear + angular.cross(center);
+  motors_.push_back({body, {to_bullet(of_center), to_bullet(angular)}, force, torque});
 }
 
 std::vector<Contact> Simulation::contacts() const {

@@ -112,7 +112,9 @@ class Articulation {
 
   //! Velocities of a kinematic base in this substep, whatever acts on the tree; otherwise it keeps what it has.
   void keep_base() { std::copy_n(velocities_.begin(), prescribed(), base_.begin()); }
-  void drive_base(const btVector3& linear, const btVector3& angular);
+  void drive_base(const Velocity& velocity) {
+    for (std::size_t axis = 0; axis < base_.size(); ++axis) base_[axis] = velocity[static_cast<int>(axis)];
+  }
 
   //! What the loads do where the tree is in `duration` [s]. A tree that is `alone`, which nothing constrains and
   //! nothing drives, feels gravity as it coasts.

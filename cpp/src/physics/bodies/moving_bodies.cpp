@@ -7,9 +7,10 @@ namespace energymargin {
 MovingBodies::MovingBodies(const Scene& scene)
     : scene_(scene),
       poses_(scene.bodies().size(), btTransform::getIdentity()),
-      free_of_(scene.bodies().size(), -1),
+      free_of_(scene.bodies().size(), nullptr),
       links_(scene.bodies().size()) {
   const StateLayout layout(scene);
+  free_.reserve(scene.bodies().size());
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (!scene.bodies()[i].fixed() && scene.jointed(i)) continue;
     poses_[i] = bullet_pose(scene.inertial(i), scene.bodies()[i].state);
@@ -27,10 +28,10 @@ void MovingBodies::add_free(std::size_t index, int offset) {
   const Body& body = scene_.bodies()[index];
   Vector3 acceleration = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor);
   if (body.kinematic) acceleration.setZero();
-  free_of_[index] = static_cast<int>(free_.size());
   free_.push_back({index, offset, body.kinematic, body.kinematic ? 0.0 : 1.0 / body.mass,
                    to_bullet(scene_.inertial(index).moments), to_bullet(body.linear_factor),
                    to_bullet(body.angular_factor), to_bullet(acceleration)});
+  free_of_[index] = &free_.back();
   for (int axis = 0; axis < 6 && !body.kinematic; ++axis) {
     const double factor = axis < 3 ? body.linear_factor[axis] : body.angular_factor[axis - 3];
     if (factor != 0.0) free_.back().axes.push_back(axis);

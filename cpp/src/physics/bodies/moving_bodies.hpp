@@ -57,10 +57,7 @@ class MovingBodies {
   std::vector<FreeBody>& free() { return free_; }
 
   //! Null for one that is fixed or on a tree.
-  FreeBody* free(std::size_t body) {
-    return free_of_[body] < 0 ? nullptr : &free_[static_cast<std::size_t>(free_of_[body])];
-  }
-  const FreeBody* free(std::size_t body) const { return const_cast<MovingBodies*>(this)->free(body); }
+  FreeBody* free(std::size_t body) const { return free_of_[body]; }
 
   //! Free bodies of role "object", in the scene's order.
   const std::vector<std::size_t>& objects() const { return objects_; }
@@ -117,7 +114,7 @@ class MovingBodies {
   const Scene& scene_;
   std::vector<btTransform> poses_;
   std::vector<FreeBody> free_;
-  std::vector<int> free_of_;  // by the index in the scene; -1: fixed, or on a tree
+  std::vector<FreeBody*> free_of_;  // of all bodies; null: fixed, or on a tree
   std::vector<std::size_t> objects_;
   std::vector<std::unique_ptr<Articulation>> trees_;
   std::vector<std::optional<TreeLink>> links_;  // of all bodies

@@ -13,13 +13,6 @@ constexpr double steady = 1e-5;
 
 }  // namespace
 
-void Articulation::drive_base(const btVector3& linear, const btVector3& angular) {
-  for (int axis = 0; axis < 3; ++axis) {
-    base_[static_cast<std::size_t>(axis)] = linear[axis];
-    base_[static_cast<std::size_t>(3 + axis)] = angular[axis];
-  }
-}
-
 void Articulation::prepare(double duration, const btVector3& gravity, bool alone) {
   find_inertia();
   find_forces(alone ? btVector3(0, 0, 0) : gravity, true);
@@ -56,7 +49,7 @@ void Articulation::find_inertia() {
   }
 }
 
-// Along the velocities, of gravity and maybe loads.
+// Finds the forces of gravity, and maybe of loads, along the velocities.
 void Articulation::find_forces(const btVector3& gravity, bool loads) {
   for (std::size_t i = 0; i < links_.size(); ++i) {
     btVector3 force = gravity * links_[i].mass;
@@ -118,7 +111,7 @@ void Articulation::kick(double duration) {
   std::copy_n(base_.begin(), prescribed(), kicked_.begin());
 }
 
-// Of the links, as the tree coasts, from those that it has at constant velocities.
+// Turns the accelerations of the links at constant velocities into those as the tree coasts.
 void Articulation::find_accelerations() {
   for (std::size_t i = 0; i < links_.size(); ++i) {
     if (links_[i].last_velocity < 0) continue;
@@ -146,7 +139,7 @@ void Articulation::coast(double duration, std::vector<double>& velocities) {
   }
 }
 
-// The classical one of the fourth order.
+// Takes the classical step of the fourth order.
 void Articulation::coast_by_runge_kutta(double duration, std::vector<double>& velocities) {
   const std::vector<double> start = velocities;
   std::vector<double> off(count(), 0.0), whole(count(), 0.0), change(count(), 0.0);
@@ -229,7 +222,7 @@ double Articulation::gravity_beside(double duration, const std::vector<double>& 
   return 0.5 * duration * (at_end - at_start);
 }
 
-// Cholesky's factor of what is not prescribed, in the lower triangle, with the inverse of its diagonal.
+// Puts Cholesky's factor of what is not prescribed, into the lower triangle, with the inverse of its diagonal.
 void Articulation::factor(Matrix& matrix) const {
   double* const m = matrix.data();
   for (std::size_t i = prescribed(); i < count(); ++i) {

@@ -180,7 +180,7 @@ void cut_to_line(Face& line, Face& scratch, const Face& other) {
   cut(line, scratch, b, beside(b));
 }
 
-// Of a line or a face, at a point of the plane.
+// Height of a line or a face at a point of the plane.
 double height_at(const Face& face, const Corner& point) {
   if (face.size() == 2) {
     const Corner& a = face[0];

@@ -173,7 +173,7 @@ class Simplex {
     keep({a, b, c}, {of_a / whole, of_b / whole, of_c / whole});
   }
 
-  // Of the faces that have the origin outside, the one whose point is closest.
+  // Takes the face, of those that have the origin outside, whose point is closest.
   bool reduce_tetrahedron() {
     constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
     const Simplex whole = *this;

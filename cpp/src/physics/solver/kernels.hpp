@@ -19,15 +19,12 @@ inline double dot(const double* a, const double* b, int count) {
 }
 
 //! entries += factor * row
-template <int known>
-void add_multiple(double factor, const double* __restrict row, int count, double* __restrict entries) {
-  const int length = known > 0 ? known : count;
-  for (int j = 0; j < length; ++j) entries[j] += factor * row[j];
-}
-
-inline void add_multiple(double factor, const double* row, int count, double* entries) {
-  if (count == usual_count) return add_multiple<usual_count>(factor, row, count, entries);
-  add_multiple<0>(factor, row, count, entries);
+inline void add_multiple(double factor, const double* __restrict row, int count, double* __restrict entries) {
+  if (count == usual_count) {
+    for (int j = 0; j < usual_count; ++j) entries[j] += factor * row[j];
+    return;
+  }
+  for (int j = 0; j < count; ++j) entries[j] += factor * row[j];
 }
 
 //! Numbers in the three rows of the Jacobian of a contact on a free body.

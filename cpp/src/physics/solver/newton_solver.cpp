@@ -26,12 +26,8 @@ constexpr double most_harder = 20.0;
 
 }  // namespace
 
-bool NewtonSolver::solve(int iterations, double tolerance) {
-  islands_.find(*this);
-  return solve_again(iterations, tolerance);
-}
-
-bool NewtonSolver::solve_again(int iterations, double tolerance) {
+bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
+  if (!again) islands_.find(*this);
   const std::size_t size = velocities_.size();
   for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_, &saved_}) numbers->resize(size);
   iterations_ = 0;
@@ -42,7 +38,7 @@ bool NewtonSolver::solve_again(int iterations, double tolerance) {
       copy(island, free_, velocities_);
       continue;
     }
-    const bool solved = solve(island, iterations, tolerance);
+    const bool solved = solve_island(island, iterations, tolerance);
     converged = converged && solved;
     for (const std::size_t k : island.contacts) contacts_[k].impulse = contacts_[k].response.impulse;
     for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_of_miss();
@@ -73,7 +69,7 @@ bool NewtonSolver::harden(const Island& island) {
   return any;
 }
 
-bool NewtonSolver::solve(const Island& island, int iterations, double tolerance) {
+bool NewtonSolver::solve_island(const Island& island, int iterations, double tolerance) {
   int left = iterations;
   int sweeps = 0;
   double error = coulomb_error(island, false);

@@ -20,16 +20,14 @@ class NewtonSolver : public VelocitySystem {
   NewtonSolver& operator=(const NewtonSolver&) = delete;
 
   //! Whether all islands converged: the error of each velocity is at most `tolerance` of the impulses on its mover.
-  bool solve(int iterations, double tolerance);
-
-  //! Solves again for other targets of the same rows.
-  bool solve_again(int iterations, double tolerance);
+  //! `again`: for other targets of the same rows.
+  bool solve(int iterations, double tolerance, bool again = false);
 
   //! Iterations of the last `solve`, of all islands.
   int iterations() const { return iterations_; }
 
  private:
-  bool solve(const Island& island, int iterations, double tolerance);
+  bool solve_island(const Island& island, int iterations, double tolerance);
   template <typename Respond, typename RespondLimited>
   double evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited);
   double coulomb_error(const Island& island, bool after_step);

@@ -54,7 +54,7 @@ bool StepEquations::solve(const Substep& substep) {
   }
   const Stepping& stepping = scene_.stepping();
   bool converged = solver_.solve(stepping.iterations, stepping.tolerance);
-  if (update_bends(substep)) converged = solver_.solve_again(stepping.iterations, stepping.tolerance);
+  if (update_bends(substep)) converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
   for (FreeBody& body : bodies_.free()) set_free(body, substep.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, substep.duration);
   return converged;
@@ -69,12 +69,12 @@ int StepEquations::mover_of(std::size_t body) const {
 // A kinematic body has the velocities of its motor from now on, but not along and about locked axes.
 void StepEquations::drive_kinematic(const Motor& motor) {
   if (const auto& link = bodies_.link(motor.body)) {
-    if (tree(link->tree).kinematic()) tree(link->tree).drive_base(motor.linear, motor.angular);
+    if (tree(link->tree).kinematic()) tree(link->tree).drive_base(motor.velocity);
     return;
   }
   FreeBody& body = *bodies_.free(motor.body);
   if (!body.kinematic) return;
-  body.velocity = {motor.linear * body.linear_factor, motor.angular * body.angular_factor};
+  body.velocity = {motor.velocity.linear * body.linear_factor, motor.velocity.angular * body.angular_factor};
 }
 
 void StepEquations::add_free(FreeBody& body, double duration) {

@@ -231,7 +231,7 @@ void StepEquations::add_motor(const Motor& motor, double duration) {
     row.work = &audit.work.plan;
     solver_.numbers(row.of_a)[column] = 1.0;
     row.softness = softness_share * solver_.inverse_mass(row, 0);
-    row.target = axis < 3 ? motor.linear[axis] : motor.angular[axis - 3];
+    row.target = motor.velocity[axis];
     row.high = (axis < 3 ? motor.force : motor.torque) * duration;
     row.low = -row.high;
   }

@@ -160,7 +160,7 @@ void Islands::find(const VelocitySystem& system) {
   }
 }
 
-// Rows of the matrix.
+// Numbers the rows of an island's matrix.
 void Islands::order(const VelocitySystem& system, Island& island) {
   if (island.movers.size() > few) order_by_neighbours(system, island);
   int size = 0;
