@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "energymargin/audit.hpp"
 #include "physics/simulation.hpp"
 #include "scene/energy.hpp"
 

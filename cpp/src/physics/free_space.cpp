@@ -33,8 +33,8 @@ class FreeSpace::Bullet {
     tolerance_ = touching * scene.smallest_half_extent(object);
     const CollisionFilter can_collide(scene);
     for (std::size_t other = 0; other < scene.bodies().size(); ++other) {
-      if (other != object && can_collide(object, other))
-        add_obstacles(scene.collision_shape(other), bodies.poses()[other]);
+      if (other == object || !can_collide(object, other)) continue;
+      add_obstacles(scene.collision_shape(other), bodies.poses()[other]);
     }
     for (Obstacle& obstacle : obstacles_) {
       obstacle.depth = tolerance_ + std::max(0.0, -distance(to_bullet(pose), obstacle, 0.0));

@@ -31,7 +31,7 @@ btVector3 rotated(const btVector3& vector, const btVector3& turn) {
 }  // namespace
 
 StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies)
-    : scene_(scene), bodies_(bodies), gravity_(to_bullet(scene.gravity())), trees_(bodies.trees().size()) {
+    : scene_(scene), bodies_(bodies), trees_(bodies.trees().size()) {
   for (const MimicConstraint& mimic : bodies.mimics()) {
     tree(mimic.follower.tree).couple();
     tree(mimic.followed.tree).couple();
@@ -181,7 +181,7 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
 // A joint that hits its stop speeds up its neighbours within the same step.
 void StepEquations::add_tree(std::size_t i, const Substep& substep) {
   Articulation& tree = this->tree(i);
-  tree.prepare(substep.duration, gravity_, is_alone(i, substep));
+  tree.prepare(substep.duration, to_bullet(scene_.gravity()), is_alone(i, substep));
   const std::size_t skipped = tree.prescribed();
   const std::size_t count = tree.count() - skipped;
   trees_[i].mover = -1;

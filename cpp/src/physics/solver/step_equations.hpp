@@ -37,9 +37,7 @@ class StepEquations {
     int mover = -1;                   // of the solver; -1: nothing of the tree moves but by its kinematic base
     std::vector<double> pushed, end;  // velocities before and after the tree coasts
   };
-  struct Frame {
-    btVector3 axes[3];  // two along the plane of contact, and the normal
-  };
+  using Frame = std::array<btVector3, 3>;  // two axes along the plane of contact, and the normal
   struct End {
     std::size_t body;
     btVector3 point, grip;
@@ -79,7 +77,6 @@ class StepEquations {
 
   const Scene& scene_;
   MovingBodies& bodies_;
-  btVector3 gravity_;
   std::vector<TreeMover> trees_;
   NewtonSolver solver_;
   std::vector<std::size_t> contact_points_;  // of the solver's contacts

@@ -37,8 +37,8 @@ constexpr double slow = 1e-3;
 // False where an impulse along the normal moves nothing.
 bool StepEquations::add_contact(const ContactPoint& point, const Substep& substep) {
   Frame frame;
-  frame.axes[2] = point.normal;
-  btPlaneSpace1(frame.axes[2], frame.axes[0], frame.axes[1]);
+  frame[2] = point.normal;
+  btPlaneSpace1(frame[2], frame[0], frame[1]);
   ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b));
   if (point.distance > 0.0) {
     rows.target[2] = -point.distance / substep.duration;  // up to the touch it may close
@@ -77,13 +77,13 @@ void StepEquations::add_free_end(ContactRows& rows, const End& end, const Frame&
   if (body.mover < 0) {
     const btVector3 at_point = linear + spin.cross(arm);
     const btVector3 at_grip = linear + spin.cross(grip) + bend;
-    for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame.axes[i].dot(i < 2 ? at_grip : at_point);
+    for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame[i].dot(i < 2 ? at_grip : at_point);
     return;
   }
   const auto count = body.axes.size();
   double* const jacobian = solver_.numbers(rows.a == body.mover ? rows.of_a : rows.of_b);
   for (std::size_t i = 0; i < 3; ++i) {
-    const btVector3 along = frame.axes[i] * end.sign;
+    const btVector3 along = frame[i] * end.sign;
     const btVector3 about = (i < 2 ? grip : arm).cross(along);
     double* const row = jacobian + i * count;
     if (count == 6) {
@@ -151,7 +151,7 @@ void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame&
   if (tree.spin(link) * duration > most_bent) bend.setZero();
   std::vector<double> whole(tree.count());
   for (std::size_t i = 0; i < 3; ++i) {
-    const btVector3 along = frame.axes[i] * end.sign;
+    const btVector3 along = frame[i] * end.sign;
     std::fill(whole.begin(), whole.end(), 0.0);
     tree.add(link, i < 2 ? end.grip : end.point, along, whole.data());
     for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * tree.kicked()[k];
