@@ -41,6 +41,7 @@ Control = Mapping[str, Mapping[str, Any]]
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 SLACK = 0.01  # of a link's extent; corners of round shapes are a little inside of them
 POSES = 50  # of a robot's joints, at random: links that overlap in all of them always do
+DRIVING = ("held", "stiffness", "target_velocity", "mimic")
 OVERLAPPING = "overlapping"
 Pair = tuple[str, str]
 
@@ -196,11 +197,13 @@ def added(
     """
     check_names(scene, new.bodies + new.planes, new.joints)
     made = new.add_to(Scene() if scene is None else _empty(scene), limit)
-    rows = [*new.rows, *_undriven(new.joints)]
+    moving = [joint for joint in new.joints if joint["type"] != "fixed"]
+    undriven = [joint["name"] for joint in moving if not any(map(joint.get, DRIVING))]
+    rows = [*new.rows, *(Row(reports.UNDRIVEN, name) for name in undriven)]
     for pair in _held_together(made):
         new.disabled.append(pair)
         made.disable_collisions(*pair)
-    if self_collision and any(joint["type"] != "fixed" for joint in new.joints):
+    if self_collision and moving:
         limit.require("links that overlap were looked for")
         world = World(made)
         depths = _overlaps(world)
@@ -232,7 +235,7 @@ def _held_together(made: Scene) -> list[Pair]:
             low, high = points.min(axis=0), points.max(axis=0)
             slack = SLACK * (high - low)
             box = (body.name, low - slack, high + slack)
-            groups.setdefault(_base(body.name, up), []).append(box)
+            groups.setdefault(base_of(body.name, up), []).append(box)
     pairs = []
     for group in groups.values():
         names = [box[0] for box in group]
@@ -241,22 +244,6 @@ def _held_together(made: Scene) -> list[Pair]:
             near = np.all((lows[i] <= highs[i + 1 :]) & (lows[i + 1 :] <= highs[i]), axis=1)
             pairs += [(name, names[i + 1 + k]) for k in np.flatnonzero(near)]
     return [(a, b) for a, b in pairs if not {(a, b), (b, a)} & jointed]
-
-
-def _base(body: str, up: dict[str, str]) -> str:
-    """As `base_of`, which shortens the ways up that it goes."""
-    while body in up:
-        up[body] = up.get(up[body], up[body])
-        body = up[body]
-    return body
-
-
-def _undriven(joints: Iterable[Mapping[str, Any]]) -> Iterator[Row]:
-    """The joints that nothing drives or holds."""
-    driving = ("held", "stiffness", "target_velocity", "mimic")
-    for joint in joints:
-        if joint["type"] != "fixed" and not any(joint.get(keyword) for keyword in driving):
-            yield Row(reports.UNDRIVEN, joint["name"])
 
 
 def check_names(
@@ -315,9 +302,11 @@ def _always(world: World, pairs: Iterable[Pair], limit: Limit) -> set[Pair]:
     return left
 
 
-def base_of(body: str, carriers: Mapping[str, str]) -> str:
-    """The body at the end of the chain that carries one; `carriers`: by body, what carries it."""
+def base_of(body: str, carriers: dict[str, str]) -> str:
+    """The body at the end of the chain that carries one; `carriers`: by body, what carries it, or
+    what carries that: ways up are made shorter."""
     while body in carriers:
+        carriers[body] = carriers.get(carriers[body], carriers[body])
         body = carriers[body]
     return body
 
