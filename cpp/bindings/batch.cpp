@@ -7,7 +7,7 @@
 #include "energymargin/random.hpp"
 #include "given.hpp"
 #include "metrics/words.hpp"
-#include "problem/words.hpp"
+#include "problem/records.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {

@@ -7,27 +7,13 @@
 
 namespace energymargin::binding {
 
-void bind_limit(pybind11::module_& module);
-void bind_shapes(pybind11::module_& module);
-void bind_body(pybind11::module_& module);
-void bind_joint(pybind11::module_& module);
-void bind_scene(pybind11::module_& module);
-void bind_add_body(pybind11::class_<Scene>& scene);   // and add_plane
-void bind_add_joint(pybind11::class_<Scene>& scene);  // and add_spring
-void bind_state(pybind11::class_<Scene>& scene);      // pack, unpack, and where a state has which number
-void bind_plan(pybind11::module_& module);
-void bind_world(pybind11::module_& module);
-void bind_audit(pybind11::module_& module);
-void bind_regions(pybind11::module_& module);
-void bind_problem(pybind11::module_& module);
-void bind_tree(pybind11::module_& module);
-void bind_capture(pybind11::module_& module);
-void bind_lower_bound(pybind11::module_& module);
-void bind_effort(pybind11::module_& module);
-void bind_escape_energy(pybind11::module_& module);
-void bind_force(pybind11::module_& module);
-void bind_batch(pybind11::module_& module);
-void bind_disturbances(pybind11::module_& module);
-void bind_probability(pybind11::module_& module);
+using Bind = void(pybind11::module_& module);
+Bind bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_world, bind_regions, bind_problem, bind_capture,
+    bind_effort, bind_escape_energy, bind_force, bind_batch, bind_disturbances, bind_probability;
+
+using BindToScene = void(pybind11::class_<Scene>& scene);
+BindToScene bind_add_body;   // and add_plane
+BindToScene bind_add_joint;  // and add_spring
+BindToScene bind_state;      // pack, unpack, and where a state has which number
 
 }  // namespace energymargin::binding

@@ -3,7 +3,7 @@
 #include "bindings.hpp"
 #include "energymargin/plausible.hpp"
 #include "energymargin/scene.hpp"
-#include "problem/words.hpp"
+#include "problem/records.hpp"
 #include "records.hpp"
 #include "scene/records.hpp"
 #include "warnings.hpp"
@@ -30,13 +30,9 @@ Inertial inertial_of(const Given<Vector3>& center, const GivenArray& inertia,
 constexpr const char* add_body_doc = R"(Add a body.
 
 position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
-shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
-density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
-act, and the inertia about it; by default those of the shape, of even density. role is 'object' (a body that disturbances act on),
-'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
-angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
-or a motor does. kinematic: the body goes on as it moves, or has the `velocities` of a plan, whatever it meets, as if its
-mass were infinite. Raises ValueError on bad values.)";
+shape's; velocities are in the world's axes. Either mass [kg] or density [kg/m^3] says how heavy it is; a mass of 0 fixes
+it. role is 'object' (a body that disturbances act on), 'effector' or 'none'. The factors lock axes of the centre of mass:
+linear_factor=(1, 1, 0), angular_factor=(0, 0, 1) makes a planar body. Raises ValueError on bad values.)";
 
 // Exactly one of mass and density says how heavy a body is.
 double mass_of(const Shape& shape, const std::optional<double>& mass, const std::optional<double>& density) {
@@ -63,28 +59,16 @@ void add_plane(Scene& scene, const std::string& name, const Given<Vector3>& norm
   scene.add_body(body);
 }
 
-void add_body(Scene& scene, const std::string& name, const Given<Shape>& shape,
+void add_body(Body body, Scene& scene, const std::string& name, const Given<Shape>& shape,
               const Given<std::optional<double>>& mass, const Given<std::optional<double>>& density,
-              const Given<std::optional<Inertial>>& inertial, const Given<Vector3>& position,
-              const Given<std::optional<Quaternion>>& quaternion, const Given<std::optional<double>>& yaw,
-              const Given<Vector3>& velocity, const Given<Vector3>& angular_velocity, const Given<double>& friction,
-              const Given<Role>& role, const Given<Vector3>& linear_factor, const Given<Vector3>& angular_factor,
-              const Given<Vector3>& force, const Given<bool>& kinematic) {
-  Body body;
+              const Given<Vector3>& position, const Given<std::optional<Quaternion>>& quaternion,
+              const Given<std::optional<double>>& yaw) {
   body.name = name;
   body.shape = given("shape", shape);
   body.mass = mass_of(body.shape, given("mass", mass), given("density", density));
-  body.inertial = given("inertial", inertial);
-  body.state = {given("position", position),
-                orientation("", given("orientation", quaternion), given("yaw", yaw), Quaternion::Identity()),
-                given("velocity", velocity), given("angular_velocity", angular_velocity)};
-  body.friction = given("friction", friction);
-  body.role = given("role", role);
-  body.linear_factor = given("linear_factor", linear_factor);
-  body.angular_factor = given("angular_factor", angular_factor);
-  body.force = given("force", force);
-  body.kinematic = given("kinematic", kinematic);
-  scene.add_body(body);
+  body.state.position = given("position", position);
+  body.state.orientation = orientation("", given("orientation", quaternion), given("yaw", yaw), Quaternion::Identity());
+  scene.add_body(std::move(body));
 }
 
 Scene with_body(const Scene& scene, const std::string& name, const Given<std::optional<double>>& friction,
@@ -94,8 +78,8 @@ Scene with_body(const Scene& scene, const std::string& name, const Given<std::op
 
 constexpr const char* with_body_doc = R"(A copy with another friction coefficient or mass [kg] of one body.
 
-Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
-too stiff for a lighter one.)";
+Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a
+fixed body, and a spring that is too stiff for a lighter one.)";
 
 }  // namespace
 
@@ -112,18 +96,18 @@ void bind_body(py::module_& module) {
 }
 
 void bind_add_body(py::class_<Scene>& scene) {
-  const py::tuple zeros = py::make_tuple(0.0, 0.0, 0.0);
-  const py::tuple ones = py::make_tuple(1.0, 1.0, 1.0);
+  const Signature signature{
+      99, {"velocity", "angular_velocity", "friction", "role", "linear_factor", "angular_factor", "force"}};
+  const std::string doc = add_body_doc + ("\n\n" + fields_doc(Record<Body>::settings()));
+  with_fields(Record<Body>::settings(), signature, &add_body, [&](const auto& add, const auto&... keywords) {
+    scene.def("add_body", add, py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass") = py::none(),
+              py::arg("density") = py::none(), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
+              py::arg("orientation") = py::none(), py::arg("yaw") = py::none(), keywords..., doc.c_str());
+  });
   scene
       .def("add_plane", &add_plane, py::arg("name"), py::kw_only(), py::arg("normal") = py::make_tuple(0.0, 0.0, 1.0),
            py::arg("offset") = 0.0, py::arg("friction") = 0.5,
            "Add the fixed half space below a plane; by default z <= 0.")
-      .def("add_body", &add_body, py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass") = py::none(),
-           py::arg("density") = py::none(), py::arg("inertial") = py::none(), py::arg("position") = zeros,
-           py::arg("orientation") = py::none(), py::arg("yaw") = py::none(), py::arg("velocity") = zeros,
-           py::arg("angular_velocity") = zeros, py::arg("friction") = 0.5, py::arg("role") = "none",
-           py::arg("linear_factor") = ones, py::arg("angular_factor") = ones, py::arg("force") = zeros,
-           py::arg("kinematic") = false, add_body_doc)
       .def("with_body", &with_body, py::arg("name"), py::kw_only(), py::arg("friction") = py::none(),
            py::arg("mass") = py::none(), with_body_doc);
 }

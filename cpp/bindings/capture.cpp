@@ -1,4 +1,4 @@
-// Capture and success score for Python.
+// Trees, and the capture and success score, for Python.
 
 #include "energymargin/metrics/capture.hpp"
 
@@ -7,7 +7,7 @@
 #include "energymargin/metrics/interval.hpp"
 #include "long_call.hpp"
 #include "metrics/words.hpp"
-#include "problem/words.hpp"
+#include "problem/records.hpp"
 #include "repr.hpp"
 #include "warnings.hpp"
 
@@ -111,9 +111,29 @@ void def_checks(CaptureScoreClass& type) {
               "its resolution is above 0.2; the score is above 0.5 although the state leaves without a disturbance; ");
 }
 
+void bind_tree(py::module_& module) {
+  py::class_<Tree>(module, "Tree", "All rollouts of a search as flat arrays; row 0 is the root.")
+      .def_readonly("states", &Tree::states, "Shape (M + 1, n).")
+      .def_readonly("costs", &Tree::costs, "Effort from the root, eq. 8, shape (M + 1,) [J].")
+      .def_readonly("parents", &Tree::parents, "Row of the parent, -1 for the root, shape (M + 1,).")
+      .def_readonly("controls", &Tree::controls,
+                    "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
+      .def_readonly("durations", &Tree::durations, "How long the wrenches acted, shape (M + 1,) [s].")
+      .def_property_readonly("times", &Tree::times, "Since the root, shape (M + 1,) [s].")
+      .def(
+          "path_to", [](const Tree& tree, const Given<int>& node) { return tree.path_to(count("node", node, 0)); },
+          py::arg("node"), "Rows from the root to a node, both included.")
+      .def("__len__", &Tree::size)
+      .def("__repr__", [](const Tree& tree) {
+        return repr_of_fields("Tree",
+                              {{"nodes", py::cast(tree.size() - 1)}, {"dimension", py::cast(tree.states.cols())}});
+      });
+}
+
 }  // namespace
 
 void bind_capture(py::module_& module) {
+  bind_tree(module);
   CaptureScoreClass type(module, "CaptureScore", "Capture and success score, Section IV-B and Algorithm 2.");
   def_set_scores(type);
   def_trees(type);

@@ -5,7 +5,7 @@
 #include "bindings.hpp"
 #include "long_call.hpp"
 #include "metrics/words.hpp"
-#include "problem/words.hpp"
+#include "problem/records.hpp"
 #include "repr.hpp"
 
 namespace energymargin::binding {

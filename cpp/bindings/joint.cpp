@@ -2,7 +2,7 @@
 
 #include "bindings.hpp"
 #include "energymargin/scene.hpp"
-#include "problem/words.hpp"
+#include "problem/records.hpp"
 #include "records.hpp"
 #include "scene/records.hpp"
 
@@ -11,21 +11,16 @@ namespace {
 
 constexpr const char* add_joint_doc = R"(Hang the body `child` on the body `parent`, which makes it a link.
 
-type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at
-origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
-the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
-position and velocity do, and start and start_velocity are theirs where none is given.
+type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at origin [m]
+and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in the child's;
+the two are one at position 0. axis is in the joint's frame. start and start_velocity are where it is when a state does not
+say. It is driven by the torque stiffness (target - position) + damping (target_velocity - velocity), at most torque_limit
+[N m]; target is by default the start. held: it keeps the position that it has in the state, whatever the load. mimic: it
+follows another joint, without limits and a drive of its own. armature: inertia of the drive's rotor times the square of the
+gear ratio [kg m^2].
 
-mimic: the joint follows another one, as by a linkage without play, and has no limits, no drive, and no numbers in the
-state of its own.
-
-The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
-(target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
-it has in the state, whatever the load. A joint with neither moves freely. armature: the inertia of the drive's rotor times
-the square of the gear ratio [kg m^2], which resists accelerations of the joint and has no weight.
-
-The parent may be fixed, free or a link itself; a body has one parent, joints make no loops, and bodies on joints have no
-locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.)";
+The parent may be fixed, free or a link; a body has one parent, joints make no loops, and bodies on joints have no locked
+axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.)";
 
 constexpr const char* add_spring_doc =
     R"(Add a spring between a point of one body and a point of another, in their frames.

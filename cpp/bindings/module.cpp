@@ -1,12 +1,41 @@
 #include "bindings.hpp"
+#include "long_call.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+void bind_limit(py::module_& module) {
+  py::register_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError).attr("__doc__") =
+      "A Cancel ended a long call that had no result yet.";
+  py::register_exception_translator([](std::exception_ptr error) {
+    try {
+      if (error) std::rethrow_exception(error);
+    } catch (const TimedOut& late) {
+      PyErr_SetString(PyExc_TimeoutError, late.what());
+    }
+  });
+  py::class_<Cancel, std::shared_ptr<Cancel>>(
+      module, "Cancel", "Ends the long calls that have it as `cancel`, from any thread. It cannot be reset.")
+      .def(py::init<>())
+      .def(
+          "set", [](Cancel& cancel) { cancel.is_set = true; }, "Ends these calls, and all later ones.")
+      .def_property_readonly(
+          "is_set", [](const Cancel& cancel) { return cancel.is_set.load(); }, "Whether `set` was called.")
+      .def("__repr__", [](const Cancel& cancel) {
+        return std::string("Cancel(is_set=") + (cancel.is_set ? "True" : "False") + ")";
+      });
+}
+
+}  // namespace
+}  // namespace energymargin::binding
 
 // A class comes before the functions whose signatures name it.
 PYBIND11_MODULE(_core, module) {
   using namespace energymargin::binding;
   module.doc() = "The compiled core of energymargin.";
-  for (const auto bind : {bind_limit, bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_audit, bind_world,
-                          bind_regions, bind_problem, bind_tree, bind_capture, bind_lower_bound, bind_effort,
-                          bind_escape_energy, bind_force, bind_batch, bind_disturbances, bind_probability}) {
+  for (const auto bind :
+       {bind_limit, bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_world, bind_regions, bind_problem,
+        bind_capture, bind_effort, bind_escape_energy, bind_force, bind_batch, bind_disturbances, bind_probability}) {
     bind(module);
   }
 }

@@ -9,7 +9,7 @@
 #include "long_call.hpp"
 #include "metrics/looks.hpp"
 #include "metrics/words.hpp"
-#include "problem/words.hpp"
+#include "problem/records.hpp"
 #include "repr.hpp"
 #include "warnings.hpp"
 

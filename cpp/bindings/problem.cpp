@@ -5,7 +5,6 @@
 #include "bindings.hpp"
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
-#include "problem/words.hpp"
 #include "problem_io/words.hpp"
 #include "records.hpp"
 #include "repr.hpp"
@@ -14,31 +13,23 @@
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* problem_doc =
-    R"(One question: how robust is this state against these disturbances?
+std::string problem_doc() {
+  return R"(One question: how robust is this state against these disturbances?
 
 Args:
     scene: the bodies.
     state: where they are and how they move, shape (n,).
-    force: the largest disturbance of each object along each axis, shape (3,) [N].
-    torque: the same about each axis, shape (3,) [N m].
-    duration: the longest edge of a search [s].
     captured: the capture set Z_cap. Of several objects a dict, a region for each: it asks whether all of them are in
         theirs (captured), and whether at least one is (captured_any).
     succeeded: the success set Z_suc, or a dict in the same way.
     within: where the search for an escape may go, Z_b.
-    effector: 'coast', no actuation; or 'drive', each edge of a search starts with its velocity of the start state.
-    rate: lambda of eq. 4 [1/J].
-    force_weights: of the force score.
-    contacts: measured at the state, for the force score; by default simulated.
-    horizon: the question is about the next so many seconds; by default the plan's duration.
-    plan: the robot's actions in that time.
-    check: time between two looks at the capture set [s], by default about 1/60.
-    dwell: how long an object has to stay outside for an escape [s].
     start_outside: do not warn of a state outside of the capture set, as along a recorded trajectory.
+)" + fields_doc(std::tuple_cat(Record<Problem>::bounds(), Record<Problem>::question()), "    ") +
+         R"(
 
 Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look like
 another unit, and of a start that falls or is outside of the capture set.)";
+}
 
 constexpr const char* force_weights_doc = R"(Weights of the force score, Section V-B.
 
@@ -107,34 +98,18 @@ std::optional<RegionByObject> sets_by_object(const Problem& problem) {
 
 constexpr const char* sets_in_words = "a Region, or a dict, each value a Region";
 
-Problem make_problem(const Given<Scene>& scene_given, const Given<State>& state, const Given<Vector3>& force,
-                     const Given<Vector3>& torque, const Given<double>& duration, const Given<Sets>& captured_given,
-                     const Given<std::optional<Sets>>& succeeded_given, const Given<std::optional<Region>>& within,
-                     const Given<Effector>& effector, const Given<double>& rate,
-                     const Given<ForceWeights>& force_weights,
-                     const Given<std::optional<std::vector<Contact>>>& contacts,
-                     const Given<std::optional<double>>& horizon_time, const Given<std::optional<Plan>>& plan,
-                     const Given<std::optional<double>>& check, const Given<double>& dwell,
-                     const Given<bool>& start_outside) {
-  const Scene& scene = given_object("scene", scene_given);
+Problem make_problem(Problem problem, const Given<Scene>& scene, const Given<State>& state,
+                     const Given<Sets>& captured_given, const Given<std::optional<Sets>>& succeeded_given,
+                     const Given<std::optional<Region>>& within, const Given<bool>& start_outside) {
+  problem.scene = given_object("scene", scene);
+  problem.state = given("state", state);
   const Sets captured = cast<Sets>("captured", captured_given.value, sets_in_words);
   const auto succeeded = cast<std::optional<Sets>>("succeeded", succeeded_given.value, sets_in_words);
-  Problem problem(scene, given("state", state), all_of("captured", scene, captured));
-  problem.force = given("force", force);
-  problem.torque = given("torque", torque);
-  problem.duration = given("duration", duration);
-  if (succeeded) problem.succeeded = all_of("succeeded", scene, *succeeded);
+  problem.captured = all_of("captured", problem.scene, captured);
+  problem.captured_any = any_of("captured", problem.scene, captured);
+  if (succeeded) problem.succeeded = all_of("succeeded", problem.scene, *succeeded);
+  problem.succeeded_any = any_of("succeeded", problem.scene, succeeded);
   problem.within = given("within", within);
-  problem.captured_any = any_of("captured", scene, captured);
-  problem.succeeded_any = any_of("succeeded", scene, succeeded);
-  problem.effector = given("effector", effector);
-  problem.rate = given("rate", rate);
-  problem.force_weights = given("force_weights", force_weights);
-  problem.contacts = given("contacts", contacts);
-  problem.horizon = given("horizon", horizon_time);
-  problem.plan = given("plan", plan);
-  problem.check = given("check", check);
-  problem.dwell = given("dwell", dwell);
   validate(problem);
   warn(implausible(problem, given("start_outside", start_outside)), problem.scene);
   return problem;
@@ -143,10 +118,9 @@ Problem make_problem(const Given<Scene>& scene_given, const Given<State>& state,
 // Keywords that give the same problem to the constructor.
 py::dict keywords_of(const py::object& problem) {
   py::dict keywords;
-  for (const char* name : {"scene", "state", "force", "torque", "duration", "captured", "succeeded", "within",
-                           "effector", "rate", "force_weights", "contacts", "horizon", "plan", "check", "dwell"}) {
-    keywords[name] = problem.attr(name);
-  }
+  for (const char* name : {"scene", "state"}) keywords[name] = problem.attr(name);
+  visit_fields<Problem>([&](const auto& field) { keywords[field.name] = problem.attr(field.name); });
+  for (const char* name : {"captured_any", "succeeded_any"}) keywords.attr("pop")(name);
   if (!problem.cast<const Problem&>().horizon) keywords["horizon"] = py::none();  // of the plan
   keywords["start_outside"] = true;
   return keywords;
@@ -225,45 +199,23 @@ void bind_file_error() {
 using ProblemClass = py::class_<Problem>;
 
 void def_problem_constructor(ProblemClass& type) {
-  type.def(py::init(&make_problem), py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("force"),
-           py::arg("torque"), py::arg("duration"), py::arg("captured"), py::arg("succeeded") = py::none(),
-           py::arg("within") = py::none(), py::arg("effector") = "coast", py::arg("rate") = 5.0,
-           py::arg_v("force_weights", ForceWeights{}, "ForceWeights()"), py::arg("contacts") = py::none(),
-           py::arg("horizon") = py::none(), py::arg("plan") = py::none(), py::arg("check") = py::none(),
-           py::arg("dwell") = 0.0, py::arg("start_outside") = false);
+  const auto fields = std::tuple_cat(Record<Problem>::bounds(), Record<Problem>::question());
+  with_fields(fields, {99, {"effector", "rate", "force_weights"}}, &make_problem,
+              [&](const auto& make, const auto&... keywords) {
+                type.def(py::init(make), py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("captured"),
+                         py::arg("succeeded") = py::none(), py::arg("within") = py::none(),
+                         py::arg("start_outside") = false, keywords...);
+              });
 }
 
-void def_question(ProblemClass& type) {
+void def_properties(ProblemClass& type) {
+  def_fields(type, Record<Problem>::fields(), {"horizon"});
   type.def_property_readonly(
           "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
       .def_readonly("state", &Problem::state, "z_init, shape (n,).")
-      .def_readonly("force", &Problem::force, "Largest |force| along each axis, shape (3,) [N].")
-      .def_readonly("torque", &Problem::torque, "Largest |torque| about each axis, shape (3,) [N m].")
-      .def_readonly("duration", &Problem::duration, "Longest edge [s].")
-      .def_property_readonly(
-          "effector", [](const Problem& problem) { return word_of(problem.effector); },
-          "\"drive\" or \"coast\": whether each edge of a search starts with the effector at its velocity of the "
-          "start.")
-      .def_readonly("rate", &Problem::rate, "lambda [1/J].")
-      .def_readonly("force_weights", &Problem::force_weights, "Weights of the force score.")
-      .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.");
-}
-
-void def_sets(ProblemClass& type) {
-  type.def_readonly("captured", &Problem::captured, "Capture set.")
-      .def_readonly("succeeded", &Problem::succeeded, "Success set, or None.")
-      .def_readonly("captured_any", &Problem::captured_any, "Where at least one object is captured, or None.")
-      .def_readonly("succeeded_any", &Problem::succeeded_any, "Where at least one object has succeeded, or None.")
-      .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
+      .def_property_readonly("horizon", &horizon, "The question is about so many seconds [s]; None: it has no clock.")
       .def_property_readonly("captured_by_object", &sets_by_object,
                              "The capture set of each object by its name; None where there is one for all.");
-}
-
-void def_clock(ProblemClass& type) {
-  type.def_property_readonly("horizon", &horizon, "The question is about so many seconds [s]; None: it has no clock.")
-      .def_readonly("plan", &Problem::plan, "The robot's actions, or None: the effector coasts.")
-      .def_readonly("check", &Problem::check, "Time between two looks at the capture set [s]; None: about 1/60.")
-      .def_readonly("dwell", &Problem::dwell, "How long an object has to stay outside for an escape [s].");
 }
 
 void def_copies(ProblemClass& type) {
@@ -306,12 +258,10 @@ void bind_problem(py::module_& module) {
   bind_file_error();
   bind_record<ForceWeights>(module, "ForceWeights", force_weights_doc,
                             {99, {"engage", "stick", "distance", "ground_engage", "ground_stick"}});
-  ProblemClass type(module, "Problem", problem_doc);
+  ProblemClass type(module, "Problem", problem_doc().c_str());
   def_copies(type);
   def_problem_constructor(type);
-  def_question(type);
-  def_sets(type);
-  def_clock(type);
+  def_properties(type);
   def_files(type);
   type.def("__repr__", &repr_of);
 }

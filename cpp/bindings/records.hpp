@@ -73,11 +73,12 @@ struct Signature {
   std::set<std::string> optional{};  //!< fields with a default, besides those that files may leave out
 };
 
-//! An argument, with a default if `initial` is set. From the first by name on they all go by name alone.
+//! An argument, with a default if `value` is set. From the first by name on they all go by name alone.
 struct FieldKeyword : py::arg {
-  FieldKeyword(const char* field_name, py::object default_value, bool is_first)
-      : py::arg(field_name), initial(std::move(default_value)), first_by_name(is_first) {}
-  py::object initial;
+  FieldKeyword(const char* field_name, py::object default_value, const char* text, bool is_first)
+      : py::arg(field_name), value(std::move(default_value)), shown(text), first_by_name(is_first) {}
+  py::object value;
+  const char* shown;  // in the signature; null: as Python shows the value
   bool first_by_name;
 };
 
@@ -96,6 +97,11 @@ py::object default_of(const Value& value) {
   }
 }
 
+template <typename Value>
+constexpr const char* shown_default() {
+  return std::is_same_v<Value, ForceWeights> ? "ForceWeights()" : nullptr;
+}
+
 //! Whether None stands for the empty text in a field.
 template <typename Get>
 inline constexpr bool may_be_none = false;
@@ -104,10 +110,10 @@ using FieldInput = Given<std::conditional_t<may_be_none<Get>, std::optional<Memb
 
 //! One line for each field that has a description.
 template <typename... Get>
-std::string fields_doc(const std::tuple<Field<Get>...>& fields) {
+std::string fields_doc(const std::tuple<Field<Get>...>& fields, const std::string& margin = "") {
   std::string doc;
   const auto add = [&](const auto& field) {
-    if (field.description) doc += (doc.empty() ? "" : "\n") + std::string(field.name) + ": " + field.description;
+    if (field.description) doc += (doc.empty() ? "" : "\n") + margin + field.name + ": " + field.description;
   };
   std::apply([&](const auto&... field) { (add(field), ...); }, fields);
   return doc;
@@ -119,7 +125,7 @@ template <typename Result, typename Struct, typename... Before, typename Define,
 void with_fields(const std::tuple<Field<Get>...>& fields, const Signature& signature, Result (*make)(Struct, Before...),
                  const Define& define) {
   const auto function = [=](Before... before, const FieldInput<Struct, Get>&... inputs) {
-    Struct object;
+    Struct object = initial<Struct>();
     const auto set = [&](const auto& field, const auto& input) {
       auto& value = std::invoke(field.get, object);
       if constexpr (may_be_none<std::decay_t<decltype(field.get)>>) {
@@ -132,10 +138,11 @@ void with_fields(const std::tuple<Field<Get>...>& fields, const Signature& signa
     return make(std::move(object), before...);
   };
   std::size_t position = 0;
-  const Struct initial;
+  const auto defaults = initial<Struct>();
   const auto keyword = [&](const auto& field) {
     const bool has_default = field.presence == Presence::optional || signature.optional.count(field.name) != 0;
-    return FieldKeyword(field.name, has_default ? default_of(std::invoke(field.get, initial)) : py::object(),
+    return FieldKeyword(field.name, has_default ? default_of(std::invoke(field.get, defaults)) : py::object(),
+                        shown_default<std::decay_t<decltype(std::invoke(field.get, defaults))>>(),
                         position++ == signature.positional);
   };
   const auto keywords = std::apply([&](const auto&... field) { return std::tuple{keyword(field)...}; }, fields);
@@ -176,8 +183,8 @@ struct process_attribute<energymargin::binding::FieldKeyword>
     : process_attribute_default<energymargin::binding::FieldKeyword> {
   static void init(const energymargin::binding::FieldKeyword& keyword, function_record* record) {
     if (keyword.first_by_name) process_attribute<kw_only>::init(kw_only(), record);
-    if (keyword.initial) {
-      process_attribute<arg_v>::init(arg_v(keyword, keyword.initial), record);
+    if (keyword.value) {
+      process_attribute<arg_v>::init(arg_v(keyword, keyword.value, keyword.shown), record);
     } else {
       process_attribute<arg>::init(keyword, record);
     }

@@ -6,7 +6,7 @@
 #include "energymargin/state.hpp"
 #include "given.hpp"
 #include "repr.hpp"
-#include "scene/words.hpp"
+#include "scene/records.hpp"
 
 namespace energymargin::binding {
 namespace {

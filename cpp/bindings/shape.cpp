@@ -6,8 +6,7 @@
 
 #include "bindings.hpp"
 #include "records.hpp"
-#include "scene/shape_records.hpp"
-#include "scene/solids.hpp"
+#include "scene/records.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -1,7 +1,8 @@
-// The simulation for Python.
+// The simulation, and the energy balance of a rollout, for Python.
 
 #include "energymargin/world.hpp"
 
+#include <cstdio>
 #include <functional>
 #include <mutex>
 
@@ -152,7 +153,41 @@ std::unique_ptr<SharedWorld> make_world(const Given<Scene>& scene_given, const G
   return plan ? std::make_unique<SharedWorld>(scene, *plan) : std::make_unique<SharedWorld>(scene);
 }
 
+constexpr const char* audit_doc =
+    R"(Where the energy of a rollout went.
+
+Each work [J] is work on the bodies: positive where it gives them energy. An impulse works along the mean of the velocities
+before and after the step. The entries and `leftover` add up to `energy_change`.)";
+
+// An entry a line [J].
+std::string table(const Audit& audit) {
+  std::string text;
+  const auto add_line = [&text](const char* name, double energy) {
+    char row[64];
+    std::snprintf(row, sizeof row, "%s%-14s%+14.6e J", text.empty() ? "" : "\n", name, energy);
+    text += row;
+  };
+  for (const AuditEntry& entry : audit_entries) add_line(entry.name, audit.*entry.work);
+  add_line("leftover", audit.leftover());
+  add_line("energy_change", audit.energy_change);
+  return text;
+}
+
+void bind_audit(py::module_& module) {
+  py::class_<Audit> type(module, "Audit", audit_doc);
+  for (const AuditEntry& entry : audit_entries) type.def_readonly(entry.name, entry.work, entry.description);
+  type.def_readonly("energy_change", &Audit::energy_change,
+                    "Mechanical energy, World.energy, at the end minus at the start [J].")
+      .def_property_readonly("leftover", &Audit::leftover,
+                             "energy_change minus all entries [J]: the error of the simulation without a known cause, "
+                             "mostly that of finite rotations.")
+      .def_property_readonly("turnover", &Audit::turnover,
+                             "Sum of the absolute values of energy_change and all entries [J]: the scale of leftover.")
+      .def("__repr__", &table);
+}
+
 void bind_results(py::module_& module) {
+  bind_audit(module);
   py::class_<Rollout> rollout(module, "Rollout", "The result of one rollout.");
   rollout.def_readonly("state", &Rollout::state, "At the end, shape (n,).")
       .def_readonly("effort", &Rollout::effort, "Integral of |f . v + tau . omega| dt, eq. 2 and 3 [J].")

@@ -366,7 +366,7 @@ TEST(Kinematic, NoiseOfThePlanLeavesItAlone) {
   problem.plan = hold(scene, problem.state, 0.1);
   const disturbances::ActuationNoise noise{Vector3::Constant(1.0)};
   ASSERT_EQ(problem.plan->velocities.size(), 2u);
-  const auto drawn = draw_plan(noise, problem, 1, 0);
+  const auto drawn = draw(noise, problem, 24, 1, 0).plan;
   ASSERT_EQ(drawn->wrenches.size(), 1u);
   EXPECT_EQ(drawn->wrenches[0].body, "tool");
   Problem alone = heavy_problem(heavy_push());

@@ -376,9 +376,9 @@ TEST(Mimic, JointThatCannotFollowIsRejectedByNameArgumentAndValue) {
   EXPECT_TRUE(rejects(of("third"), {"joint 'third'", "'third'", "'hinge', 'follower', 'weld'"}));
   EXPECT_TRUE(rejects(of("elbow"), {"joint 'third'", "'elbow'", "'hinge'"}));
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.type = JointType::fixed; }), {"joint 'third'", "mimic", "fixed"}));
-  EXPECT_TRUE(rejects(adding([](Joint& j) { j.mimic->multiplier = 0.0; }), {"mimic multiplier", "0", "another"}));
-  EXPECT_TRUE(rejects(adding([](Joint& j) { j.mimic->multiplier = nan; }), {"mimic multiplier", "nan", "finite"}));
-  EXPECT_TRUE(rejects(adding([](Joint& j) { j.mimic->offset = infinity; }), {"mimic offset", "inf", "finite"}));
+  EXPECT_TRUE(rejects(adding([](Joint& j) { j.mimic->multiplier = 0.0; }), {"mimic: multiplier", "0", "another"}));
+  EXPECT_TRUE(rejects(adding([](Joint& j) { j.mimic->multiplier = nan; }), {"mimic: multiplier", "nan", "finite"}));
+  EXPECT_TRUE(rejects(adding([](Joint& j) { j.mimic->offset = infinity; }), {"mimic: offset", "inf", "finite"}));
 }
 
 TEST(Mimic, FollowerHasNoLimitsNoDriveAndNoStateOfItsOwn) {

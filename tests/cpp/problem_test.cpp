@@ -191,7 +191,7 @@ TEST(Problem, ForceWeightsThatAreNotFiniteAreRejectedByName) {
                                      {"ground_stick", &ForceWeights::ground_stick}}) {
     Problem problem = push();
     problem.force_weights.*weight = nan;
-    EXPECT_TRUE(rejects([&] { validate(problem); }, {std::string("force weight ") + name, "nan", "finite"}));
+    EXPECT_TRUE(rejects([&] { validate(problem); }, {std::string("force_weights: ") + name, "nan", "finite"}));
   }
 }
 

@@ -212,8 +212,9 @@ std::vector<double> correlations(const DisturbanceModel& model, const Pairs& pai
   constexpr int draws = 20000;
   std::vector<double> means(pairs.size(), 0.0);
   for (std::size_t i = 0; i < draws; ++i) {
-    std::vector<Push> pushes = draw_pushes(model, problem, horizon, 1, i);
-    if (branches) pushes = branch_pushes(model, problem, pushes, 14, 2, i);
+    Draw drawn = draw(model, problem, horizon, 1, i);
+    if (branches) drawn = draw(model, problem, horizon, 2, i, drawn, 14);
+    const std::vector<Push>& pushes = drawn.pushes;
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       means[k] += force_at(pushes, pairs[k].first) * force_at(pushes, pairs[k].second) / draws;
     }
@@ -236,9 +237,10 @@ TEST(BranchPushes, KeepThePast) {
   const disturbances::Uniform model;
   int changed = 0;
   for (std::size_t i = 0; i < 50; ++i) {
-    const std::vector<Push> parent = draw_pushes(model, problem, horizon, 1, i);
+    const Draw parent_draw = draw(model, problem, horizon, 1, i);
+    const std::vector<Push>& parent = parent_draw.pushes;
     for (const int step : {0, 1, 25, horizon}) {
-      const std::vector<Push> child = branch_pushes(model, problem, parent, step, 2, i);
+      const std::vector<Push> child = draw(model, problem, horizon, 2, i, parent_draw, step).pushes;
       for (int k = 0; k < step; ++k) EXPECT_EQ(force_at(child, k), force_at(parent, k));
       EXPECT_FALSE(std::isnan(force_at(child, horizon - 1)));
       EXPECT_TRUE(std::isnan(force_at(child, horizon)));

@@ -178,8 +178,8 @@ TEST(Scene, JointThatCannotBeIsRejectedByNameArgumentAndValue) {
   EXPECT_TRUE(
       rejects(hanging([](Joint& j) { j.axis = {0.0, 0.0, 2.0}; }), {"'wrist'", "axis is (0, 0, 2)", "length 1"}));
   EXPECT_TRUE(rejects(hanging([](Joint& j) { j.axis.x() = nan; }), {"'wrist'", "axis", "nan", "length 1"}));
-  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.in_parent.position.z() = nan; }), {"in_parent position", "nan"}));
-  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.in_child.orientation.w() = 1.1; }), {"in_child orientation", "1.1"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.in_parent.position.z() = nan; }), {"in_parent: position", "nan"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.in_child.orientation.w() = 1.1; }), {"in_child: orientation", "1.1"}));
   EXPECT_TRUE(rejects(hanging([](Joint& j) { j.lower = j.upper = 0.5; }), {"lower limit is 0.5", "below", "0.5"}));
   EXPECT_TRUE(rejects(hanging([](Joint& j) { j.lower = nan; }), {"lower limit is nan"}));
   EXPECT_TRUE(rejects(hanging([](Joint& j) { j.upper = nan; }), {"limit", "nan"}));

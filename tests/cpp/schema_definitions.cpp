@@ -3,15 +3,57 @@
 #include <algorithm>
 
 #include "problem/records.hpp"
-#include "problem/words.hpp"
 #include "problem_io/mesh.hpp"
 #include "scene/records.hpp"
-#include "scene/shape_records.hpp"
-#include "scene/solids.hpp"
 #include "sets/records.hpp"
 
 namespace energymargin::problem_io {
 namespace {
+
+// The definition of a form's values; none where the type says it.
+const char* definition_of(Form form) {
+  switch (form) {
+    case Form::any:
+      return nullptr;
+    case Form::positive:
+      return "positive";
+    case Form::not_negative:
+      return "not_negative";
+    case Form::positive_list:
+      return "positive_list";
+    case Form::points:
+      return "points";
+    case Form::direction:
+      return "direction";
+    case Form::bounds:
+      return "bounds";
+    case Form::factors:
+      return "factors";
+    case Form::moments:
+      return "moments";
+    case Form::lower_limit:
+      return "number_or_minus_inf";
+    case Form::upper_limit:
+      return "number_or_inf";
+    case Form::largest_size:
+      return "not_negative_or_inf";
+    case Form::sizes:
+      return "sizes_or_inf";
+    case Form::turn:
+      return "turn";
+    case Form::half_turn:
+      return "half_turn";
+    case Form::body:
+      return "name";
+    case Form::frame:
+      return "frame";
+    case Form::regions:
+      return "regions";
+    case Form::region:
+      return "one_region";
+  }
+  return nullptr;
+}
 
 OrderedJson reference(const std::string& definition) { return {{"$ref", "#/definitions/" + definition}}; }
 
@@ -47,7 +89,8 @@ OrderedJson values_of(Type<std::vector<Value>>) {
 
 template <typename Struct, typename Get>
 OrderedJson property(const Field<Get>& field) {
-  OrderedJson json = field.form.definition ? reference(field.form.definition) : values_of(Type<Member<Struct, Get>>{});
+  const char* definition = definition_of(field.form);
+  OrderedJson json = definition ? reference(definition) : values_of(Type<Member<Struct, Get>>{});
   if (field.description) json["description"] = field.description;
   return json;
 }

@@ -6,7 +6,7 @@
 
 #include "energymargin/types.hpp"
 #include "metrics/words.hpp"
-#include "problem/words.hpp"
+#include "problem/records.hpp"
 #include "problem_io/words.hpp"
 
 namespace energymargin::app {

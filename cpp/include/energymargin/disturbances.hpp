@@ -55,22 +55,17 @@ using DisturbanceModel = std::variant<disturbances::Uniform, disturbances::Gauss
 //! plan without one, or draws of another shape.
 void validate(const DisturbanceModel& model, const Problem& problem);
 
-//! The pushes of rollout number `index`, of `steps` steps. The model is valid.
-std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
-                              std::size_t index);
+//! What acts in one rollout.
+struct Draw {
+  std::vector<Push> pushes{};
+  std::optional<Plan> plan{};  //!< of ActuationNoise: the problem's plan with its noise
+};
 
-//! The problem's plan with the noise of the same draw; none unless the model is ActuationNoise.
-std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
-                              std::size_t index);
-
-//! Pushes that are those of `parent` for `step` steps and go on from there as the model says, given what has acted
-//! until then: a piece of Uniform keeps its wrench, and how long it is held is drawn anew; Gaussian goes on from its
-//! last value. The model is Uniform, Gaussian or ActuationNoise, and `parent` is a draw of it.
-std::vector<Push> branch_pushes(const DisturbanceModel& model, const Problem& problem, const std::vector<Push>& parent,
-                                int step, std::uint64_t seed, std::size_t index);
-
-//! The same for the plan that draw_plan has drawn; noise that is held at `step` is kept until it ends.
-std::optional<Plan> branch_plan(const DisturbanceModel& model, const Problem& problem,
-                                const std::optional<Plan>& parent, int step, std::uint64_t seed, std::size_t index);
+//! Draw number `index`, of `steps` steps. The model is valid. A draw with a parent, which is one of the same model but
+//! Draws and Boltzmann, is like it for `step` steps and goes on as the model says: a piece of Uniform keeps its wrench,
+//! and how long it is held is drawn anew; Gaussian goes on from its last value; noise that is held is kept until it
+//! ends.
+Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
+          const Draw& parent = {}, int step = 0);
 
 }  // namespace energymargin

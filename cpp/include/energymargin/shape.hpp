@@ -2,7 +2,6 @@
 // The shapes of bodies, as plain values, and the mass properties that follow from them.
 
 #include <optional>
-#include <string>
 #include <variant>
 #include <vector>
 
@@ -69,9 +68,6 @@ using Shape = std::variant<Plane, Box, Sphere, Cylinder, Capsule, ConvexHull, Co
 //! Throws std::invalid_argument unless the sizes are finite and positive, the normal is a unit vector, and the poses
 //! and mass properties of a compound can be.
 void validate(const Shape& shape);
-
-//! Throws std::invalid_argument unless a rigid body can have these principal moments [kg m^2].
-void validate_moments(const std::string& name, const Vector3& moments);
 
 //! Mass properties of a solid `shape` of `mass` [kg]; all zero for a plane, for a mass of 0, and without parts.
 MassProperties mass_properties(const Shape& shape, double mass);

@@ -47,7 +47,10 @@ inline void require_unit(const std::string& argument, const Vector3& value) {
 }
 
 inline void require_unit(const std::string& argument, const Quaternion& value) {
-  if (!(std::abs(value.norm() - 1.0) < 1e-6)) reject(argument, "of length " + text(value.norm()), "a unit quaternion");
+  if (std::abs(value.norm() - 1.0) < 1e-6) return;
+  const std::string vector = text(value.vec());
+  reject(argument, vector.substr(0, vector.size() - 1) + ", " + text(value.w()) + ")",
+         "a unit quaternion (x, y, z, w)");
 }
 
 inline void require_at_least(const std::string& argument, long long value, long long least) {

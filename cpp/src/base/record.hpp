@@ -1,50 +1,44 @@
 #pragma once
-// Structs as records: one description of their fields, from which come the reader and the writer of problem files, the
-// files' schema, and the Python classes.
+// Structs as records: one description of their fields, from which come their validation, the reader and the writer of
+// problem files, the files' schema, and the Python classes.
 
-#include <string_view>
+#include <functional>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 #include <variant>
 
+#include "base/angles.hpp"
+#include "base/check.hpp"
+
 namespace energymargin {
 
-//! Which values a field may have: a definition of the schema. Unset: what the C++ type says.
-struct Form {
-  const char* definition = nullptr;
-  bool infinite = false;    //!< "inf" and "-inf" stand for numbers
-  bool names_body = false;  //!< the text is the name of a body of the scene
-
-  //! By the words: equal literals need not have one address.
-  bool operator==(const Form& other) const { return words() == other.words(); }
-
- private:
-  std::string_view words() const { return definition ? definition : ""; }
+//! Which values a field may have. Unset: what the C++ type says.
+enum class Form {
+  any,
+  positive,
+  not_negative,
+  positive_list,
+  points,
+  direction,
+  bounds,
+  factors,
+  moments,
+  lower_limit,   ///< "-inf" stands for a number
+  upper_limit,   ///< "inf" stands for a number
+  largest_size,  ///< the same
+  sizes,         ///< the same
+  turn,
+  half_turn,
+  body,   ///< the name of a body of the scene
+  frame,  ///< the same
+  regions,
+  region,
 };
 
-namespace forms {
+using forms = Form;
 
-inline constexpr Form any{};
-inline constexpr Form positive{"positive"};
-inline constexpr Form not_negative{"not_negative"};
-inline constexpr Form positive_list{"positive_list"};
-inline constexpr Form points{"points"};
-inline constexpr Form direction{"direction"};
-inline constexpr Form bounds{"bounds"};
-inline constexpr Form factors{"factors"};
-inline constexpr Form moments{"moments"};
-inline constexpr Form lower_limit{"number_or_minus_inf", true};
-inline constexpr Form upper_limit{"number_or_inf", true};
-inline constexpr Form largest_size{"not_negative_or_inf", true};
-inline constexpr Form sizes{"sizes_or_inf", true};
-inline constexpr Form turn{"turn"};
-inline constexpr Form half_turn{"half_turn"};
-inline constexpr Form body{"name", false, true};
-inline constexpr Form frame{"frame", false, true};
-inline constexpr Form regions{"regions"};
-inline constexpr Form region{"one_region"};
-
-}  // namespace forms
+inline constexpr bool may_be_infinite(Form form) { return form >= Form::lower_limit && form <= Form::sizes; }
 
 //! Whether a file has a field.
 enum class Presence {
@@ -56,11 +50,11 @@ enum class Presence {
 //! One field of a struct. `get` is a pointer to a member, or a function from an object to a reference to the member.
 template <typename Get>
 struct Field {
-  constexpr Field(const char* field_name, Get access, const char* text, Form values = {},
+  constexpr Field(const char* field_name, Get access, const char* text, Form values = Form::any,
                   Presence in_files = Presence::required)
       : name(field_name), get(access), description(text), form(values), presence(in_files) {}
   constexpr Field(const char* field_name, Get access, const char* text, Presence in_files)
-      : Field(field_name, access, text, {}, in_files) {}
+      : Field(field_name, access, text, Form::any, in_files) {}
 
   const char* name;
   Get get;
@@ -73,6 +67,12 @@ struct Field {
 //! one alternative of several has a `type`, by which a file chooses it.
 template <typename Struct>
 struct Record;
+
+//! A struct whose fields have their defaults.
+template <typename Struct>
+Struct initial() {
+  return {};
+}
 
 //! Whether a struct has a `type`.
 template <typename Struct, typename = void>
@@ -114,5 +114,77 @@ void visit_types(const Visit& visit) {
 //! The type of a field's member.
 template <typename Struct, typename Get>
 using Member = std::decay_t<std::invoke_result_t<const Get&, const Struct&>>;
+
+template <typename Struct>
+void require_fields(const Struct& object, const std::string& prefix = "");
+
+inline void require_form(const std::string& name, double value, Form form) {
+  if (form == Form::positive) {
+    require_positive(name, value);
+  } else if (form == Form::not_negative) {
+    require_not_negative(name, value);
+  } else if (form == Form::turn) {
+    if (!(std::abs(value) > 0.0 && std::abs(value) <= full_turn)) {
+      reject(name, text(value), "an angle of at most 2 pi in size, and not 0");
+    }
+  } else if (form == Form::half_turn) {
+    if (!(value >= 0.0 && value <= pi)) reject(name, text(value), "an angle from 0 to pi");
+  } else if (form == Form::largest_size) {
+    if (!(value >= 0.0)) reject(name, text(value), "a number of at least 0");
+  } else if (form == Form::lower_limit || form == Form::upper_limit) {
+    if (std::isnan(value)) reject(name, text(value), "a number");
+  } else {
+    require_finite(name, value);
+  }
+}
+
+inline void require_form(const std::string& name, const Vector3& value, Form form) {
+  if (form == Form::direction) {
+    require_unit(name, value);
+  } else if (form == Form::sizes) {
+    if (!(value.array() > 0.0).all()) reject(name, text(value), "three numbers above 0");
+  } else if (form == Form::positive_list) {
+    const bool positive = value.allFinite() && (value.array() > 0.0).all();
+    if (!positive) reject(name, text(value), "three finite numbers above 0");
+  } else if (form == Form::bounds) {
+    const bool not_negative = value.allFinite() && (value.array() >= 0.0).all();
+    if (!not_negative) reject(name, text(value), "three finite numbers of at least 0");
+  } else if (form == Form::factors) {
+    const bool factors = (value.array() == 0.0 || value.array() == 1.0).all();
+    if (!factors) reject(name, text(value), "0 (locked) or 1 (free) for each axis");
+  } else if (form == Form::moments) {
+    // No two moments are less than the third; rounding in files gets a little room.
+    const bool positive = value.allFinite() && (value.array() > 0.0).all();
+    if (!(positive && 2.0 * value.maxCoeff() <= value.sum() * (1.0 + 1e-6))) {
+      reject(name, text(value), "three numbers above 0 of which none is greater than the sum of the others");
+    }
+  } else {
+    require_finite(name, value);
+  }
+}
+
+template <typename Value>
+void require_form(const std::string& name, const Value& value, Form) {
+  if constexpr (std::is_same_v<Value, Vector2>) {
+    require_finite(name, Vector3(value.x(), value.y(), 0.0));
+  } else if constexpr (std::is_same_v<Value, Quaternion>) {
+    require_unit(name, value);
+  } else if constexpr (is_record<Value>) {
+    require_fields(value, name + ": ");
+  }
+}
+
+template <typename Value>
+void require_form(const std::string& name, const std::optional<Value>& value, Form form) {
+  if (value) require_form(name, *value, form);
+}
+
+//! Throws std::invalid_argument if a number is not finite, or not as its field's form wants it. Texts, enums, shapes
+//! and regions are what their owners check.
+template <typename Struct>
+void require_fields(const Struct& object, const std::string& prefix) {
+  visit_fields<Struct>(
+      [&](const auto& field) { require_form(prefix + field.name, std::invoke(field.get, object), field.form); });
+}
 
 }  // namespace energymargin

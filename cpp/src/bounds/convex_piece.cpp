@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "scene/body_constants.hpp"
-#include "scene/hull_faces.hpp"
-#include "scene/margins.hpp"
 
 namespace energymargin::bounds {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "energymargin/kinematics.hpp"
 #include "physics/contacts/collision_filter.hpp"
-#include "scene/margins.hpp"
+#include "scene/body_constants.hpp"
 
 namespace energymargin::bounds {
 namespace {

@@ -90,9 +90,8 @@ class Estimator {
 
   Future run(std::size_t number) {
     const std::size_t index = options_.first + number;
-    const auto plan = draw_plan(options_.disturbance, problem_, options_.seed, index);
-    return run(draw_pushes(options_.disturbance, problem_, timing_.horizon, options_.seed, index),
-               plan ? &*plan : nullptr);
+    const auto [pushes, plan] = draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index);
+    return run(pushes, plan ? &*plan : nullptr);
   }
 
   // The future under `pushes`; `plan`, unless it is null, is in place of the problem's.

@@ -33,9 +33,7 @@ struct Nearness {
 };
 
 // A rollout: what acts on it, and how near it came to its loss.
-struct Replica {
-  std::vector<Push> pushes;
-  std::optional<Plan> plan{};
+struct Replica : Draw {
   std::vector<double> highest_until{};  // each look
   int exit = -1;                        // first look outside, if it has left [steps]
 
@@ -67,8 +65,7 @@ class ReplicaSimulator {
   }
 
   Replica draw(std::uint64_t seed, std::size_t number) {
-    Replica replica{draw_pushes(options_.disturbance, problem_, timing_.horizon, seed, number),
-                    draw_plan(options_.disturbance, problem_, seed, number)};
+    Replica replica{energymargin::draw(options_.disturbance, problem_, timing_.horizon, seed, number)};
     simulate(replica);
     return replica;
   }
@@ -78,8 +75,7 @@ class ReplicaSimulator {
     const int look = parent.rises_above(level);
     if (parent.highest_until[static_cast<std::size_t>(look)] == splitting::happened) return parent;
     const int step = std::min(look * timing_.check, timing_.horizon);
-    Replica replica{branch_pushes(options_.disturbance, problem_, parent.pushes, step, seed, number),
-                    branch_plan(options_.disturbance, problem_, parent.plan, step, seed, number)};
+    Replica replica{energymargin::draw(options_.disturbance, problem_, timing_.horizon, seed, number, parent, step)};
     simulate(replica, look);
     return replica;
   }
@@ -102,7 +98,7 @@ class ReplicaSimulator {
 
   // Throws Diverged, Cancelled or TimedOut.
   Replica undisturbed() {
-    Replica replica{{no_push(problem_, timing_.horizon)}};
+    Replica replica{{{no_push(problem_, timing_.horizon)}}};
     simulate(replica);
     options_.limit.require();
     if (diverged_ > 0) throw Diverged("the undisturbed future");

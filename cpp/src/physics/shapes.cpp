@@ -8,8 +8,6 @@
 
 #include "energymargin/kinematics.hpp"
 #include "scene/body_constants.hpp"
-#include "scene/hull_faces.hpp"
-#include "scene/margins.hpp"
 
 namespace energymargin {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/check_record.hpp"
 #include "base/random_draws.hpp"
 #include "problem/records.hpp"
 
@@ -126,14 +125,19 @@ Plan rows_for_noise(const Problem& problem) {
   return plan;
 }
 
-int hold_of(const ActuationNoise& noise, const Problem& problem) {
-  return noise.hold ? steps_of(*noise.hold, problem) : 1;
-}
-
-// Adds noise to the rows from `from` on.
-void add_noise(const ActuationNoise& noise, const Problem& problem, int from, Random& random, Plan& plan) {
-  const int hold = hold_of(noise, problem);
-  for (int first = from; first < plan.rows(); first += hold) {
+// The problem's plan with noise, which goes on from that of the parent, if there is one, at `step`.
+Plan noisy_plan(const ActuationNoise& noise, const Problem& problem, const std::optional<Plan>& parent, int step,
+                Random& random) {
+  Plan plan = rows_for_noise(problem);
+  const int hold = noise.hold ? steps_of(*noise.hold, problem) : 1;
+  const int known = std::min((step + hold - 1) / hold * hold, plan.rows());  // rows of the draws that have begun
+  for (std::size_t i = 0; parent && i < plan.wrenches.size(); ++i) {
+    plan.wrenches[i].wrenches.topRows(known) = parent->wrenches[i].wrenches.topRows(known);
+  }
+  for (std::size_t i = 0; parent && i < plan.targets.size(); ++i) {
+    plan.targets[i].positions.head(known) = parent->targets[i].positions.head(known);
+  }
+  for (int first = known; first < plan.rows(); first += hold) {
     const int count = std::min(hold, plan.rows() - first);
     for (Drive& drive : plan.wrenches) {
       Eigen::Matrix<double, 1, 6> error;
@@ -144,6 +148,7 @@ void add_noise(const ActuationNoise& noise, const Problem& problem, int from, Ra
       targets.positions.segment(first, count).array() += random.uniform(-noise.targets, noise.targets);
     }
   }
+  return plan;
 }
 
 void require_objects(const Uniform& model, const Problem& problem) {
@@ -185,61 +190,25 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
   if (const auto* draws = std::get_if<Draws>(&model)) validate_draws(*draws, problem);
 }
 
-std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
-                              std::size_t index) {
-  Random random(seed, index);
-  std::vector<Push> sequence;
+Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
+          const Draw& parent, int step) {
   if (const auto* draws = std::get_if<Draws>(&model)) {
-    return pushes(draws->rollouts[index - draws->first], steps);
+    return {pushes(draws->rollouts[index - draws->first], steps), std::nullopt};
   }
-  if (std::holds_alternative<ActuationNoise>(model)) return {no_push(problem, steps)};
-  if (const auto* uniform = std::get_if<Uniform>(&model)) extend(*uniform, problem, steps, random, sequence);
-  if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) {
-    extend(boltzmann->proposal, problem, steps, random, sequence);
-  }
-  if (const auto* gaussian = std::get_if<Gaussian>(&model)) extend(*gaussian, problem, steps, random, sequence);
-  return sequence;
-}
-
-std::vector<Push> branch_pushes(const DisturbanceModel& model, const Problem& problem, const std::vector<Push>& parent,
-                                int step, std::uint64_t seed, std::size_t index) {
   Random random(seed, index);
-  const int steps = steps_of(parent);
-  std::vector<Push> sequence = begun(parent, step);
-  if (const auto* uniform = std::get_if<Uniform>(&model)) {
-    draw_hold(*uniform, problem, step, steps, random, sequence);
-    extend(*uniform, problem, steps, random, sequence);
+  if (const auto* noise = std::get_if<ActuationNoise>(&model)) {
+    return {{no_push(problem, steps)}, noisy_plan(*noise, problem, parent.plan, step, random)};
   }
-  if (const auto* gaussian = std::get_if<Gaussian>(&model)) extend(*gaussian, problem, steps, random, sequence);
-  return std::holds_alternative<ActuationNoise>(model) ? parent : sequence;
-}
-
-std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
-                              std::size_t index) {
-  const auto* noise = std::get_if<ActuationNoise>(&model);
-  if (!noise) return std::nullopt;
-  Random random(seed, index);
-  Plan plan = rows_for_noise(problem);
-  add_noise(*noise, problem, 0, random, plan);
-  return plan;
-}
-
-std::optional<Plan> branch_plan(const DisturbanceModel& model, const Problem& problem,
-                                const std::optional<Plan>& parent, int step, std::uint64_t seed, std::size_t index) {
-  const auto* noise = std::get_if<ActuationNoise>(&model);
-  if (!noise) return std::nullopt;
-  Random random(seed, index);
-  Plan plan = rows_for_noise(problem);
-  const int hold = hold_of(*noise, problem);
-  const int known = std::min((step + hold - 1) / hold * hold, plan.rows());  // rows of the draws that have begun
-  for (std::size_t i = 0; i < plan.wrenches.size(); ++i) {
-    plan.wrenches[i].wrenches.topRows(known) = parent->wrenches[i].wrenches.topRows(known);
+  std::vector<Push> sequence = begun(parent.pushes, step);
+  if (const auto* gaussian = std::get_if<Gaussian>(&model)) {
+    extend(*gaussian, problem, steps, random, sequence);
+    return {sequence, std::nullopt};
   }
-  for (std::size_t i = 0; i < plan.targets.size(); ++i) {
-    plan.targets[i].positions.head(known) = parent->targets[i].positions.head(known);
-  }
-  add_noise(*noise, problem, known, random, plan);
-  return plan;
+  const auto* boltzmann = std::get_if<Boltzmann>(&model);
+  const Uniform& uniform = boltzmann ? boltzmann->proposal : std::get<Uniform>(model);
+  draw_hold(uniform, problem, step, steps, random, sequence);
+  extend(uniform, problem, steps, random, sequence);
+  return {sequence, std::nullopt};
 }
 
 }  // namespace energymargin

@@ -1,14 +1,25 @@
 #pragma once
-// The fields of what a problem has besides its scene and its regions, in the order of problem files; and those of
-// models of disturbances, which are in no file.
+// The words of enums, and the fields of a problem, in the order of problem files; and those of models of disturbances,
+// which are in no file.
 
 #include <tuple>
 
 #include "base/record.hpp"
 #include "energymargin/disturbances.hpp"
 #include "energymargin/problem.hpp"
+#include "scene/records.hpp"
 
 namespace energymargin {
+
+template <>
+struct Words<Effector> {
+  static constexpr std::pair<const char*, Effector> all[]{{"coast", Effector::coast}, {"drive", Effector::drive}};
+};
+
+template <>
+struct Words<Captured> {
+  static constexpr std::pair<const char*, Captured> all[]{{"all", Captured::all}, {"any", Captured::any}};
+};
 
 template <>
 struct Record<ForceWeights> {
@@ -32,17 +43,84 @@ struct Record<Contact> {
   static constexpr const char* description = "One point where two bodies touch, and the forces there.";
   static auto fields() {
     return std::tuple{
-        Field{"body_a", &Contact::body_a, "A body.", forms::body},
-        Field{"body_b", &Contact::body_b, "Another body.", forms::body},
+        Field{"body_a", &Contact::body_a, "A body.", Form::body},
+        Field{"body_b", &Contact::body_b, "Another body.", Form::body},
         Field{"position", &Contact::position, "On body_b, in the world [m]."},
         Field{"normal", &Contact::normal, "Unit vector from body_b to body_a, in the world's axes."},
         Field{"distance", &Contact::distance, "Between the surfaces; negative: depth [m]."},
         Field{"normal_force", &Contact::normal_force, "Along the normal, on body_a [N]."},
         Field{"tangential_force", &Contact::tangential_force, "Friction on body_a, in the world's axes [N]."},
-        Field{"friction", &Contact::friction, "The contact's coefficient.", forms::not_negative},
+        Field{"friction", &Contact::friction, "The contact's coefficient.", Form::not_negative},
     };
   }
 };
+
+//! All but its scene and state, which the others need.
+template <>
+struct Record<Problem> {
+  static auto bounds() {
+    return std::tuple{
+        Field{"force", &Problem::force,
+              "Largest |force| of the disturbance on each object, along the world's x, y and z axes [N].",
+              Form::bounds},
+        Field{"torque", &Problem::torque,
+              "Largest |torque| of the disturbance on each object, about the world's x, y and z axes [N m].",
+              Form::bounds},
+        Field{"duration", &Problem::duration, "Longest edge of the search [s]; at least one step of the simulation.",
+              Form::positive},
+    };
+  }
+
+  //! Python takes one for each object, too.
+  static auto sets() {
+    return std::tuple{
+        Field{"captured", &Problem::captured, "The capture set Z_cap; of several objects: all are captured."},
+        Field{"succeeded", &Problem::succeeded, "The success set Z_suc; of several objects: all have succeeded.",
+              Presence::optional},
+        Field{"within", &Problem::within, "Bounds Z_b: where the search for an escape may go. The start is inside.",
+              Presence::optional},
+        Field{"captured_any", &Problem::captured_any, "Of several objects: at least one is captured.",
+              Presence::optional},
+        Field{"succeeded_any", &Problem::succeeded_any, "Of several objects: at least one has succeeded.",
+              Presence::optional},
+    };
+  }
+
+  static auto question() {
+    return std::tuple{
+        Field{
+            "effector", &Problem::effector,
+            "What the effector does while the objects are disturbed. coast: no script acts on it. drive: each edge of "
+            "the search starts with its velocities of the start."},
+        Field{"rate", &Problem::rate,
+              "lambda: how fast the likelihood of a state falls with the work to get there [1/J].", Form::not_negative},
+        Field{"force_weights", &Problem::force_weights, "Weights of the force score.", Presence::added},
+        Field{"contacts", &Problem::contacts,
+              "Contacts that were measured at the state, for the force score; left out: simulated.",
+              Presence::optional},
+        Field{"horizon", &Problem::horizon,
+              "The question is about the next so many seconds, whole steps of the simulation; left out: as long as the "
+              "plan, or without a clock.",
+              Form::positive, Presence::optional},
+        Field{"check", &Problem::check,
+              "Time between two looks at the capture set, whole steps of the simulation [s]; left out: about 1/60.",
+              Form::positive, Presence::optional},
+        Field{"dwell", &Problem::dwell,
+              "How long an object has to stay outside of the capture set for an escape, whole steps of the simulation "
+              "[s]; left out: 0.",
+              Form::not_negative, Presence::optional},
+        Field{"plan", &Problem::plan, "The robot's actions from the state on; left out: the effector coasts.",
+              Presence::optional},
+    };
+  }
+
+  static auto fields() { return std::tuple_cat(bounds(), sets(), question()); }
+};
+
+template <>
+inline Problem initial<Problem>() {
+  return {Scene(), State(), regions::Ball{}};
+}
 
 template <>
 struct Record<disturbances::Uniform> {
@@ -53,9 +131,9 @@ struct Record<disturbances::Uniform> {
       "and lasts for a uniform time.";
   static auto fields() {
     return std::tuple{
-        Field{"strength", &Uniform::strength, "Share of the problem's bounds.", forms::not_negative},
+        Field{"strength", &Uniform::strength, "Share of the problem's bounds.", Form::not_negative},
         Field{"objects", &Uniform::objects, "How many objects each piece acts on, drawn for each piece; None: all."},
-        Field{"hold", &Uniform::hold, "Longest piece [s]; None: the problem's duration.", forms::positive},
+        Field{"hold", &Uniform::hold, "Longest piece [s]; None: the problem's duration.", Form::positive},
     };
   }
 };
@@ -67,10 +145,10 @@ struct Record<disturbances::Gaussian> {
       "Normal in each step, on the axes whose bounds are not 0. The correlation decays as exp(-t / correlation_time).";
   static auto fields() {
     return std::tuple{
-        Field{"force", &Gaussian::force, "Standard deviation along each axis [N].", forms::not_negative},
-        Field{"torque", &Gaussian::torque, "Standard deviation about each axis [N m].", forms::not_negative},
+        Field{"force", &Gaussian::force, "Standard deviation along each axis [N].", Form::not_negative},
+        Field{"torque", &Gaussian::torque, "Standard deviation about each axis [N m].", Form::not_negative},
         Field{"correlation_time", &Gaussian::correlation_time, "Time constant of the correlation [s].",
-              forms::not_negative},
+              Form::not_negative},
     };
   }
 };
@@ -83,11 +161,11 @@ struct Record<disturbances::Boltzmann> {
       "the horizon.";
   static auto fields() {
     return std::tuple{
-        Field{"rate", &disturbances::Boltzmann::rate, "lambda [1/J].", forms::not_negative},
+        Field{"rate", &disturbances::Boltzmann::rate, "lambda [1/J].", Form::not_negative},
         Field{"strength", [](auto& model) -> auto& { return model.proposal.strength; }, "As Uniform.",
-              forms::not_negative},
+              Form::not_negative},
         Field{"objects", [](auto& model) -> auto& { return model.proposal.objects; }, "As Uniform."},
-        Field{"hold", [](auto& model) -> auto& { return model.proposal.hold; }, "As Uniform.", forms::positive},
+        Field{"hold", [](auto& model) -> auto& { return model.proposal.hold; }, "As Uniform.", Form::positive},
     };
   }
 };
@@ -99,10 +177,10 @@ struct Record<disturbances::ActuationNoise> {
   static auto fields() {
     return std::tuple{
         Field{"force", &Noise::force, "Largest along each axis, on each body that the plan pushes or drives [N].",
-              forms::bounds},
-        Field{"torque", &Noise::torque, "The same about each axis [N m].", forms::bounds},
-        Field{"targets", &Noise::targets, "Largest error of each joint's target [rad] or [m].", forms::not_negative},
-        Field{"hold", &Noise::hold, "How long a draw lasts [s]; None: a step.", forms::positive},
+              Form::bounds},
+        Field{"torque", &Noise::torque, "The same about each axis [N m].", Form::bounds},
+        Field{"targets", &Noise::targets, "Largest error of each joint's target [rad] or [m].", Form::not_negative},
+        Field{"hold", &Noise::hold, "How long a draw lasts [s]; None: a step.", Form::positive},
     };
   }
 };

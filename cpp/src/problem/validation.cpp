@@ -3,7 +3,6 @@
 #include <optional>
 #include <string>
 
-#include "base/check_record.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
 #include "problem/penetration.hpp"
@@ -15,12 +14,6 @@ namespace {
 // A share of the smaller body's smallest half extent. What a simulation returns is no deep penetration: there bodies
 // sink into each other by up to 0.3 of it.
 constexpr double deep = 0.5;
-
-void require_bounds(const std::string& name, const Vector3& bounds) {
-  if (!(bounds.allFinite() && (bounds.array() >= 0.0).all())) {
-    reject(name, text(bounds), "three finite numbers of at least 0");
-  }
-}
 
 // A disturbance along a locked axis does nothing, and would pass for robustness.
 void require_free(const std::string& name, const Vector3& bounds, const Vector3& factor) {
@@ -98,8 +91,8 @@ void require_clock(const Problem& problem) {
 }
 
 void require_disturbance(const Problem& problem) {
-  require_bounds("force", problem.force);
-  require_bounds("torque", problem.torque);
+  require_form("force", problem.force, Form::bounds);
+  require_form("torque", problem.torque, Form::bounds);
   if (problem.force.isZero(0.0) && problem.torque.isZero(0.0)) {
     reject("force and torque", "0 on all axes", "at least one axis on which a disturbance can act");
   }
@@ -122,9 +115,8 @@ void validate(const Problem& problem) {
   require_roles(scene, problem.effector);
   validate(scene, problem.state);
   require_disturbance(problem);
-  require_not_negative("rate", problem.rate);
-  require_fields(problem.force_weights, "force weight ");
   require_clock(problem);
+  require_fields(problem);
   require_region("captured", problem.captured, scene);
   if (problem.succeeded) require_region("succeeded", *problem.succeeded, scene);
   if (problem.captured_any) require_region("captured_any", *problem.captured_any, scene);

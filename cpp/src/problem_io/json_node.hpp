@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/words.hpp"
 #include "energymargin/types.hpp"
-#include "problem/words.hpp"
 #include "problem_io/json.hpp"
 
 namespace energymargin::problem_io {

@@ -13,7 +13,7 @@
 #include "energymargin/problem_io.hpp"
 #include "problem_io/files.hpp"
 #include "problem_io/read_record.hpp"
-#include "scene/hull_faces.hpp"
+#include "scene/body_constants.hpp"
 
 namespace energymargin::problem_io {
 namespace {

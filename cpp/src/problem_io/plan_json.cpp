@@ -12,28 +12,7 @@ namespace energymargin::problem_io {
 namespace {
 
 constexpr std::string_view base64_digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-constexpr std::size_t bytes_of_number = 8;
-
-std::string bytes_of(const Wrenches& rows) {
-  std::string bytes;
-  bytes.reserve(bytes_of_number * static_cast<std::size_t>(rows.size()));
-  for (Eigen::Index i = 0; i < rows.size(); ++i) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, rows.data() + i, sizeof bits);
-    for (std::size_t byte = 0; byte < bytes_of_number; ++byte) bytes += static_cast<char>(bits >> (8 * byte) & 0xFFU);
-  }
-  return bytes;
-}
-
-double number_of(std::string_view bytes) {
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < bytes_of_number; ++i) {
-    bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[i])) << (8 * i);
-  }
-  double value = 0.0;
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
-}
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ && sizeof(double) == 8);
 
 // Three bytes, or the last ones, are four digits; "=" stands for those that are not there.
 std::string encoded(std::string_view bytes) {
@@ -68,19 +47,20 @@ std::string decoded(const std::string& text) {
   return bytes;
 }
 
-std::string pack(const Wrenches& rows) { return encoded(bytes_of(rows)); }
+std::string pack(const Wrenches& rows) {
+  const auto* const bytes = reinterpret_cast<const char*>(rows.data());
+  return encoded({bytes, sizeof(double) * static_cast<std::size_t>(rows.size())});
+}
 
 Wrenches unpack(const std::string& text, int columns) {
   const std::string bytes = decoded(text);
-  const std::size_t row = bytes_of_number * static_cast<std::size_t>(columns);
+  const std::size_t row = sizeof(double) * static_cast<std::size_t>(columns);
   if (bytes.empty() || bytes.size() % row != 0) {
     throw std::invalid_argument("rows of " + std::to_string(columns) + " numbers, " + std::to_string(row) +
                                 " bytes each, and at least one; these are " + std::to_string(bytes.size()) + " bytes");
   }
   Wrenches rows(static_cast<Eigen::Index>(bytes.size() / row), columns);
-  for (Eigen::Index i = 0; i < rows.size(); ++i) {
-    rows.data()[i] = number_of(std::string_view(bytes).substr(bytes_of_number * static_cast<std::size_t>(i)));
-  }
+  std::memcpy(rows.data(), bytes.data(), bytes.size());
   return rows;
 }
 

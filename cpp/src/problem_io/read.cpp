@@ -3,7 +3,6 @@
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
 #include "problem_io/read_record.hpp"
-#include "scene/words.hpp"
 
 namespace energymargin::problem_io {
 namespace {
@@ -105,38 +104,13 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
 Problem read_problem(const Json& json, const std::string& folder, std::vector<Warning>* warnings) {
   const JsonNode node(json, "problem");
   const int version = read_version(node);
-  node.allow_keys({"$schema",  "format",       "version",       "scene",   "state",    "force", "torque",
-                   "duration", "captured",     "succeeded",     "within",  "effector", "rate",  "force_weights",
-                   "contacts", "captured_any", "succeeded_any", "horizon", "check",    "dwell", "plan"});
-  if (node.has("$schema")) node["$schema"].text();
-  const Scene scene = read_scene(node["scene"], version, folder, warnings);
-  const std::vector<double> state = node["state"].all_numbers();
-  const RecordReader records(&scene);
-  const Vector3 force = node["force"].vector3();
-  const Vector3 torque = node["torque"].vector3();
-  const double duration = node["duration"].number();
-  Problem problem(scene, Eigen::Map<const State>(state.data(), static_cast<Eigen::Index>(state.size())),
-                  records.region(node["captured"]));
-  problem.force = force;
-  problem.torque = torque;
-  problem.duration = duration;
-  for (const auto& [key, set] :
-       {std::pair{"succeeded", &problem.succeeded}, std::pair{"within", &problem.within},
-        std::pair{"captured_any", &problem.captured_any}, std::pair{"succeeded_any", &problem.succeeded_any}}) {
-    if (node.has(key)) *set = records.region(node[key]);
-  }
-  problem.effector = node["effector"].one_of<Effector>();
-  problem.rate = node["rate"].number();
-  if (node.has("force_weights")) problem.force_weights = records.record<ForceWeights>(node["force_weights"]);
-  if (node.has("contacts")) {
-    problem.contacts.emplace();
-    for (const JsonNode& item : node["contacts"].items()) problem.contacts->push_back(records.record<Contact>(item));
-  }
   require_version(node, {"horizon", "check", "dwell", "plan"}, version_with_clock, version);
-  if (node.has("horizon")) problem.horizon = node["horizon"].number();
-  if (node.has("check")) problem.check = node["check"].number();
-  if (node.has("dwell")) problem.dwell = node["dwell"].number();
-  if (node.has("plan")) problem.plan = read_plan(node["plan"], &problem.scene);
+  if (node.has("$schema")) node["$schema"].text();
+  Problem problem = initial<Problem>();
+  problem.scene = read_scene(node["scene"], version, folder, warnings);
+  const std::vector<double> state = node["state"].all_numbers();
+  problem.state = Eigen::Map<const State>(state.data(), static_cast<Eigen::Index>(state.size()));
+  RecordReader(&problem.scene).read_fields(node, problem, {"$schema", "format", "version", "scene", "state"});
   return problem;
 }
 

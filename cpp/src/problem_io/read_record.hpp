@@ -11,8 +11,6 @@
 #include "problem_io/json_node.hpp"
 #include "problem_io/mesh.hpp"
 #include "scene/records.hpp"
-#include "scene/shape_records.hpp"
-#include "scene/solids.hpp"
 #include "sets/records.hpp"
 
 namespace energymargin::problem_io {
@@ -47,16 +45,20 @@ class RecordReader {
 
   template <typename Struct>
   Struct record(const JsonNode& node) const {
-    std::vector<std::string> keys;
-    if constexpr (has_type<Struct>) keys.emplace_back("type");
+    Struct object;
+    read_fields(node, object, std::vector<std::string>(has_type<Struct> ? 1 : 0, "type"));
+    return object;
+  }
+
+  //! `keys` are those that the node may have besides the fields.
+  template <typename Struct>
+  void read_fields(const JsonNode& node, Struct& object, std::vector<std::string> keys) const {
     visit_fields<Struct>([&](const auto& field) { keys.emplace_back(field.name); });
     node.allow_keys(keys);
-    Struct object;
     visit_fields<Struct>([&](const auto& field) {
       if (field.presence != Presence::required && !node.has(field.name)) return;
       read(node[field.name], field.form, std::invoke(field.get, object));
     });
-    return object;
   }
 
   Region region(const JsonNode& node) const {
@@ -71,42 +73,45 @@ class RecordReader {
   }
 
  private:
-  void read(const JsonNode& node, const Form& form, double& value) const {
-    value = form.infinite ? node.number_or_infinity() : node.number();
+  void read(const JsonNode& node, Form form, double& value) const {
+    value = may_be_infinite(form) ? node.number_or_infinity() : node.number();
   }
-  void read(const JsonNode& node, const Form& form, std::string& value) const {
-    value = form.names_body ? read_body_name(node, *scene_) : node.text();
+  void read(const JsonNode& node, Form form, std::string& value) const {
+    value = form == Form::body || form == Form::frame ? read_body_name(node, *scene_) : node.text();
   }
-  void read(const JsonNode& node, const Form&, Vector2& value) const { value = node.vector2(); }
-  void read(const JsonNode& node, const Form& form, Vector3& value) const { value = node.vector3(form.infinite); }
-  void read(const JsonNode& node, const Form&, Quaternion& value) const { value = node.quaternion(); }
-  void read(const JsonNode& node, const Form&, Solid& value) const { read_alternative(node, value); }
-  void read(const JsonNode& node, const Form&, Shape& value) const {
+  void read(const JsonNode& node, Form, Vector2& value) const { value = node.vector2(); }
+  void read(const JsonNode& node, Form form, Vector3& value) const { value = node.vector3(may_be_infinite(form)); }
+  void read(const JsonNode& node, Form, Quaternion& value) const { value = node.quaternion(); }
+  void read(const JsonNode& node, Form, Plan& plan) const { plan = read_plan(node, scene_); }
+  void read(const JsonNode& node, Form, Region& set) const { set = region(node); }
+  void read(const JsonNode& node, Form, std::optional<Region>& set) const { set = region(node); }
+  void read(const JsonNode& node, Form, Solid& value) const { read_alternative(node, value); }
+  void read(const JsonNode& node, Form, Shape& value) const {
     if (node["type"].text() != Record<MeshShape>::type) return read_alternative(node, value, {"\"mesh\""});
     const auto mesh = record<MeshShape>(node);
     Compound compound = read_mesh_file(node["file"], folder_);
     compound.solid = mesh.solid;
     value = std::move(compound);
   }
-  void read(const JsonNode& node, const Form& form, std::vector<Region>& regions) const {
+  void read(const JsonNode& node, Form form, std::vector<Region>& regions) const {
     RecordReader deeper = *this;
     ++deeper.depth_;
     for (const JsonNode& item : node.items()) regions.push_back(deeper.region(item));
-    const bool single = form == forms::region;
+    const bool single = form == Form::region;
     if (regions.empty() || (single && regions.size() != 1)) {
       node.fail(single ? "a list of one region" : "a list of at least one region");
     }
   }
   template <typename Value>
-  void read(const JsonNode& node, const Form& form, std::optional<Value>& value) const {
+  void read(const JsonNode& node, Form form, std::optional<Value>& value) const {
     read(node, form, value.emplace());
   }
   template <typename Value>
-  void read(const JsonNode& node, const Form&, std::vector<Value>& values) const {
-    for (const JsonNode& item : node.items()) read(item, Form{}, values.emplace_back());
+  void read(const JsonNode& node, Form, std::vector<Value>& values) const {
+    for (const JsonNode& item : node.items()) read(item, Form::any, values.emplace_back());
   }
   template <typename Value>
-  void read(const JsonNode& node, const Form&, Value& value) const {
+  void read(const JsonNode& node, Form, Value& value) const {
     if constexpr (std::is_same_v<Value, bool>) {
       value = node.boolean();
     } else if constexpr (std::is_enum_v<Value>) {

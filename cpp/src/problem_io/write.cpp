@@ -5,9 +5,6 @@
 #include "problem_io/mesh.hpp"
 #include "problem_io/write_record.hpp"
 #include "scene/records.hpp"
-#include "scene/shape_records.hpp"
-#include "scene/solids.hpp"
-#include "scene/words.hpp"
 #include "sets/records.hpp"
 
 namespace energymargin::problem_io {
@@ -51,23 +48,7 @@ OrderedJson write_problem(const Problem& problem, const MeshFiles& meshes) {
   OrderedJson json = {{"format", format_name}, {"version", problem_format_version}};
   json["scene"] = write_scene(problem.scene, meshes);
   json["state"] = std::vector<double>(problem.state.begin(), problem.state.end());
-  json["force"] = write(problem.force);
-  json["torque"] = write(problem.torque);
-  json["duration"] = problem.duration;
-  json["captured"] = write(problem.captured);
-  for (const auto& [key, set] :
-       {std::pair{"succeeded", &problem.succeeded}, std::pair{"within", &problem.within},
-        std::pair{"captured_any", &problem.captured_any}, std::pair{"succeeded_any", &problem.succeeded_any}}) {
-    if (*set) json[key] = write(**set);
-  }
-  json["effector"] = write(problem.effector);
-  json["rate"] = problem.rate;
-  json["force_weights"] = write(problem.force_weights);
-  if (problem.contacts) json["contacts"] = write(*problem.contacts);
-  if (problem.horizon) json["horizon"] = *problem.horizon;
-  if (problem.check) json["check"] = *problem.check;
-  if (problem.dwell != 0.0) json["dwell"] = problem.dwell;
-  if (problem.plan) json["plan"] = write(*problem.plan);
+  write_fields(problem, json);
   return json;
 }
 

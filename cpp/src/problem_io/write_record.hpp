@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/record.hpp"
-#include "problem/words.hpp"
+#include "base/words.hpp"
 #include "problem_io/json.hpp"
 
 namespace energymargin::problem_io {
@@ -48,20 +48,22 @@ bool is_default(const std::optional<Value>& value, const std::optional<Value>&) 
   return !value;
 }
 
-//! First the fields that are always there, then those that are not at their defaults.
+//! Adds the fields, but for those that may be left out and are at their defaults.
+template <typename Struct>
+void write_fields(const Struct& object, OrderedJson& json) {
+  const auto defaults = initial<Struct>();
+  visit_fields<Struct>([&](const auto& field) {
+    const auto& value = std::invoke(field.get, object);
+    if (field.presence == Presence::optional && is_default(value, std::invoke(field.get, defaults))) return;
+    json[field.name] = write(value);
+  });
+}
+
 template <typename Struct>
 OrderedJson write_record(const Struct& object) {
   OrderedJson json = OrderedJson::object();
   if constexpr (has_type<Struct>) json["type"] = Record<Struct>::type;
-  visit_fields<Struct>([&](const auto& field) {
-    if (field.presence != Presence::optional) json[field.name] = write(std::invoke(field.get, object));
-  });
-  const Struct initial;
-  visit_fields<Struct>([&](const auto& field) {
-    const auto& value = std::invoke(field.get, object);
-    if (field.presence != Presence::optional || is_default(value, std::invoke(field.get, initial))) return;
-    json[field.name] = write(value);
-  });
+  write_fields(object, json);
   return json;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 // What follows from a body alone and takes long to find: the copies of a scene share it.
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -9,6 +11,22 @@
 #include "energymargin/scene.hpp"
 
 namespace energymargin {
+
+//! Triangles of a convex hull's surface as indices of its points, counter-clockwise from outside. Bullet finds them.
+std::vector<std::array<std::size_t, 3>> hull_faces(const std::vector<Vector3>& points);
+
+//! Collision margin of a solid [m]: as asked for, up to half of its smallest half extent; else a twentieth of that.
+//! Bullet's default of 4 cm would swallow a 10 cm box; a twentieth keeps GJK well conditioned at any scale.
+inline double collision_margin(double smallest_half_extent, const std::optional<double>& asked) {
+  constexpr double share = 0.05, most_share = 0.5;
+  return asked ? std::min(*asked, most_share * smallest_half_extent) : share * smallest_half_extent;
+}
+
+//! How deep the simulation lets one solid come into another [m]; `margins` is the sum of both.
+inline double allowed_penetration(double margins, double half_extent_a, double half_extent_b) {
+  constexpr double share_of_margins = 0.7, share_of_thickness = 0.3;  // of the thinner one's half extent
+  return std::min(share_of_margins * margins, share_of_thickness * std::min(half_extent_a, half_extent_b));
+}
 
 //! The solids of a shape, where they are in its frame; none of a plane.
 std::vector<Part> solids_of(const Shape& shape);

@@ -1,12 +1,146 @@
 #pragma once
-// The fields of bodies, joints and springs, in the order of problem files.
+// The words of enums, and the fields of shapes, bodies, joints and springs, in the order of problem files.
 
 #include <tuple>
 
 #include "base/record.hpp"
+#include "base/words.hpp"
 #include "energymargin/scene.hpp"
 
 namespace energymargin {
+
+template <>
+struct Words<Role> {
+  static constexpr std::pair<const char*, Role> all[]{
+      {"none", Role::none}, {"object", Role::object}, {"effector", Role::effector}};
+};
+
+template <>
+struct Words<FrictionRule> {
+  static constexpr std::pair<const char*, FrictionRule> all[]{{"product", FrictionRule::product},
+                                                              {"max", FrictionRule::max}};
+};
+
+template <>
+struct Words<JointType> {
+  static constexpr std::pair<const char*, JointType> all[]{
+      {"fixed", JointType::fixed}, {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}};
+};
+
+template <>
+struct Record<Plane> {
+  static constexpr const char* name = "plane";
+  static constexpr const char* type = "plane";
+  static constexpr const char* description =
+      "The half space below a plane, {x : normal . x <= offset}; only fixed bodies have it.";
+  static auto fields() {
+    return std::tuple{
+        Field{"normal", &Plane::normal, "Unit vector out of the solid.", forms::direction},
+        Field{"offset", &Plane::offset, "Of the surface along the normal [m]."},
+    };
+  }
+};
+
+template <>
+struct Record<Box> {
+  static constexpr const char* name = "box";
+  static constexpr const char* type = "box";
+  static constexpr const char* description = "A box along the axes of its frame, about its origin.";
+  static auto fields() {
+    return std::tuple{Field{"size", &Box::size, "Full edge lengths along x, y, z [m].", forms::positive_list}};
+  }
+};
+
+template <>
+struct Record<Sphere> {
+  static constexpr const char* name = "sphere";
+  static constexpr const char* type = "sphere";
+  static constexpr const char* description = "A sphere about the origin of its frame.";
+  static auto fields() { return std::tuple{Field{"radius", &Sphere::radius, "[m]", forms::positive}}; }
+};
+
+template <>
+struct Record<Cylinder> {
+  static constexpr const char* name = "cylinder";
+  static constexpr const char* type = "cylinder";
+  static constexpr const char* description = "A cylinder about its own z axis.";
+  static auto fields() {
+    return std::tuple{
+        Field{"radius", &Cylinder::radius, "[m]", forms::positive},
+        Field{"length", &Cylinder::length, "Along z [m].", forms::positive},
+    };
+  }
+};
+
+template <>
+struct Record<Capsule> {
+  static constexpr const char* name = "capsule";
+  static constexpr const char* type = "capsule";
+  static constexpr const char* description = "A capsule about its own z axis.";
+  static auto fields() {
+    return std::tuple{
+        Field{"radius", &Capsule::radius, "[m]", forms::positive},
+        Field{"length", &Capsule::length, "Of the cylindrical part, along z [m].", forms::positive},
+    };
+  }
+};
+
+template <>
+struct Record<ConvexHull> {
+  static constexpr const char* name = "convex_hull";
+  static constexpr const char* type = "convex_hull";
+  static constexpr const char* description = "The convex hull of points in the body's frame.";
+  static auto fields() {
+    return std::tuple{
+        Field{"points", &ConvexHull::points, "In the shape's frame [m]; they span a volume.", forms::points}};
+  }
+};
+
+template <>
+struct Record<MassProperties> {
+  static constexpr const char* name = "mass_properties";
+  static constexpr const char* description = "Mass properties of a solid, for a mass of 1 kg.";
+  static auto fields() {
+    return std::tuple{
+        Field{"volume", &MassProperties::volume, "[m^3]", forms::positive},
+        Field{"center", &MassProperties::center, "Centre of mass in the shape's frame [m]."},
+        Field{"moments", &MassProperties::moments, "Principal moments about the centre of mass [kg m^2].",
+              forms::moments},
+        Field{"axes", &MassProperties::axes,
+              "Unit quaternion x, y, z, w that turns the principal axes into the shape's frame."},
+    };
+  }
+};
+
+template <>
+struct Record<Part> {
+  static constexpr const char* name = "part";
+  static constexpr const char* description = "A solid at its place in a compound.";
+  static auto fields() {
+    return std::tuple{
+        Field{"shape", &Part::shape, "The solid."},
+        Field{"position", [](auto& part) -> auto& { return part.pose.position; },
+              "Of the part in the body's frame [m]."},
+        Field{"orientation", [](auto& part) -> auto& { return part.pose.orientation; }, nullptr},
+    };
+  }
+};
+
+template <>
+struct Record<Compound> {
+  static constexpr const char* name = "compound";
+  static constexpr const char* type = "compound";
+  static constexpr const char* description =
+      "Several solids that move as one. Without parts there is nothing to collide with.";
+  static auto fields() {
+    return std::tuple{
+        Field{"parts", &Compound::parts, "Solids, each at its place in the body's frame."},
+        Field{"solid", &Compound::solid,
+              "Of the solid that the parts stand for, as of a mesh; unset: those of the parts together.", forms::any,
+              Presence::optional},
+    };
+  }
+};
 
 template <>
 struct Record<Pose> {
@@ -39,7 +173,8 @@ struct Record<Body> {
   static constexpr const char* name = "body";
   static constexpr const char* description =
       "One rigid body. The child of a joint is where the joint says; its position and velocity here do not count.";
-  static auto fields() {
+
+  static auto place() {
     return std::tuple{
         Field{"name", &Body::name, "Unique among the bodies; not \"joints\"."},
         Field{"shape", &Body::shape, "Its frame is the body's."},
@@ -47,6 +182,12 @@ struct Record<Body> {
         Field{"position", [](auto& body) -> auto& { return body.state.position; },
               "Of the body's frame in the world [m]."},
         Field{"orientation", [](auto& body) -> auto& { return body.state.orientation; }, nullptr},
+    };
+  }
+
+  //! With the same names and defaults in Python.
+  static auto settings() {
+    return std::tuple{
         Field{"velocity", [](auto& body) -> auto& { return body.state.velocity; },
               "Of the frame's origin, in the world's axes [m/s]."},
         Field{"angular_velocity", [](auto& body) -> auto& { return body.state.angular_velocity; },
@@ -70,6 +211,8 @@ struct Record<Body> {
               Presence::optional},
     };
   }
+
+  static auto fields() { return std::tuple_cat(place(), settings()); }
 };
 
 template <>

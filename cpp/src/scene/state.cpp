@@ -4,6 +4,7 @@
 #include "energymargin/kinematics.hpp"
 
 namespace energymargin {
+
 StateLayout::StateLayout(const Scene& scene) {
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const bool free = !scene.bodies()[i].fixed() && !scene.joint_to(i);
@@ -97,11 +98,7 @@ void validate(const Body& body, const BodyState& state, const std::string& name)
   require_finite(name + "position", state.position);
   require_finite(name + "velocity", state.velocity);
   require_finite(name + "angular_velocity", state.angular_velocity);
-  if (!(std::abs(state.orientation.norm() - 1.0) < 1e-6)) {
-    const Eigen::Vector4d& q = state.orientation.coeffs();
-    reject(name + "orientation", "(" + text(q[0]) + ", " + text(q[1]) + ", " + text(q[2]) + ", " + text(q[3]) + ")",
-           "a unit quaternion (x, y, z, w)");
-  }
+  require_unit(name + "orientation", state.orientation);
   const auto locked = [](const Vector3& factor, const Vector3& v, double slack) {
     return ((factor.array() == 0.0) && (v.array().abs() > slack)).any();
   };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "base/check_record.hpp"
 #include "sets/records.hpp"
 
 namespace energymargin {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/margins.hpp"
+#include "scene/body_constants.hpp"
 
 namespace energymargin {
 namespace {
