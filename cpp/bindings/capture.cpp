@@ -8,7 +8,6 @@
 #include "long_call.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
-#include "repr.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {

@@ -5,7 +5,6 @@
 #include "bindings.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"
-#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -6,7 +6,6 @@
 #include "long_call.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
-#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -4,7 +4,6 @@
 
 #include "bindings.hpp"
 #include "given.hpp"
-#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -156,6 +156,17 @@ Disturbance wrenches(const std::string& name, const GivenArray& array, std::size
   return disturbance;
 }
 
+Plan plan_of_rows(const std::string& wrenches_name, const Rows& wrenches, const Rows& targets) {
+  Plan plan;
+  for (const auto& [body, rows] : wrenches) {
+    plan.wrenches.push_back({body, matrix(wrenches_name + "['" + body + "']", rows, -1, 6)});
+  }
+  for (const auto& [joint, rows] : targets) {
+    plan.targets.push_back({joint, vector("targets['" + joint + "']", rows.value, -1)});
+  }
+  return plan;
+}
+
 bool is_single(const std::string& name, const GivenArray& array) {
   const Numbers in = numbers(name, array.value);
   if (in.ndim() != 1 && in.ndim() != 2) {

@@ -1,5 +1,5 @@
 #pragma once
-// Arguments from Python. An error names the argument, its value and what was expected.
+// Arguments from Python, of which an error names the argument, its value and what was expected; and how objects show.
 
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
@@ -7,6 +7,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/typing.h>
 
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -61,6 +62,11 @@ Eigen::VectorXd vector(const std::string& name, const py::handle& array, Eigen::
 
 //! (6,) for one object, (objects, 6) for several.
 Disturbance wrenches(const std::string& name, const GivenArray& array, std::size_t objects);
+
+using Rows = std::map<std::string, GivenArray>;
+
+//! A plan's wrenches by body, (K, 6), and targets by joint, (K,). Errors call the wrenches `wrenches_name`.
+Plan plan_of_rows(const std::string& wrenches_name, const Rows& wrenches, const Rows& targets);
 
 //! True for a single state, false for a table of states; throws for anything else.
 bool is_single(const std::string& name, const GivenArray& array);
@@ -166,6 +172,26 @@ void def_metric(py::module_& module, const char* name, Result (*metric)(const Pr
     return metric(given_object("problem", problem), Keywords(keywords));
   };
   module.def(name, call, py::arg("problem"));
+}
+
+//! As Type(name=value, ...), each value as Python shows it.
+template <typename Fields = std::initializer_list<std::pair<const char*, py::object>>>
+std::string repr_of_fields(const std::string& type, const Fields& fields) {
+  std::string text;
+  for (const auto& [name, value] : fields) {
+    text += (text.empty() ? "" : ", ") + std::string(name) + "=" + py::repr(value).template cast<std::string>();
+  }
+  return type + "(" + text + ")";
+}
+
+//! __repr__ as title(attribute=value, ...).
+template <typename Class>
+void def_repr(Class& type, const char* title, const std::vector<const char*>& attributes) {
+  type.def("__repr__", [title, attributes](const py::object& self) {
+    std::vector<std::pair<const char*, py::object>> fields;
+    for (const char* name : attributes) fields.emplace_back(name, self.attr(name));
+    return repr_of_fields(title, fields);
+  });
 }
 
 }  // namespace energymargin::binding

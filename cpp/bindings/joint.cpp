@@ -28,71 +28,58 @@ constexpr const char* add_spring_doc =
 It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
 a spring too stiff for the scene's step.)";
 
-using GivenOrientation = Given<std::optional<Quaternion>>;
-
-// The keywords of the drive are those of its fields.
-void def_add_joint(py::class_<Scene>& scene) {
-  const auto add_joint =
-      +[](Joint joint, Scene& its_scene, const std::string& name, const std::string& parent, const std::string& child,
-          const Given<JointType>& type, const Given<Vector3>& origin, const GivenOrientation& orientation,
-          const Given<Vector3>& child_origin, const GivenOrientation& child_orientation, const Given<Vector3>& axis,
-          const Given<std::pair<Given<double>, Given<double>>>& limits, const Given<double>& start,
-          const Given<double>& start_velocity, bool held, const Given<std::optional<double>>& target) {
-        const auto [lower, upper] =
-            cast<std::pair<Given<double>, Given<double>>>("limits", limits.value, "a tuple (a number, a number)");
-        const Quaternion unturned = Quaternion::Identity();
-        joint.name = name;
-        joint.type = given("type", type);
-        joint.parent = parent;
-        joint.child = child;
-        joint.in_parent = {given("origin", origin), given("orientation", orientation).value_or(unturned)};
-        joint.in_child = {given("child_origin", child_origin),
-                          given("child_orientation", child_orientation).value_or(unturned)};
-        joint.axis = given("axis", axis);
-        joint.lower = given("limits[0]", lower);
-        joint.upper = given("limits[1]", upper);
-        joint.state = {given("start", start), given("start_velocity", start_velocity)};
-        joint.held = held;
-        joint.target = given("target", target).value_or(joint.state.position);
-        its_scene.add_joint(std::move(joint));
-      };
-  const py::tuple zeros = py::make_tuple(0.0, 0.0, 0.0);
-  const auto define = [&](const auto& function, const auto&... drive) {
-    scene.def("add_joint", function, py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"),
-              py::arg("type") = "revolute", py::arg("origin") = zeros, py::arg("orientation") = py::none(),
-              py::arg("child_origin") = zeros, py::arg("child_orientation") = py::none(),
-              py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
-              py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("start") = 0.0,
-              py::arg("start_velocity") = 0.0, py::arg("held") = false, py::arg("target") = py::none(), drive...,
-              add_joint_doc);
+// What files call otherwise.
+auto renamed_fields() {
+  return std::tuple{
+      Field{"origin", [](auto& joint) -> auto& { return joint.in_parent.position; }, "In the parent's frame [m]."},
+      Field{"orientation", [](auto& joint) -> auto& { return joint.in_parent.orientation; }, nullptr},
+      Field{"child_origin", [](auto& joint) -> auto& { return joint.in_child.position; }, "In the child's frame [m]."},
+      Field{"child_orientation", [](auto& joint) -> auto& { return joint.in_child.orientation; }, nullptr},
+      Field{"start", [](auto& joint) -> auto& { return joint.state.position; }, "[rad]"},
+      Field{"start_velocity", [](auto& joint) -> auto& { return joint.state.velocity; }, "[rad/s]"},
   };
-  with_fields(Record<Joint>::drive(), {99, {"target_velocity", "stiffness", "damping", "torque_limit"}}, add_joint,
-              define);
+}
+
+void def_add_joint(py::class_<Scene>& scene) {
+  const auto add_joint = +[](Joint joint, Scene& its_scene, const std::string& name, const std::string& parent,
+                             const std::string& child, const Given<JointType>& type, const Given<Vector3>& axis,
+                             const Given<std::pair<Given<double>, Given<double>>>& limits, bool held,
+                             const Given<std::optional<double>>& target) {
+    const auto [lower, upper] =
+        cast<std::pair<Given<double>, Given<double>>>("limits", limits.value, "a tuple (a number, a number)");
+    joint.name = name;
+    joint.type = given("type", type);
+    joint.parent = parent;
+    joint.child = child;
+    joint.axis = given("axis", axis);
+    joint.lower = given("limits[0]", lower);
+    joint.upper = given("limits[1]", upper);
+    joint.held = held;
+    joint.target = given("target", target).value_or(joint.state.position);
+    its_scene.add_joint(std::move(joint));
+  };
+  const auto define = [&](const auto& function, const auto&... keywords) {
+    scene.def("add_joint", function, py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"),
+              py::arg("type") = "revolute", py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
+              py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("held") = false,
+              py::arg("target") = py::none(), keywords..., add_joint_doc);
+  };
+  const Signature signature{99,
+                            {"origin", "orientation", "child_origin", "child_orientation", "start", "start_velocity",
+                             "target_velocity", "stiffness", "damping", "torque_limit"}};
+  with_fields(std::tuple_cat(renamed_fields(), Record<Joint>::drive()), signature, add_joint, define);
 }
 
 }  // namespace
 
 void bind_joint(py::module_& module) {
-  const auto position_of = [](Pose Joint::* pose) {
-    return [pose](const Joint& joint) { return (joint.*pose).position; };
-  };
-  const auto orientation_of = [](Pose Joint::* pose) {
-    return [pose](const Joint& joint) { return Eigen::Vector4d((joint.*pose).orientation.coeffs()); };
-  };
   bind_record<Mimic>(module, "Mimic",
                      "A joint follows another: position = multiplier * (that joint's position) + offset, always.",
                      {99, {"multiplier", "offset"}});
   py::class_<Joint> joint(module, "Joint", "A joint of a scene; for a prismatic one read m for rad and N for N m.");
   def_fields(joint, Record<Joint>::fields(), {"in_parent", "in_child", "lower", "upper", "position", "velocity"});
-  joint.def_property_readonly("origin", position_of(&Joint::in_parent), "In the parent's frame, shape (3,) [m].")
-      .def_property_readonly("orientation", orientation_of(&Joint::in_parent), "Unit quaternion x, y, z, w.")
-      .def_property_readonly("child_origin", position_of(&Joint::in_child), "In the child's frame, shape (3,) [m].")
-      .def_property_readonly("child_orientation", orientation_of(&Joint::in_child), "Unit quaternion x, y, z, w.")
-      .def_property_readonly(
-          "limits", [](const Joint& of) { return std::pair(of.lower, of.upper); }, "[rad].")
-      .def_property_readonly(
-          "start", [](const Joint& of) { return of.state.position; }, "[rad].")
-      .def_property_readonly("start_velocity", [](const Joint& of) { return of.state.velocity; }, "[rad/s].");
+  def_fields(joint, renamed_fields());
+  joint.def_property_readonly("limits", [](const Joint& of) { return std::pair(of.lower, of.upper); }, "[rad].");
   py::class_<Spring> spring(module, "Spring", "A spring between two bodies.");
   def_fields(spring, Record<Spring>::fields());
 }

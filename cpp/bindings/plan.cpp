@@ -5,7 +5,6 @@
 #include "bindings.hpp"
 #include "energymargin/problem_io.hpp"
 #include "given.hpp"
-#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -27,18 +26,12 @@ Args:
 After the last row motors and wrenches are off, joints keep their targets, and kinematic bodies their velocities. Raises ValueError on rows of unequal number,
 or that are not finite.)";
 
-using Rows = std::map<std::string, GivenArray>;
 using Limits = std::map<std::string, std::pair<Given<double>, Given<double>>>;
 
 Plan plan_of(const Given<double>& step, const Rows& wrenches, const Rows& targets, const Rows& velocities,
              const Limits& limits) {
-  Plan plan{given("step", step)};
-  for (const auto& [body, rows] : wrenches) {
-    plan.wrenches.push_back({body, matrix("wrenches['" + body + "']", rows, -1, 6)});
-  }
-  for (const auto& [joint, rows] : targets) {
-    plan.targets.push_back({joint, vector("targets['" + joint + "']", rows.value, -1)});
-  }
+  Plan plan = plan_of_rows("wrenches", wrenches, targets);
+  plan.step = given("step", step);
   for (const auto& [body, rows] : velocities) {
     plan.velocities.push_back({body, matrix("velocities['" + body + "']", rows, -1, 6), std::nullopt, std::nullopt});
     const auto limit = limits.find(body);

@@ -10,7 +10,6 @@
 #include "metrics/looks.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
-#include "repr.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {

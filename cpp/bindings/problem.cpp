@@ -7,7 +7,6 @@
 #include "problem/records.hpp"
 #include "problem_io/words.hpp"
 #include "records.hpp"
-#include "repr.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {

@@ -86,10 +86,8 @@ template <typename Value>
 py::object default_of(const Value& value) {
   if constexpr (std::is_same_v<Value, Vector3>) {
     return py::make_tuple(value.x(), value.y(), value.z());
-  } else if constexpr (std::is_same_v<Value, std::string>) {
-    return py::none();  // the empty one
-  } else if constexpr (std::is_same_v<Value, Quaternion>) {
-    return py::make_tuple(value.x(), value.y(), value.z(), value.w());
+  } else if constexpr (std::is_same_v<Value, std::string> || std::is_same_v<Value, Quaternion>) {
+    return py::none();  // the empty one, or no turn
   } else if constexpr (std::is_same_v<Value, std::vector<Vector3>>) {
     return python_value(value);
   } else {
@@ -102,11 +100,11 @@ constexpr const char* shown_default() {
   return std::is_same_v<Value, ForceWeights> ? "ForceWeights()" : nullptr;
 }
 
-//! Whether None stands for the empty text in a field.
-template <typename Get>
-inline constexpr bool may_be_none = false;
-template <typename Struct, typename Get>
-using FieldInput = Given<std::conditional_t<may_be_none<Get>, std::optional<Member<Struct, Get>>, Member<Struct, Get>>>;
+//! Whether None stands for a field's default.
+template <typename Value, typename Get>
+inline constexpr bool may_be_none = std::is_same_v<Value, Quaternion>;
+template <typename Struct, typename Get, typename Value = Member<Struct, Get>>
+using FieldInput = Given<std::conditional_t<may_be_none<Value, Get>, std::optional<Value>, Value>>;
 
 //! One line for each field that has a description.
 template <typename... Get>
@@ -128,8 +126,8 @@ void with_fields(const std::tuple<Field<Get>...>& fields, const Signature& signa
     Struct object = initial<Struct>();
     const auto set = [&](const auto& field, const auto& input) {
       auto& value = std::invoke(field.get, object);
-      if constexpr (may_be_none<std::decay_t<decltype(field.get)>>) {
-        value = given(field.name, input).value_or("");
+      if constexpr (may_be_none<std::decay_t<decltype(value)>, std::decay_t<decltype(field.get)>>) {
+        value = given(field.name, input).value_or(value);
       } else {
         value = given(field.name, input);
       }

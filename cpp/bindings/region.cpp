@@ -12,7 +12,7 @@
 namespace energymargin::binding {
 
 template <>
-inline constexpr bool may_be_none<FrameOf> = true;
+inline constexpr bool may_be_none<std::string, FrameOf> = true;
 
 namespace {
 

@@ -5,7 +5,6 @@
 #include "bindings.hpp"
 #include "energymargin/state.hpp"
 #include "given.hpp"
-#include "repr.hpp"
 #include "scene/records.hpp"
 
 namespace energymargin::binding {

@@ -45,19 +45,6 @@ Part part(const std::variant<Part, Solid>& either) {
   return std::get<Part>(either);
 }
 
-void bind_part(py::module_& module) {
-  py::class_<Part> type(module, "Part",
-                        "A solid at its place in a Compound: position [m] and orientation (x, y, z, w).");
-  type.def(py::init([](const Given<Solid>& shape, const Given<Vector3>& position,
-                       const Given<std::optional<Quaternion>>& orientation) {
-             return Part{
-                 given("shape", shape),
-                 {given("position", position), given("orientation", orientation).value_or(Quaternion::Identity())}};
-           }),
-           py::arg("shape"), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0), py::arg("orientation") = py::none());
-  def_fields(type, Record<Part>::fields());
-}
-
 void bind_compound(py::module_& module) {
   py::class_<Compound> type(module, "Compound", compound_doc);
   type.def(
@@ -95,7 +82,8 @@ py::array_t<double> array_of_points(const std::vector<Vector3>& points) {
 void bind_shapes(py::module_& module) {
   bind_shape<Plane>(module);
   bind_solids(module);
-  bind_part(module);
+  bind_record<Part>(module, "Part", "A solid at its place in a Compound: position [m] and orientation (x, y, z, w).",
+                    {99, {"position", "orientation"}});
   bind_record<MassProperties>(
       module, "MassProperties",
       "Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg "

@@ -63,19 +63,6 @@ class SharedWorld {
   std::timed_mutex mutex_;
 };
 
-using Rows = std::map<std::string, GivenArray>;
-
-Plan rows_of(const Rows& drives, const Rows& targets) {
-  Plan plan;
-  for (const auto& [body, rows] : drives) {
-    plan.wrenches.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
-  }
-  for (const auto& [joint, positions] : targets) {
-    plan.targets.push_back({joint, vector("targets['" + joint + "']", positions.value, -1)});
-  }
-  return plan;
-}
-
 int steps_of(const Given<int>& number) {
   const int steps = given("steps", number);
   if (steps <= most_steps) return steps;
@@ -114,7 +101,7 @@ Recording simulate(SharedWorld& shared, const Given<State>& state, const Given<i
                    const Rows& drives, const Rows& targets, const std::optional<std::vector<Given<int>>>& record_steps,
                    const Given<std::optional<double>>& timeout, const CancelArgument& cancel) {
   LongCall call(given("timeout", timeout), cancel);
-  const Plan besides = rows_of(drives, targets);
+  const Plan besides = plan_of_rows("drives", drives, targets);
   const State start = given("state", state);
   const int steps = steps_of(number_of_steps);
   const std::vector<int> record = record_of(record_steps, steps);

@@ -209,6 +209,9 @@ class Scene {
   //! The joint that carries a body; none for a body that is no link.
   std::optional<std::size_t> joint_to(std::size_t body) const;
 
+  //! The free or fixed body that carries a link, in the end; a body that is no link itself.
+  std::size_t root(std::size_t body) const;
+
   //! Whether a joint never moves: it is fixed or held, or follows one that is.
   bool rigid(const Joint& joint) const;
 

@@ -63,10 +63,57 @@ struct Field {
   Presence presence;
 };
 
-//! Of a struct: `name` and `description` in the schema, and `fields()`, a tuple in the order of files. A struct that is
-//! one alternative of several has a `type`, by which a file chooses it.
-template <typename Struct>
+//! A type as a value.
+template <typename T>
+struct Type {
+  using type = T;
+};
+
+//! What a struct is, by its name in the schema, and its fields in the order of files.
+template <typename... Get>
+struct Description {
+  constexpr Description(const char* struct_name, const char* text, Field<Get>... struct_fields)
+      : name(struct_name), description(text), fields(struct_fields...) {}
+
+  const char* name;  //!< null: it is in no file
+  const char* description;
+  std::tuple<Field<Get>...> fields;
+};
+
+//! A struct that is one of several: a file chooses it by its name as `type`.
+template <typename... Get>
+struct Alternative : Description<Get...> {
+  constexpr Alternative(const char* struct_name, const char* text, Field<Get>... struct_fields)
+      : Description<Get...>(struct_name, text, struct_fields...) {}
+};
+
+//! `name`, `description`, `fields()` and, of an alternative, `type` of a struct: from `describe(Type<Struct>)`.
+template <typename Struct, typename = void>
 struct Record;
+
+template <typename... Get>
+constexpr bool is_alternative(const Description<Get...>&) {
+  return false;
+}
+template <typename... Get>
+constexpr bool is_alternative(const Alternative<Get...>&) {
+  return true;
+}
+
+template <typename Struct>
+struct Record<Struct, std::enable_if_t<!is_alternative(describe(Type<Struct>{}))>> {
+  static constexpr const char* name = describe(Type<Struct>{}).name;
+  static constexpr const char* description = describe(Type<Struct>{}).description;
+  static constexpr auto fields() { return describe(Type<Struct>{}).fields; }
+};
+
+template <typename Struct>
+struct Record<Struct, std::enable_if_t<is_alternative(describe(Type<Struct>{}))>> {
+  static constexpr const char* name = describe(Type<Struct>{}).name;
+  static constexpr const char* type = name;
+  static constexpr const char* description = describe(Type<Struct>{}).description;
+  static constexpr auto fields() { return describe(Type<Struct>{}).fields; }
+};
 
 //! A struct whose fields have their defaults.
 template <typename Struct>
@@ -90,12 +137,6 @@ template <typename Struct, typename Visit>
 void visit_fields(const Visit& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, Record<Struct>::fields());
 }
-
-//! A type as a value.
-template <typename T>
-struct Type {
-  using type = T;
-};
 
 template <typename Visit, typename... Alternatives>
 void visit_types(const Visit& visit, Type<std::variant<Alternatives...>>) {

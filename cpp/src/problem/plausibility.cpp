@@ -106,20 +106,12 @@ void check_joint(Warnings& warnings, const Joint& joint) {
   }
 }
 
-// The free body or the fixed one that carries a link, in the end; a body that is no link itself.
-std::size_t root(const Scene& scene, std::size_t body) {
-  for (auto joint = scene.joint_to(body); joint; joint = scene.joint_to(body)) {
-    body = scene.index(scene.joints()[*joint].parent);
-  }
-  return body;
-}
-
 // Links of one tree are simulated in its joints' coordinates, so that their masses count together.
 void check_mass_ratio(Warnings& warnings, const Scene& scene) {
   std::map<std::size_t, double> masses;
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (scene.bodies()[i].dynamic() && !is_driven(scene, scene.bodies()[i]))
-      masses[root(scene, i)] += scene.bodies()[i].mass;
+      masses[scene.root(i)] += scene.bodies()[i].mass;
   }
   if (masses.empty()) return;
   const auto less = [](const auto& a, const auto& b) { return a.second < b.second; };

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 
 #include "energymargin/membership.hpp"
@@ -57,18 +56,10 @@ void require_region(const std::string& name, const Region& region, const Scene& 
   }
 }
 
-// How many steps, if that is a whole number.
-std::optional<int> whole_steps(double duration, double step) {
-  const double steps = std::round(duration / step);
-  if (!(std::isfinite(steps) && std::abs(duration - steps * step) <= 1e-6 * step * std::max(1.0, steps))) {
-    return std::nullopt;
-  }
-  return steps <= most_steps ? std::optional(static_cast<int>(steps)) : std::nullopt;
-}
-
 void require_whole_steps(const std::string& name, double value, int least, double step) {
-  const auto steps = whole_steps(value, step);
-  if (steps && *steps >= least) return;
+  const double steps = std::round(value / step);
+  const bool whole = std::abs(value - steps * step) <= 1e-6 * step * std::max(1.0, steps);
+  if (whole && steps >= least && steps <= most_steps) return;
   const std::string from = least == 0 ? "0, or " : "";
   reject(name, text(value),
          from + "whole steps of the scene, of " + text(step) + " s, at most " + std::to_string(most_steps));

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <tuple>
 
 #include "base/record.hpp"
 #include "energymargin/shape.hpp"
@@ -29,20 +28,16 @@ struct MeshShape {
 
 namespace energymargin {
 
-template <>
-struct Record<problem_io::MeshShape> {
-  static constexpr const char* name = "mesh";
-  static constexpr const char* type = "mesh";
-  static constexpr const char* description = "A compound of convex hulls from an OBJ file.";
-  static auto fields() {
-    return std::tuple{
-        Field{"file", &problem_io::MeshShape::file,
-              "Path of an OBJ file in [m], relative to this file or absolute, with one object (a line \"o name\") for "
-              "each convex part. A part is the hull of its points; faces, normals and textures do not count."},
-        Field{"solid", &problem_io::MeshShape::solid,
-              "Of the solid that the parts stand for; unset: those of the parts together.", Presence::optional},
-    };
-  }
-};
+constexpr auto describe(Type<problem_io::MeshShape>) {
+  return Alternative{
+      "mesh",
+      "A compound of convex hulls from an OBJ file.",
+      Field{"file", &problem_io::MeshShape::file,
+            "Path of an OBJ file in [m], relative to this file or absolute, with one object (a line \"o name\") for "
+            "each convex part. A part is the hull of its points; faces, normals and textures do not count."},
+      Field{"solid", &problem_io::MeshShape::solid,
+            "Of the solid that the parts stand for; unset: those of the parts together.", Presence::optional},
+  };
+}
 
 }  // namespace energymargin

@@ -27,41 +27,24 @@ std::string encoded(std::string_view bytes) {
   return text;
 }
 
-// One text alone stands for the bytes: no blanks, all of the "=", and no bits that nobody reads.
-std::string decoded(const std::string& text) {
+std::string decoded(std::string_view text) {
   std::string bytes;
   bytes.reserve(text.size() / 4 * 3);
   std::uint32_t bits = 0;
   int count = 0;  // of the bits that are no byte yet
-  const std::size_t end = std::min(text.find('='), text.size());
-  for (std::size_t i = 0; i < end; ++i) {
-    const std::size_t digit = base64_digits.find(text[i]);
-    if (digit == std::string_view::npos) throw std::invalid_argument("only digits of base64");
-    bits = (bits << 6 | static_cast<std::uint32_t>(digit)) & 0xFFFU;
+  for (const char digit : text.substr(0, text.find('='))) {
+    bits = (bits << 6 | static_cast<std::uint32_t>(base64_digits.find(digit))) & 0xFFFU;
     count += 6;
     if (count < 8) continue;
     count -= 8;
     bytes += static_cast<char>(bits >> count & 0xFFU);
   }
-  if (encoded(bytes) != text) throw std::invalid_argument("base64 as this library writes it, with its \"=\"");
   return bytes;
 }
 
 std::string pack(const Wrenches& rows) {
   const auto* const bytes = reinterpret_cast<const char*>(rows.data());
   return encoded({bytes, sizeof(double) * static_cast<std::size_t>(rows.size())});
-}
-
-Wrenches unpack(const std::string& text, int columns) {
-  const std::string bytes = decoded(text);
-  const std::size_t row = sizeof(double) * static_cast<std::size_t>(columns);
-  if (bytes.empty() || bytes.size() % row != 0) {
-    throw std::invalid_argument("rows of " + std::to_string(columns) + " numbers, " + std::to_string(row) +
-                                " bytes each, and at least one; these are " + std::to_string(bytes.size()) + " bytes");
-  }
-  Wrenches rows(static_cast<Eigen::Index>(bytes.size() / row), columns);
-  std::memcpy(rows.data(), bytes.data(), bytes.size());
-  return rows;
 }
 
 // As they may be written by hand: [[...], ...], or [...] of one column.
@@ -81,13 +64,19 @@ Wrenches read_list(const JsonNode& node, int columns) {
   return rows;
 }
 
+// One text alone stands for the bytes: no blanks, all of the "=", and no bits that nobody reads.
 Wrenches read_packed(const JsonNode& node, int columns) {
-  Wrenches rows;
-  try {
-    rows = unpack(node.text(), columns);
-  } catch (const std::invalid_argument& error) {
-    node.fail(error.what());
+  const std::string text = node.text();
+  if (text.find_first_not_of(base64_digits) < text.find('=')) node.fail("only digits of base64");
+  const std::string bytes = decoded(text);
+  if (encoded(bytes) != text) node.fail("base64 as this library writes it, with its \"=\"");
+  const std::size_t row_size = sizeof(double) * static_cast<std::size_t>(columns);
+  if (bytes.empty() || bytes.size() % row_size != 0) {
+    node.fail("rows of " + std::to_string(columns) + " numbers, " + std::to_string(row_size) +
+              " bytes each, and at least one; these are " + std::to_string(bytes.size()) + " bytes");
   }
+  Wrenches rows(static_cast<Eigen::Index>(bytes.size() / row_size), columns);
+  std::memcpy(rows.data(), bytes.data(), bytes.size());
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     if (!rows.row(row).allFinite()) node.fail("finite numbers, also in row " + std::to_string(row));
   }

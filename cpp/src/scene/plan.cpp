@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <type_traits>
 
@@ -45,12 +44,6 @@ void require_position_control(const Scene& scene, const std::string& name, const
   if (!joint.moves() || joint.held || joint.stiffness == 0.0) {
     reject(name, "for a joint without position control", "a joint that moves, is not held, and has a stiffness");
   }
-}
-
-// The free body that carries an effector, if one does.
-std::optional<std::size_t> free_carrier(const Scene& scene, std::size_t body) {
-  while (const auto joint = scene.joint_to(body)) body = scene.index(scene.joints()[*joint].parent);
-  return scene.bodies()[body].fixed() ? std::nullopt : std::optional(body);
 }
 
 // The world's velocities of a body that goes on as it moves: its twist turns with it.
@@ -124,7 +117,7 @@ Servo with_default_limits(const Scene& scene, Servo servo) {
   double mass = 0.0;
   const std::size_t root = scene.index(servo.body);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    if (free_carrier(scene, i) == root) mass += scene.bodies()[i].mass;
+    if (scene.root(i) == root) mass += scene.bodies()[i].mass;
   }
   const double reach = reach_from(scene.body(servo.body).shape, Vector3::Zero());
   if (!servo.force) servo.force = share_of_weight * mass * standard_gravity;
@@ -164,10 +157,10 @@ Plan hold(const Scene& scene, const State& state, double duration) {
   const StateLayout layout(scene);
   std::set<std::size_t> held;
   for (const std::size_t effector : scene.with_role(Role::effector)) {
-    const auto body = free_carrier(scene, effector);
-    if (!body || !held.insert(*body).second) continue;
-    const BodyState at = StateLayout::read(state.data() + layout.offset(*body));
-    plan.velocities.push_back({scene.bodies()[*body].name, constant_twist(at, rows, step)});
+    const std::size_t root = scene.root(effector);
+    if (scene.bodies()[root].fixed() || !held.insert(root).second) continue;
+    const BodyState at = StateLayout::read(state.data() + layout.offset(root));
+    plan.velocities.push_back({scene.bodies()[root].name, constant_twist(at, rows, step)});
   }
   for (const Joint& joint : scene.joints()) {
     if (!joint.moves() || joint.held || joint.mimic || joint.stiffness == 0.0) continue;

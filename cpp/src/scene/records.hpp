@@ -27,146 +27,109 @@ struct Words<JointType> {
       {"fixed", JointType::fixed}, {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}};
 };
 
-template <>
-struct Record<Plane> {
-  static constexpr const char* name = "plane";
-  static constexpr const char* type = "plane";
-  static constexpr const char* description =
-      "The half space below a plane, {x : normal . x <= offset}; only fixed bodies have it.";
-  static auto fields() {
-    return std::tuple{
-        Field{"normal", &Plane::normal, "Unit vector out of the solid.", forms::direction},
-        Field{"offset", &Plane::offset, "Of the surface along the normal [m]."},
-    };
-  }
-};
+constexpr auto describe(Type<Plane>) {
+  return Alternative{
+      "plane",
+      "The half space below a plane, {x : normal . x <= offset}; only fixed bodies have it.",
+      Field{"normal", &Plane::normal, "Unit vector out of the solid.", forms::direction},
+      Field{"offset", &Plane::offset, "Of the surface along the normal [m]."},
+  };
+}
 
-template <>
-struct Record<Box> {
-  static constexpr const char* name = "box";
-  static constexpr const char* type = "box";
-  static constexpr const char* description = "A box along the axes of its frame, about its origin.";
-  static auto fields() {
-    return std::tuple{Field{"size", &Box::size, "Full edge lengths along x, y, z [m].", forms::positive_list}};
-  }
-};
+constexpr auto describe(Type<Box>) {
+  return Alternative{
+      "box",
+      "A box along the axes of its frame, about its origin.",
+      Field{"size", &Box::size, "Full edge lengths along x, y, z [m].", forms::positive_list},
+  };
+}
 
-template <>
-struct Record<Sphere> {
-  static constexpr const char* name = "sphere";
-  static constexpr const char* type = "sphere";
-  static constexpr const char* description = "A sphere about the origin of its frame.";
-  static auto fields() { return std::tuple{Field{"radius", &Sphere::radius, "[m]", forms::positive}}; }
-};
+constexpr auto describe(Type<Sphere>) {
+  return Alternative{
+      "sphere",
+      "A sphere about the origin of its frame.",
+      Field{"radius", &Sphere::radius, "[m]", forms::positive},
+  };
+}
 
-template <>
-struct Record<Cylinder> {
-  static constexpr const char* name = "cylinder";
-  static constexpr const char* type = "cylinder";
-  static constexpr const char* description = "A cylinder about its own z axis.";
-  static auto fields() {
-    return std::tuple{
-        Field{"radius", &Cylinder::radius, "[m]", forms::positive},
-        Field{"length", &Cylinder::length, "Along z [m].", forms::positive},
-    };
-  }
-};
+constexpr auto describe(Type<Cylinder>) {
+  return Alternative{
+      "cylinder",
+      "A cylinder about its own z axis.",
+      Field{"radius", &Cylinder::radius, "[m]", forms::positive},
+      Field{"length", &Cylinder::length, "Along z [m].", forms::positive},
+  };
+}
 
-template <>
-struct Record<Capsule> {
-  static constexpr const char* name = "capsule";
-  static constexpr const char* type = "capsule";
-  static constexpr const char* description = "A capsule about its own z axis.";
-  static auto fields() {
-    return std::tuple{
-        Field{"radius", &Capsule::radius, "[m]", forms::positive},
-        Field{"length", &Capsule::length, "Of the cylindrical part, along z [m].", forms::positive},
-    };
-  }
-};
+constexpr auto describe(Type<Capsule>) {
+  return Alternative{
+      "capsule",
+      "A capsule about its own z axis.",
+      Field{"radius", &Capsule::radius, "[m]", forms::positive},
+      Field{"length", &Capsule::length, "Of the cylindrical part, along z [m].", forms::positive},
+  };
+}
 
-template <>
-struct Record<ConvexHull> {
-  static constexpr const char* name = "convex_hull";
-  static constexpr const char* type = "convex_hull";
-  static constexpr const char* description = "The convex hull of points in the body's frame.";
-  static auto fields() {
-    return std::tuple{
-        Field{"points", &ConvexHull::points, "In the shape's frame [m]; they span a volume.", forms::points}};
-  }
-};
+constexpr auto describe(Type<ConvexHull>) {
+  return Alternative{
+      "convex_hull",
+      "The convex hull of points in the body's frame.",
+      Field{"points", &ConvexHull::points, "In the shape's frame [m]; they span a volume.", forms::points},
+  };
+}
 
-template <>
-struct Record<MassProperties> {
-  static constexpr const char* name = "mass_properties";
-  static constexpr const char* description = "Mass properties of a solid, for a mass of 1 kg.";
-  static auto fields() {
-    return std::tuple{
-        Field{"volume", &MassProperties::volume, "[m^3]", forms::positive},
-        Field{"center", &MassProperties::center, "Centre of mass in the shape's frame [m]."},
-        Field{"moments", &MassProperties::moments, "Principal moments about the centre of mass [kg m^2].",
-              forms::moments},
-        Field{"axes", &MassProperties::axes,
-              "Unit quaternion x, y, z, w that turns the principal axes into the shape's frame."},
-    };
-  }
-};
+constexpr auto describe(Type<MassProperties>) {
+  return Description{
+      "mass_properties",
+      "Mass properties of a solid, for a mass of 1 kg.",
+      Field{"volume", &MassProperties::volume, "[m^3]", forms::positive},
+      Field{"center", &MassProperties::center, "Centre of mass in the shape's frame [m]."},
+      Field{"moments", &MassProperties::moments, "Principal moments about the centre of mass [kg m^2].",
+            forms::moments},
+      Field{"axes", &MassProperties::axes,
+            "Unit quaternion x, y, z, w that turns the principal axes into the shape's frame."},
+  };
+}
 
-template <>
-struct Record<Part> {
-  static constexpr const char* name = "part";
-  static constexpr const char* description = "A solid at its place in a compound.";
-  static auto fields() {
-    return std::tuple{
-        Field{"shape", &Part::shape, "The solid."},
-        Field{"position", [](auto& part) -> auto& { return part.pose.position; },
-              "Of the part in the body's frame [m]."},
-        Field{"orientation", [](auto& part) -> auto& { return part.pose.orientation; }, nullptr},
-    };
-  }
-};
+constexpr auto describe(Type<Part>) {
+  return Description{
+      "part",
+      "A solid at its place in a compound.",
+      Field{"shape", &Part::shape, "The solid."},
+      Field{"position", [](auto& part) -> auto& { return part.pose.position; }, "Of the part in the body's frame [m]."},
+      Field{"orientation", [](auto& part) -> auto& { return part.pose.orientation; }, nullptr},
+  };
+}
 
-template <>
-struct Record<Compound> {
-  static constexpr const char* name = "compound";
-  static constexpr const char* type = "compound";
-  static constexpr const char* description =
-      "Several solids that move as one. Without parts there is nothing to collide with.";
-  static auto fields() {
-    return std::tuple{
-        Field{"parts", &Compound::parts, "Solids, each at its place in the body's frame."},
-        Field{"solid", &Compound::solid,
-              "Of the solid that the parts stand for, as of a mesh; unset: those of the parts together.", forms::any,
-              Presence::optional},
-    };
-  }
-};
+constexpr auto describe(Type<Compound>) {
+  return Alternative{
+      "compound",
+      "Several solids that move as one. Without parts there is nothing to collide with.",
+      Field{"parts", &Compound::parts, "Solids, each at its place in the body's frame."},
+      Field{"solid", &Compound::solid,
+            "Of the solid that the parts stand for, as of a mesh; unset: those of the parts together.", forms::any,
+            Presence::optional},
+  };
+}
 
-template <>
-struct Record<Pose> {
-  static constexpr const char* name = "pose";
-  static constexpr const char* description = "A frame in another one.";
-  static auto fields() {
-    return std::tuple{
-        Field{"position", &Pose::position, "Of the frame's origin [m]."},
-        Field{"orientation", &Pose::orientation, nullptr},
-    };
-  }
-};
+constexpr auto describe(Type<Pose>) {
+  return Description{
+      "pose",
+      "A frame in another one.",
+      Field{"position", &Pose::position, "Of the frame's origin [m]."},
+      Field{"orientation", &Pose::orientation, nullptr},
+  };
+}
 
-template <>
-struct Record<Inertial> {
-  static constexpr const char* name = "inertial";
-  static constexpr const char* description = "Mass properties of a body, in its frame.";
-  static auto fields() {
-    return std::tuple{
-        Field{"center", &Inertial::center, "Centre of mass [m]."},
-        Field{"moments", &Inertial::moments, "Principal moments about the centre of mass [kg m^2].", forms::moments},
-        Field{"axes", &Inertial::axes,
-              "Unit quaternion x, y, z, w that turns the principal axes into the body's frame."},
-    };
-  }
-};
+constexpr auto describe(Type<Inertial>) {
+  return Description{
+      "inertial",
+      "Mass properties of a body, in its frame.",
+      Field{"center", &Inertial::center, "Centre of mass [m]."},
+      Field{"moments", &Inertial::moments, "Principal moments about the centre of mass [kg m^2].", forms::moments},
+      Field{"axes", &Inertial::axes, "Unit quaternion x, y, z, w that turns the principal axes into the body's frame."},
+  };
+}
 
 template <>
 struct Record<Body> {
@@ -215,34 +178,26 @@ struct Record<Body> {
   static auto fields() { return std::tuple_cat(place(), settings()); }
 };
 
-template <>
-struct Record<PairFriction> {
-  static constexpr const char* name = "pair_friction";
-  static constexpr const char* description =
-      "The coefficient of the contacts of two bodies, whatever the scene's rule makes of theirs.";
-  static auto fields() {
-    return std::tuple{
-        Field{"body_a", &PairFriction::body_a, "One of the two bodies.", forms::body},
-        Field{"body_b", &PairFriction::body_b, "The other one.", forms::body},
-        Field{"friction", &PairFriction::friction, "The contacts' coefficient.", forms::not_negative},
-    };
-  }
-};
+constexpr auto describe(Type<PairFriction>) {
+  return Description{
+      "pair_friction",
+      "The coefficient of the contacts of two bodies, whatever the scene's rule makes of theirs.",
+      Field{"body_a", &PairFriction::body_a, "One of the two bodies.", forms::body},
+      Field{"body_b", &PairFriction::body_b, "The other one.", forms::body},
+      Field{"friction", &PairFriction::friction, "The contacts' coefficient.", forms::not_negative},
+  };
+}
 
-template <>
-struct Record<Mimic> {
-  static constexpr const char* name = "mimic";
-  static constexpr const char* description =
+constexpr auto describe(Type<Mimic>) {
+  return Description{
+      "mimic",
       "The joint follows another one: position = multiplier * (that joint's position) + offset, always. Then it is not "
-      "held, has no limits and no drive of its own.";
-  static auto fields() {
-    return std::tuple{
-        Field{"joint", &Mimic::joint, "The joint that is followed: an earlier one that moves and follows no other."},
-        Field{"multiplier", &Mimic::multiplier, "Of that joint's position; not 0."},
-        Field{"offset", &Mimic::offset, "[rad] or [m]"},
-    };
-  }
-};
+      "held, has no limits and no drive of its own.",
+      Field{"joint", &Mimic::joint, "The joint that is followed: an earlier one that moves and follows no other."},
+      Field{"multiplier", &Mimic::multiplier, "Of that joint's position; not 0."},
+      Field{"offset", &Mimic::offset, "[rad] or [m]"},
+  };
+}
 
 template <>
 struct Record<Joint> {
@@ -290,21 +245,18 @@ struct Record<Joint> {
   static auto fields() { return std::tuple_cat(motion(), drive()); }
 };
 
-template <>
-struct Record<Spring> {
-  static constexpr const char* name = "spring";
-  static constexpr const char* description = "A spring between a point of one body and a point of another.";
-  static auto fields() {
-    return std::tuple{
-        Field{"body_a", &Spring::body_a, "The body at one end.", forms::body},
-        Field{"body_b", &Spring::body_b, "The body at the other end, another one.", forms::body},
-        Field{"point_a", &Spring::point_a, "In the frame of body_a [m]."},
-        Field{"point_b", &Spring::point_b, "In the frame of body_b [m]."},
-        Field{"stiffness", &Spring::stiffness, "[N/m]", forms::not_negative},
-        Field{"rest_length", &Spring::rest_length, "[m]", forms::not_negative},
-        Field{"damping", &Spring::damping, "Along the spring [N s/m].", forms::not_negative},
-    };
-  }
-};
+constexpr auto describe(Type<Spring>) {
+  return Description{
+      "spring",
+      "A spring between a point of one body and a point of another.",
+      Field{"body_a", &Spring::body_a, "The body at one end.", forms::body},
+      Field{"body_b", &Spring::body_b, "The body at the other end, another one.", forms::body},
+      Field{"point_a", &Spring::point_a, "In the frame of body_a [m]."},
+      Field{"point_b", &Spring::point_b, "In the frame of body_b [m]."},
+      Field{"stiffness", &Spring::stiffness, "[N/m]", forms::not_negative},
+      Field{"rest_length", &Spring::rest_length, "[m]", forms::not_negative},
+      Field{"damping", &Spring::damping, "Along the spring [N s/m].", forms::not_negative},
+  };
+}
 
 }  // namespace energymargin

@@ -201,6 +201,11 @@ std::size_t Scene::joint_index(const std::string& name) const { return find(join
 
 std::optional<std::size_t> Scene::joint_to(std::size_t body) const { return joints_to_[body]; }
 
+std::size_t Scene::root(std::size_t body) const {
+  while (const auto joint = joint_to(body)) body = index(joints_[*joint].parent);
+  return body;
+}
+
 bool Scene::rigid(const Joint& joint) const {
   if (joint.mimic) return rigid(joints_[joint_index(joint.mimic->joint)]);
   return joint.type == JointType::fixed || joint.held;
