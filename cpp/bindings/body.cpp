@@ -46,7 +46,7 @@ double mass_of(const Shape& shape, const std::optional<double>& mass, const std:
     throw std::invalid_argument("density is " + std::to_string(*density) +
                                 ", expected a finite number above 0, and a shape with a volume");
   }
-  warn_of_density("density", *density);
+  warn(implausible_density("density", *density));
   return *density * volume;
 }
 

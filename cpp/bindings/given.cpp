@@ -180,7 +180,7 @@ Quaternion orientation(const std::string& prefix, const std::optional<Quaternion
   if (quaternion && yaw) reject(prefix + "orientation", "given together with yaw", "one of the two");
   if (!yaw) return quaternion.value_or(otherwise);
   if (!std::isfinite(*yaw)) reject(prefix + "yaw", std::to_string(*yaw), "a finite angle in rad");
-  warn_of_angle(prefix + "yaw", *yaw);
+  warn(implausible_angle(prefix + "yaw", *yaw));
   return Quaternion(Eigen::AngleAxisd(*yaw, Vector3::UnitZ()));
 }
 

@@ -14,9 +14,6 @@ namespace energymargin::binding {
 //! The class of a record's type, as ConvexHull of "convex_hull".
 std::string class_name(const std::string& type);
 
-//! (n, 3).
-py::array_t<double> array_of_points(const std::vector<Vector3>& points);
-
 //! A field's value as Python sees it.
 template <typename Value>
 auto python_value(const Value& value) {
@@ -25,7 +22,8 @@ auto python_value(const Value& value) {
   } else if constexpr (std::is_same_v<Value, Quaternion>) {
     return Eigen::Vector4d(value.coeffs());
   } else if constexpr (std::is_same_v<Value, std::vector<Vector3>>) {
-    return array_of_points(value);
+    return States(Eigen::Map<const States>(value.empty() ? nullptr : value[0].data(),
+                                           static_cast<Eigen::Index>(value.size()), 3));
   } else {
     return value;
   }
@@ -88,8 +86,6 @@ py::object default_of(const Value& value) {
     return py::make_tuple(value.x(), value.y(), value.z());
   } else if constexpr (std::is_same_v<Value, std::string> || std::is_same_v<Value, Quaternion>) {
     return py::none();  // the empty one, or no turn
-  } else if constexpr (std::is_same_v<Value, std::vector<Vector3>>) {
-    return python_value(value);
   } else {
     return py::cast(python_value(value));
   }

@@ -113,7 +113,7 @@ template <typename Primitive>
 void def_region(py::module_& module, const Signature& signature) {
   const auto make = +[](Primitive primitive) -> Region {
     if constexpr (std::is_same_v<Primitive, regions::AnnularSector>) {
-      warn_of_angle("start_angle", primitive.start_angle);
+      warn(implausible_angle("start_angle", primitive.start_angle));
     }
     return primitive;
   };

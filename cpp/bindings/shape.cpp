@@ -70,15 +70,6 @@ std::string class_name(const std::string& type) {
   return name;
 }
 
-py::array_t<double> array_of_points(const std::vector<Vector3>& points) {
-  py::array_t<double> array({static_cast<py::ssize_t>(points.size()), py::ssize_t{3}});
-  auto view = array.mutable_unchecked<2>();
-  for (py::ssize_t i = 0; i < view.shape(0); ++i) {
-    for (py::ssize_t j = 0; j < 3; ++j) view(i, j) = points[static_cast<std::size_t>(i)][j];
-  }
-  return array;
-}
-
 void bind_shapes(py::module_& module) {
   bind_shape<Plane>(module);
   bind_solids(module);

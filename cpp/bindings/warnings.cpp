@@ -15,12 +15,8 @@ void warn(const std::vector<Warning>& warnings, const Scene& scene) {
   if (!warnings.empty()) warn_once(warnings, fingerprint(scene));
 }
 
-void warn_of_angle(const std::string& name, double angle) {
-  if (const auto warning = implausible_angle(name, angle)) warn_once({*warning}, warning->text);
-}
-
-void warn_of_density(const std::string& name, double density) {
-  if (const auto warning = implausible_density(name, density)) warn_once({*warning}, warning->text);
+void warn(const std::optional<Warning>& warning) {
+  if (warning) warn_once({*warning}, warning->text);
 }
 
 Sentences sentences(const std::vector<Warning>& warnings) {

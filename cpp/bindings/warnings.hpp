@@ -1,6 +1,7 @@
 //! Warnings of the core as Python's warnings.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,8 @@ namespace energymargin::binding {
 //! Issues each warning, once for all states of a scene. Throws if a filter of Python makes the warning an error.
 void warn(const std::vector<Warning>& warnings, const Scene& scene);
 
-//! Warns of an angle of a pose that looks like degrees.
-void warn_of_angle(const std::string& name, double angle);
-
-//! Warns of a density that looks like one in g/cm^3.
-void warn_of_density(const std::string& name, double density);
+//! Issues a warning that is of no scene, if there is one.
+void warn(const std::optional<Warning>& warning);
 
 using Sentences = py::typing::Tuple<py::str, py::ellipsis>;
 Sentences sentences(const std::vector<Warning>& warnings);

@@ -54,7 +54,7 @@ struct Plan {
 void validate(const Plan& plan, const Scene& scene, const std::string& wrenches = "wrenches");
 
 //! As much of it as can be said without a scene.
-void validate(const Plan& plan);
+void validate(const Plan& plan, const std::string& wrenches = "wrenches");
 
 //! Limits that are unset become twice what holds a body and its links against 9.81 m/s^2 [N], and that at the body's
 //! radius [N m]. A kinematic body has none.

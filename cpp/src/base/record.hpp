@@ -36,7 +36,7 @@ enum class Form {
   region,
 };
 
-using forms = Form;
+using forms = Form;  //!< as fields name them
 
 inline constexpr bool may_be_infinite(Form form) { return form >= Form::lower_limit && form <= Form::sizes; }
 

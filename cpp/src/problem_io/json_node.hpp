@@ -91,17 +91,9 @@ class JsonNode {
     if (items().size() != count) fail("a list of " + std::to_string(count) + " numbers");
     return all_numbers(infinite);
   }
-  Vector2 vector2() const {
-    const auto v = numbers(2);
-    return {v[0], v[1]};
-  }
-  Vector3 vector3(bool infinite = false) const {
-    const auto v = numbers(3, infinite);
-    return {v[0], v[1], v[2]};
-  }
-  Quaternion quaternion() const {
-    const auto v = numbers(4);
-    return {v[3], v[0], v[1], v[2]};
+  template <int Size>
+  Eigen::Matrix<double, Size, 1> vector(bool infinite = false) const {
+    return Eigen::Map<const Eigen::Matrix<double, Size, 1>>(numbers(Size, infinite).data());
   }
 
  private:

@@ -77,7 +77,7 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
   if (node.has("friction_directions")) read_friction_directions(node["friction_directions"], warnings);
   require_version(node, {"friction_rule", "pair_frictions"}, version_with_friction_rule, version);
   Scene scene = with_path(node, [&](const JsonNode& at) {
-    return Scene(at["gravity"].vector3(), read_stepping(at, version),
+    return Scene(Vector3(at["gravity"].vector<3>()), read_stepping(at, version),
                  at.has("friction_rule") ? at["friction_rule"].one_of<FrictionRule>() : FrictionRule::product);
   });
   if (node["bodies"].items().empty()) node["bodies"].fail("a list of at least one body");

@@ -79,9 +79,9 @@ class RecordReader {
   void read(const JsonNode& node, Form form, std::string& value) const {
     value = form == Form::body || form == Form::frame ? read_body_name(node, *scene_) : node.text();
   }
-  void read(const JsonNode& node, Form, Vector2& value) const { value = node.vector2(); }
-  void read(const JsonNode& node, Form form, Vector3& value) const { value = node.vector3(may_be_infinite(form)); }
-  void read(const JsonNode& node, Form, Quaternion& value) const { value = node.quaternion(); }
+  void read(const JsonNode& node, Form, Vector2& value) const { value = node.vector<2>(); }
+  void read(const JsonNode& node, Form form, Vector3& value) const { value = node.vector<3>(may_be_infinite(form)); }
+  void read(const JsonNode& node, Form, Quaternion& value) const { value.coeffs() = node.vector<4>(); }
   void read(const JsonNode& node, Form, Plan& plan) const { plan = read_plan(node, scene_); }
   void read(const JsonNode& node, Form, Region& set) const { set = region(node); }
   void read(const JsonNode& node, Form, std::optional<Region>& set) const { set = region(node); }

@@ -58,7 +58,15 @@ Wrenches constant_twist(const BodyState& state, int rows, double step) {
   return velocities;
 }
 
-void validate_rows(const Plan& plan, const std::string& wrenches) {
+}  // namespace
+
+int Plan::rows() const {
+  if (!wrenches.empty()) return static_cast<int>(wrenches.front().wrenches.rows());
+  if (!targets.empty()) return static_cast<int>(targets.front().positions.size());
+  return velocities.empty() ? 0 : static_cast<int>(velocities.front().velocities.rows());
+}
+
+void validate(const Plan& plan, const std::string& wrenches) {
   const int rows = plan.rows();
   if (rows < 1) reject("plan", "empty", "at least one row of wrenches, targets or velocities");
   require_positive("step of the plan", plan.step);
@@ -80,18 +88,8 @@ void validate_rows(const Plan& plan, const std::string& wrenches) {
   }
 }
 
-}  // namespace
-
-int Plan::rows() const {
-  if (!wrenches.empty()) return static_cast<int>(wrenches.front().wrenches.rows());
-  if (!targets.empty()) return static_cast<int>(targets.front().positions.size());
-  return velocities.empty() ? 0 : static_cast<int>(velocities.front().velocities.rows());
-}
-
-void validate(const Plan& plan) { validate_rows(plan, "wrenches"); }
-
 void validate(const Plan& plan, const Scene& scene, const std::string& wrenches) {
-  validate_rows(plan, wrenches);
+  validate(plan, wrenches);
   require_step(plan, scene);
   for (const Drive& drive : plan.wrenches) {
     const Body& body = scene.body(drive.body);
