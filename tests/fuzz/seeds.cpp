@@ -29,7 +29,8 @@ Problem with_meshes() {
 
 // The same with its mesh in tests/fuzz/meshes.
 std::string with_mesh_file() {
-  problem_io::OrderedJson json = problem_io::write_problem(with_meshes(), {{"mug", "mug.obj"}});
+  auto json = problem_io::OrderedJson::parse(to_json(with_meshes()));
+  json["scene"]["bodies"].back()["shape"] = {{"type", "mesh"}, {"file", "mug.obj"}};
   return json.dump();
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 // The JSON of problem files: its text, its names, and its two directions.
 
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -16,15 +15,9 @@ using OrderedJson = nlohmann::ordered_json;  //!< keeps its keys in the order in
 
 inline constexpr const char* format_name = "energymargin-problem";
 
-//! Files of the bodies whose compounds are not in the problem file itself, by the body's name.
-using MeshFiles = std::map<std::string, std::string>;
-
 //! Throws std::invalid_argument that names the line and the place at which the text stops being JSON, and the place of
 //! a number beyond all bounds, of a key that is given twice, and of nesting without end.
 Json parse(const std::string& text, const std::string& what = "a problem");
-
-//! Throws std::invalid_argument for a region made of a user's own predicate.
-OrderedJson write_problem(const Problem& problem, const MeshFiles& meshes = {});
 
 //! Mesh files are looked for in `folder`; empty: there is none. `warnings` as in from_json. Throws
 //! std::invalid_argument that names the place in the file and what was expected there.

@@ -2,26 +2,71 @@
 
 #include <cctype>
 #include <filesystem>
+#include <map>
 #include <set>
 
+#include "problem/records.hpp"
 #include "problem_io/files.hpp"
-#include "problem_io/json.hpp"
 #include "problem_io/mesh.hpp"
+#include "problem_io/write_record.hpp"
+#include "sets/records.hpp"
 
 namespace energymargin {
+
+problem_io::OrderedJson problem_io::write(const regions::Predicate&) {
+  throw std::invalid_argument("a region made of a Predicate has no file format; build it from em.regions");
+}
+
+problem_io::OrderedJson problem_io::write(const Region& region) { return write(region.expression()); }
+
 namespace {
 
-std::string text_of(const problem_io::OrderedJson& json) {
+using problem_io::OrderedJson;
+using problem_io::write;
+
+// Files of the bodies whose compounds are not in the problem file itself, by the body's name.
+using MeshFiles = std::map<std::string, std::string>;
+
+OrderedJson write_body(const Body& body, const MeshFiles& meshes) {
+  OrderedJson json = problem_io::write_record(body);
+  if (const auto mesh = meshes.find(body.name); mesh != meshes.end()) {
+    json["shape"] = problem_io::write_record(problem_io::MeshShape{mesh->second, std::get<Compound>(body.shape).solid});
+  }
+  return json;
+}
+
+OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
+  const Stepping& stepping = scene.stepping();
+  OrderedJson json = {{"gravity", write(scene.gravity())},
+                      {"step", stepping.step},
+                      {"solver_iterations", stepping.iterations},
+                      {"solver_tolerance", stepping.tolerance}};
+  if (stepping.margin) json["margin"] = *stepping.margin;
+  if (scene.friction_rule() != FrictionRule::product) json["friction_rule"] = word_of(scene.friction_rule());
+  json["bodies"] = OrderedJson::array();
+  for (const Body& body : scene.bodies()) json["bodies"].push_back(write_body(body, meshes));
+  json["joints"] = write(scene.joints());
+  json["springs"] = write(scene.springs());
+  if (!scene.disabled_collisions().empty()) json["disabled_collisions"] = scene.disabled_collisions();
+  if (!scene.pair_frictions().empty()) json["pair_frictions"] = write(scene.pair_frictions());
+  return json;
+}
+
+std::string text_of(const OrderedJson& json) {
   try {
     return json.dump(1) + "\n";
-  } catch (const problem_io::OrderedJson::type_error&) {
+  } catch (const OrderedJson::type_error&) {
     throw std::invalid_argument("a body or joint has a name that is not valid UTF-8, and JSON knows nothing else");
   }
 }
 
-std::string json_text(const Problem& problem, const problem_io::MeshFiles& meshes) {
+std::string json_text(const Problem& problem, const MeshFiles& meshes) {
   validate(problem);
-  return text_of(problem_io::write_problem(problem, meshes));
+  OrderedJson json = {{"format", problem_io::format_name}, {"version", problem_format_version}};
+  json["scene"] = write_scene(problem.scene, meshes);
+  json["state"] = std::vector<double>(problem.state.begin(), problem.state.end());
+  problem_io::write_fields(problem, json);
+  return text_of(json);
 }
 
 // "push-cup.obj" for the body "cup" of "push.json"; what a file's name does not bear becomes "_".
@@ -37,8 +82,8 @@ std::string mesh_file_name(const std::string& stem, const std::string& body, con
 }
 
 // Each body whose shape can go into a file of its own, and that file's name.
-problem_io::MeshFiles mesh_files(const Scene& scene, const std::string& stem) {
-  problem_io::MeshFiles meshes;
+MeshFiles mesh_files(const Scene& scene, const std::string& stem) {
+  MeshFiles meshes;
   std::set<std::string> taken;
   for (const Body& body : scene.bodies()) {
     const auto* compound = std::get_if<Compound>(&body.shape);
@@ -62,14 +107,14 @@ Problem from_json(const std::string& text, const std::string& folder, std::vecto
 
 std::string to_json(const Plan& plan) {
   validate(plan);
-  return text_of(problem_io::write(plan));
+  return text_of(write(plan));
 }
 
 Plan plan_from_json(const std::string& text) { return problem_io::read_plan(problem_io::parse(text, "a plan")); }
 
 void save(const Problem& problem, const std::string& path, Meshes meshes) {
   const std::filesystem::path file = path;
-  problem_io::MeshFiles names;
+  MeshFiles names;
   if (meshes == Meshes::files) names = mesh_files(problem.scene, file.stem().string());
   const std::string text = json_text(problem, names);
   std::vector<problem_io::File> files;
