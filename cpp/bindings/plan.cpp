@@ -48,29 +48,20 @@ Plan plan_of(const Given<double>& step, const Rows& wrenches, const Rows& target
   return plan;
 }
 
-template <typename Entries, typename Value>
-py::typing::Dict<py::str, py::object> by_name(const Entries& entries, const Value& value) {
+using RowsByName = py::typing::Dict<py::str, py::object>;
+
+template <typename Part, typename Numbers>
+RowsByName by_name(const std::vector<Part>& parts, std::string Part::* name, Numbers Part::* rows) {
   py::dict values;
-  for (const auto& entry : entries) {
-    const auto [name, numbers] = value(entry);
-    values[py::str(name)] = numbers;
-  }
+  for (const Part& part : parts) values[py::str(part.*name)] = part.*rows;
   return values;
 }
 
-py::typing::Dict<py::str, py::object> wrenches_of(const Plan& plan) {
-  return by_name(plan.wrenches, [](const Drive& drive) { return std::pair(drive.body, py::cast(drive.wrenches)); });
-}
+RowsByName wrenches_of(const Plan& plan) { return by_name(plan.wrenches, &Drive::body, &Drive::wrenches); }
+RowsByName targets_of(const Plan& plan) { return by_name(plan.targets, &Targets::joint, &Targets::positions); }
+RowsByName velocities_of(const Plan& plan) { return by_name(plan.velocities, &Servo::body, &Servo::velocities); }
 
-py::typing::Dict<py::str, py::object> targets_of(const Plan& plan) {
-  return by_name(plan.targets, [](const Targets& joint) { return std::pair(joint.joint, py::cast(joint.positions)); });
-}
-
-py::typing::Dict<py::str, py::object> velocities_of(const Plan& plan) {
-  return by_name(plan.velocities, [](const Servo& servo) { return std::pair(servo.body, py::cast(servo.velocities)); });
-}
-
-py::typing::Dict<py::str, py::object> limits_of(const Plan& plan) {
+RowsByName limits_of(const Plan& plan) {
   py::dict limits;
   for (const Servo& servo : plan.velocities) {
     if (servo.force && servo.torque) limits[py::str(servo.body)] = py::make_tuple(*servo.force, *servo.torque);
