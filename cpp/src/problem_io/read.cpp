@@ -104,12 +104,12 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
 Problem read_problem(const Json& json, const std::string& folder, std::vector<Warning>* warnings) {
   const JsonNode node(json, "problem");
   const int version = read_version(node);
-  require_version(node, {"horizon", "check", "dwell", "plan"}, version_with_clock, version);
   if (node.has("$schema")) node["$schema"].text();
   Problem problem = initial<Problem>();
   problem.scene = read_scene(node["scene"], version, folder, warnings);
   const std::vector<double> state = node["state"].all_numbers();
   problem.state = Eigen::Map<const State>(state.data(), static_cast<Eigen::Index>(state.size()));
+  require_version(node, {"horizon", "check", "dwell", "plan"}, version_with_clock, version);
   RecordReader(&problem.scene).read_fields(node, problem, {"$schema", "format", "version", "scene", "state"});
   return problem;
 }
