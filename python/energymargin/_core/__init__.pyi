@@ -146,7 +146,7 @@ class ConvexHull:
         The hull with its centre of mass moved to the origin.
         """
     @property
-    def points(self) -> numpy.typing.NDArray[numpy.float64]:
+    def points(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
         In the shape's frame [m]; they span a volume. Shape (n, 3).
         """
@@ -155,7 +155,10 @@ class Part:
     A solid at its place in a Compound: position [m] and orientation (x, y, z, w).
     """
     def __init__(self, shape: Box | Sphere | Cylinder | Capsule | ConvexHull, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None) -> None:
-        ...
+        """
+        shape: The solid.
+        position: Of the part in the body's frame [m].
+        """
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -179,7 +182,7 @@ class MassProperties:
     """
     Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg by default. The inertia of another mass is in proportion.
     """
-    def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
+    def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
         """
         volume: [m^3]
         center: Centre of mass in the shape's frame [m].
@@ -406,7 +409,7 @@ class Joint:
     @property
     def child_origin(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        In the child's frame, shape (3,) [m].
+        In the child's frame [m]. Shape (3,).
         """
     @property
     def damping(self) -> float:
@@ -441,7 +444,7 @@ class Joint:
     @property
     def origin(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        In the parent's frame, shape (3,) [m].
+        In the parent's frame [m]. Shape (3,).
         """
     @property
     def parent(self) -> str:
@@ -547,38 +550,39 @@ class Scene:
         The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
             cell of a notebook fails for its picture.
         """
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, inertial: Inertial | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), kinematic: bool = False) -> None:
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), inertial: Inertial | None = None, kinematic: bool = False) -> None:
         """
         Add a body.
         
         position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
-        shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
-        density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
-        act, and the inertia about it; by default those of the shape, of even density. role is 'object' (a body that disturbances act on),
-        'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
-        angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
-        or a motor does. kinematic: the body goes on as it moves, or has the `velocities` of a plan, whatever it meets, as if its
-        mass were infinite. Raises ValueError on bad values.
+        shape's; velocities are in the world's axes. Either mass [kg] or density [kg/m^3] says how heavy it is; a mass of 0 fixes
+        it. role is 'object' (a body that disturbances act on), 'effector' or 'none'. The factors lock axes of the centre of mass:
+        linear_factor=(1, 1, 0), angular_factor=(0, 0, 1) makes a planar body. Raises ValueError on bad values.
+        
+        velocity: Of the frame's origin, in the world's axes [m/s].
+        angular_velocity: In the world's axes [rad/s].
+        friction: The coefficient of a contact follows from those of its two bodies, by the scene's rule.
+        role: object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment.
+        linear_factor: For the world's x, y, z: 1, free along the axis, or 0, locked.
+        angular_factor: For the world's x, y, z: 1, free about the axis, or 0, locked.
+        force: Acts at the centre of mass all the time, in the world's axes [N].
+        inertial: Its centre of mass and inertia; unset: those of the shape, of even density.
+        kinematic: It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.
         """
-    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None, armature: float = 0.0) -> None:
+    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., held: bool = False, target: float | None = None, origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, start: float = 0.0, start_velocity: float = 0.0, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None, armature: float = 0.0) -> None:
         """
         Hang the body `child` on the body `parent`, which makes it a link.
         
-        type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at
-        origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
-        the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
-        position and velocity do, and start and start_velocity are theirs where none is given.
+        type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at origin [m]
+        and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in the child's;
+        the two are one at position 0. axis is in the joint's frame. start and start_velocity are where it is when a state does not
+        say. It is driven by the torque stiffness (target - position) + damping (target_velocity - velocity), at most torque_limit
+        [N m]; target is by default the start. held: it keeps the position that it has in the state, whatever the load. mimic: it
+        follows another joint, without limits and a drive of its own. armature: inertia of the drive's rotor times the square of the
+        gear ratio [kg m^2].
         
-        mimic: the joint follows another one, as by a linkage without play, and has no limits, no drive, and no numbers in the
-        state of its own.
-        
-        The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
-        (target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
-        it has in the state, whatever the load. A joint with neither moves freely. armature: the inertia of the drive's rotor times
-        the square of the gear ratio [kg m^2], which resists accelerations of the joint and has no weight.
-        
-        The parent may be fixed, free or a link itself; a body has one parent, joints make no loops, and bodies on joints have no
-        locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
+        The parent may be fixed, free or a link; a body has one parent, joints make no loops, and bodies on joints have no locked
+        axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
         """
     def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5) -> None:
         """
@@ -626,8 +630,8 @@ class Scene:
         """
         A copy with another friction coefficient or mass [kg] of one body.
         
-        Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
-        too stiff for a lighter one.
+        Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a
+        fixed body, and a spring that is too stiff for a lighter one.
         """
     @property
     def bodies(self) -> list[Body]:
@@ -778,13 +782,71 @@ class Plan:
         """
         By body, shape (K, 6) [N, N m].
         """
+class Contact:
+    """
+    One point where two bodies touch, and the forces there over the last step.
+    """
+    def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
+        """
+        body_a: A body.
+        body_b: Another body.
+        position: On body_b, in the world [m].
+        normal: Unit vector from body_b to body_a, in the world's axes.
+        distance: Between the surfaces; negative: depth [m].
+        normal_force: Along the normal, on body_a [N].
+        tangential_force: Friction on body_a, in the world's axes [N].
+        friction: The contact's coefficient.
+        """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
+    @property
+    def body_a(self) -> str:
+        """
+        A body.
+        """
+    @property
+    def body_b(self) -> str:
+        """
+        Another body.
+        """
+    @property
+    def distance(self) -> float:
+        """
+        Between the surfaces; negative: depth [m].
+        """
+    @property
+    def friction(self) -> float:
+        """
+        The contact's coefficient.
+        """
+    @property
+    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Unit vector from body_b to body_a, in the world's axes. Shape (3,).
+        """
+    @property
+    def normal_force(self) -> float:
+        """
+        Along the normal, on body_a [N].
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        On body_b, in the world [m]. Shape (3,).
+        """
+    @property
+    def tangential_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Friction on body_a, in the world's axes [N]. Shape (3,).
+        """
 class Audit:
     """
     Where the energy of a rollout went.
     
     Each work [J] is work on the bodies: positive where it gives them energy. An impulse works along the mean of the velocities
-    before and after the step; so the sum over all impulses is the gain of kinetic energy. The entries and `leftover` add up to
-    `energy_change`.
+    before and after the step. The entries and `leftover` add up to `energy_change`.
     """
     def __repr__(self) -> str:
         ...
@@ -847,65 +909,6 @@ class Audit:
     def wrench(self) -> float:
         """
         Work of the disturbance: Rollout.work [J].
-        """
-class Contact:
-    """
-    One point where two bodies touch, and the forces there over the last step.
-    """
-    def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
-        """
-        body_a: A body.
-        body_b: Another body.
-        position: On body_b, in the world [m].
-        normal: Unit vector from body_b to body_a, in the world's axes.
-        distance: Between the surfaces; negative: depth [m].
-        normal_force: Along the normal, on body_a [N].
-        tangential_force: Friction on body_a, in the world's axes [N].
-        friction: The contact's coefficient.
-        """
-    def __repr__(self) -> str:
-        """
-        Name(property=value, ...)
-        """
-    @property
-    def body_a(self) -> str:
-        """
-        A body.
-        """
-    @property
-    def body_b(self) -> str:
-        """
-        Another body.
-        """
-    @property
-    def distance(self) -> float:
-        """
-        Between the surfaces; negative: depth [m].
-        """
-    @property
-    def friction(self) -> float:
-        """
-        The contact's coefficient.
-        """
-    @property
-    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        Unit vector from body_b to body_a, in the world's axes. Shape (3,).
-        """
-    @property
-    def normal_force(self) -> float:
-        """
-        Along the normal, on body_a [N].
-        """
-    @property
-    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        On body_b, in the world [m]. Shape (3,).
-        """
-    @property
-    def tangential_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        Friction on body_a, in the world's axes [N]. Shape (3,).
         """
 class Rollout:
     """
@@ -1107,22 +1110,22 @@ class Problem:
     Args:
         scene: the bodies.
         state: where they are and how they move, shape (n,).
-        force: the largest disturbance of each object along each axis, shape (3,) [N].
-        torque: the same about each axis, shape (3,) [N m].
-        duration: the longest edge of a search [s].
         captured: the capture set Z_cap. Of several objects a dict, a region for each: it asks whether all of them are in
             theirs (captured), and whether at least one is (captured_any).
         succeeded: the success set Z_suc, or a dict in the same way.
         within: where the search for an escape may go, Z_b.
-        effector: 'coast', no actuation; or 'drive', each edge of a search starts with its velocity of the start state.
-        rate: lambda of eq. 4 [1/J].
-        force_weights: of the force score.
-        contacts: measured at the state, for the force score; by default simulated.
-        horizon: the question is about the next so many seconds; by default the plan's duration.
-        plan: the robot's actions in that time.
-        check: time between two looks at the capture set [s], by default about 1/60.
-        dwell: how long an object has to stay outside for an escape [s].
         start_outside: do not warn of a state outside of the capture set, as along a recorded trajectory.
+        force: Largest |force| of the disturbance on each object, along the world's x, y and z axes [N].
+        torque: Largest |torque| of the disturbance on each object, about the world's x, y and z axes [N m].
+        duration: Longest edge of the search [s]; at least one step of the simulation.
+        effector: What the effector does while the objects are disturbed. coast: no script acts on it. drive: each edge of the search starts with its velocities of the start.
+        rate: lambda: how fast the likelihood of a state falls with the work to get there [1/J].
+        force_weights: Weights of the force score.
+        contacts: Contacts that were measured at the state, for the force score; left out: simulated.
+        horizon: The question is about the next so many seconds, whole steps of the simulation; left out: as long as the plan, or without a clock.
+        check: Time between two looks at the capture set, whole steps of the simulation [s]; left out: about 1/60.
+        dwell: How long an object has to stay outside of the capture set for an escape, whole steps of the simulation [s]; left out: 0.
+        plan: The robot's actions from the state on; left out: the effector coasts.
     
     Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look like
     another unit, and of a start that falls or is outside of the capture set.
@@ -1144,7 +1147,7 @@ class Problem:
         """
     def __getstate__(self) -> str:
         ...
-    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, horizon: float | None = None, plan: Plan | None = None, check: float | None = None, dwell: float = 0.0, start_outside: bool = False) -> None:
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, start_outside: bool = False, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, horizon: float | None = None, check: float | None = None, dwell: float = 0.0, plan: Plan | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1182,12 +1185,12 @@ class Problem:
     @property
     def captured(self) -> Region:
         """
-        Capture set.
+        The capture set Z_cap; of several objects: all are captured.
         """
     @property
     def captured_any(self) -> Region | None:
         """
-        Where at least one object is captured, or None.
+        Of several objects: at least one is captured.
         """
     @property
     def captured_by_object(self) -> dict[str, Region] | None:
@@ -1197,32 +1200,32 @@ class Problem:
     @property
     def check(self) -> float | None:
         """
-        Time between two looks at the capture set [s]; None: about 1/60.
+        Time between two looks at the capture set, whole steps of the simulation [s]; left out: about 1/60.
         """
     @property
     def contacts(self) -> list[Contact] | None:
         """
-        Measured contacts, or None.
+        Contacts that were measured at the state, for the force score; left out: simulated.
         """
     @property
     def duration(self) -> float:
         """
-        Longest edge [s].
+        Longest edge of the search [s]; at least one step of the simulation.
         """
     @property
     def dwell(self) -> float:
         """
-        How long an object has to stay outside for an escape [s].
+        How long an object has to stay outside of the capture set for an escape, whole steps of the simulation [s]; left out: 0.
         """
     @property
     def effector(self) -> str:
         """
-        "drive" or "coast": whether each edge of a search starts with the effector at its velocity of the start.
+        What the effector does while the objects are disturbed. coast: no script acts on it. drive: each edge of the search starts with its velocities of the start.
         """
     @property
     def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Largest |force| along each axis, shape (3,) [N].
+        Largest |force| of the disturbance on each object, along the world's x, y and z axes [N]. Shape (3,).
         """
     @property
     def force_weights(self) -> ForceWeights:
@@ -1237,12 +1240,12 @@ class Problem:
     @property
     def plan(self) -> Plan | None:
         """
-        The robot's actions, or None: the effector coasts.
+        The robot's actions from the state on; left out: the effector coasts.
         """
     @property
     def rate(self) -> float:
         """
-        lambda [1/J].
+        lambda: how fast the likelihood of a state falls with the work to get there [1/J].
         """
     @property
     def scene(self) -> Scene:
@@ -1257,22 +1260,22 @@ class Problem:
     @property
     def succeeded(self) -> Region | None:
         """
-        Success set, or None.
+        The success set Z_suc; of several objects: all have succeeded.
         """
     @property
     def succeeded_any(self) -> Region | None:
         """
-        Where at least one object has succeeded, or None.
+        Of several objects: at least one has succeeded.
         """
     @property
     def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Largest |torque| about each axis, shape (3,) [N m].
+        Largest |torque| of the disturbance on each object, about the world's x, y and z axes [N m]. Shape (3,).
         """
     @property
     def within(self) -> Region | None:
         """
-        Bounds of the search for an escape, or None.
+        Bounds Z_b: where the search for an escape may go. The start is inside.
         """
 class Tree:
     """
