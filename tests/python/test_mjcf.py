@@ -604,6 +604,23 @@ def test_copies_without_end_are_refused_before_mujoco_makes_them(inside):
         from_mjcf(f"<mujoco><worldbody>{inside}</worldbody></mujoco>")
 
 
+def test_bodies_that_are_nested_without_end_are_refused():
+    nested = "<body>" * 20_000 + "</body>" * 20_000
+    with pytest.raises(ValueError, match="nesting is too deep"):
+        from_mjcf(f"<mujoco><worldbody>{nested}</worldbody></mujoco>")
+
+
+def test_copies_in_an_included_file_count(tmp_path):
+    copies = '<replicate count="200000" offset="1 0 0"><geom size="0.1"/></replicate>'
+    (tmp_path / "many.xml").write_text(f"<mujocoinclude>{copies}</mujocoinclude>")
+    path = tmp_path / "scene.xml"
+    path.write_text('<mujoco><worldbody><include file="many.xml"/></worldbody></mujoco>')
+    with pytest.raises(
+        ValueError, match=r"asks for 40000\d elements by <replicate count='200000'>"
+    ):
+        from_mjcf(path)
+
+
 def test_a_scene_with_another_friction_rule_is_refused_and_stays_as_it_was():
     scene = em.Scene()
     with pytest.raises(ValueError, match=r"scene\.friction_rule is 'product', expected"):

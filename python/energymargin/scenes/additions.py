@@ -84,9 +84,9 @@ class Mistakes:
             self._errors.append(error)
 
     def check(self, *, features: bool = True) -> None:
-        """Raises all that was found, if there is any; NotSimulatedError if it is not all wrong.
+        """Raises all that was found, if there is any; NotSimulatedError if some is not simulated.
 
-        `features`: whether what is not simulated is an error by itself.
+        `features`: whether what is not simulated is an error alone, without a mistake.
         """
         texts = list(dict.fromkeys(map(str, self._errors)))
         if self.features and (features or texts):

@@ -59,7 +59,7 @@ def compiled(source: Any) -> Any:
     try:
         root = ET.fromstring(str(source)) if text else ET.parse(source).getroot()
         _require_few(root, Path() if text else Path(source).parent)
-    except (ET.ParseError, OSError):
+    except (ET.ParseError, OSError, RecursionError):
         pass  # MuJoCo says what is wrong
     load = mujoco.MjModel.from_xml_string if text else mujoco.MjModel.from_xml_path
     return load(str(source))
