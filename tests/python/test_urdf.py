@@ -416,6 +416,16 @@ def test_packages_are_found_on_ros_package_path(tmp_path, cube, monkeypatch, tmp
     assert len(built(far, text).bodies) == 2
 
 
+def test_all_meshes_that_are_missing_are_listed_and_the_folders_once(tmp_path):
+    text = MESH.replace("FILE", "meshes/a.stl").replace(
+        '<cylinder radius="0.02" length="0.4"/>', '<mesh filename="meshes/b.stl"/>'
+    )
+    with pytest.raises(FileNotFoundError) as error:
+        built(tmp_path, text)
+    assert str(error.value).count(str(tmp_path / "meshes/a.stl")) == 1
+    assert str(error.value).endswith("has 'meshes/b.stl', nor there")
+
+
 def test_a_mesh_stands_where_its_collision_element_does(tmp_path, cube):
     turned = MESH.replace("FILE", "package://stones/meshes/cube.obj").replace(
         "<collision><geometry>",

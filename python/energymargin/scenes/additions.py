@@ -88,12 +88,17 @@ class Mistakes:
 
         `features`: whether what is not simulated is an error alone, without a mistake.
         """
-        texts = list(dict.fromkeys(map(str, self._errors)))
+        missing = [error for error in self._errors if isinstance(error, FileNotFoundError)]
+        # The folders where files are not are those of the first one.
+        short: dict[Exception, str] = {
+            error: str(error).partition(", which")[0] + ", nor there" for error in missing[1:]
+        }
+        texts = list(dict.fromkeys(short.get(error, str(error)) for error in self._errors))
         if self.features and (features or texts):
             raise NotSimulatedError(self.source, dict(sorted(self.features.items())), texts)
         if texts:
-            missing = all(isinstance(error, FileNotFoundError) for error in self._errors)
-            raise (FileNotFoundError if missing else ValueError)("\n".join(texts))
+            kind = FileNotFoundError if len(missing) == len(self._errors) else ValueError
+            raise kind("\n".join(texts))
 
 
 def counted(features: Mapping[str, int]) -> str:
