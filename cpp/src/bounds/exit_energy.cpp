@@ -8,7 +8,6 @@
 #include "base/angles.hpp"
 #include "energymargin/kinematics.hpp"
 #include "sets/body_reader.hpp"
-#include "sets/sweep.hpp"
 
 namespace energymargin::bounds {
 namespace {
@@ -79,8 +78,8 @@ Vector3 in_plane(const Vector2& point) { return {point.x(), point.y(), 0.0}; }
 // nothing.
 class Reader {
  public:
-  Reader(const Problem& problem, std::size_t object, const std::vector<bool>& immovable, const ObjectSpace& space)
-      : problem_(problem), object_(object), immovable_(immovable), space_(space), kinematics_(problem.scene) {}
+  Reader(const Subject& subject, const ObjectSpace& space)
+      : subject_(subject), scene_(subject.problem.scene), space_(space) {}
 
   ExitEnergy read(const Region& region) const {
     return std::visit([&](const auto& part) { return of(part); }, region.expression());
@@ -89,11 +88,11 @@ class Reader {
  private:
   using PoseRanges = std::function<PoseRange(const PoseCell&)>;
 
-  bool is_object(const std::string& body) const { return problem_.scene.index(body) == object_; }
-  bool stays(const std::string& body) const { return body.empty() || immovable_[problem_.scene.index(body)]; }
+  bool is_object(const std::string& body) const { return scene_.index(body) == subject_.object; }
+  bool stays(const std::string& body) const { return body.empty() || subject_.immovable[scene_.index(body)]; }
 
   BodyState state(const std::string& body) const {
-    return body.empty() ? BodyState{} : kinematics_(problem_.state.data(), problem_.scene.index(body));
+    return body.empty() ? BodyState{} : subject_.at(scene_.index(body));
   }
 
   static ExitEnergy unknown(std::string reason) {
@@ -124,8 +123,9 @@ class Reader {
     if (!is_object(primitive.body) && !stays(primitive.body)) return moves_along_with(primitive.body);
     ExitEnergy exit;
     exit.crossing = [crossing, frame = state(primitive.frame),
-                     ranges = pose_ranges(primitive.body, position_in_body(problem_.scene, primitive))](
-                        const PoseCell& cell) { return crossing(ranges(cell).from(frame)); };
+                     ranges = pose_ranges(primitive.body, position_in_body(scene_, primitive))](const PoseCell& cell) {
+      return crossing(ranges(cell).from(frame));
+    };
     return exit;
   }
   static ExitEnergy moves_along_with(const std::string& body) {
@@ -187,7 +187,7 @@ class Reader {
     ExitEnergy exit;
     exit.crossing = [sector = swept_sector(swept, motion), radius = swept.disc_radius,
                      center = in_plane(motion.position),
-                     ranges = pose_ranges(swept.body, position_in_body(problem_.scene, swept))](const PoseCell& cell) {
+                     ranges = pose_ranges(swept.body, position_in_body(scene_, swept))](const PoseCell& cell) {
       return sector ? in_sector(*sector, ranges(cell)) : at_most(radius, distance(ranges(cell), center, 2));
     };
     exit.depends_on = {true, true, false};
@@ -214,8 +214,8 @@ class Reader {
   ExitEnergy of(const regions::Speed& speed) const {
     CrossingEnergy energy = either;
     if (is_object(speed.body)) {
-      const Inertial& inertial = problem_.scene.inertial(object_);
-      const double push = 1.0 / problem_.scene.bodies()[object_].mass;
+      const Inertial& inertial = scene_.inertial(subject_.object);
+      const double push = 1.0 / subject_.body().mass;
       const double turn = 1.0 / inertial.moments.minCoeff();
       const Vector3& center = inertial.center;
       const double arm = speed.along_world ? speed.point.norm() + center.norm() : (speed.point - center).norm();
@@ -268,18 +268,15 @@ class Reader {
     return exit;
   }
 
-  const Problem& problem_;
-  std::size_t object_;
-  const std::vector<bool>& immovable_;
+  const Subject& subject_;
+  const Scene& scene_;
   const ObjectSpace& space_;
-  Kinematics kinematics_;
 };
 
 }  // namespace
 
-ExitEnergy exit_energy(const Problem& problem, const Region& captured, std::size_t object,
-                       const std::vector<bool>& immovable, const ObjectSpace& space) {
-  return Reader(problem, object, immovable, space).read(captured);
+ExitEnergy exit_energy(const Subject& subject, const Region& captured, const ObjectSpace& space) {
+  return Reader(subject, space).read(captured);
 }
 
 }  // namespace energymargin::bounds

@@ -1,10 +1,11 @@
 #pragma once
-// A body in a state vector, as regions see it: from the world, or from another body.
+// A body in a state vector, as a primitive region sees it: from the world, or from another body.
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <type_traits>
 
-#include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/region.hpp"
 #include "energymargin/scene.hpp"
@@ -12,82 +13,62 @@
 
 namespace energymargin {
 
-//! Reads one body out of a state vector.
+//! How a body moves in x and y.
+regions::PlanarMotion planar_motion(const BodyState& body);
+
+//! The annular sector about the instantaneous centre of rotation; none while the body is too slow: then it is the disc.
+std::optional<regions::AnnularSector> swept_sector(const regions::Swept& swept, const regions::PlanarMotion& motion);
+
+//! Where a point of a body is, in the body's frame [m]. Throws std::invalid_argument on the centre of mass of a body
+//! that is fixed, and has none.
+Vector3 position_in_body(const Scene& scene, const std::string& body, regions::Point point);
+
+//! The point whose position counts in a region; regions about no position have the origin.
+template <typename Primitive>
+Vector3 position_in_body(const Scene& scene, const Primitive& primitive) {
+  constexpr bool has_no_position =
+      std::is_same_v<Primitive, regions::Speed> || std::is_same_v<Primitive, regions::Tilt>;
+  if constexpr (has_no_position) {
+    return Vector3::Zero();
+  } else {
+    return position_in_body(scene, primitive.body, primitive.point);
+  }
+}
+
+//! Reads the body of a primitive out of a state vector, as seen from its frame; of Swept also the body that sweeps.
 class BodyReader {
  public:
-  BodyReader(const Scene& scene, std::shared_ptr<const Kinematics> kinematics, const std::string& name)
-      : kinematics_(std::move(kinematics)), body_(scene.index(name)) {}
+  template <typename Primitive>
+  BodyReader(const Scene& scene, std::shared_ptr<const Kinematics> kinematics, const Primitive& primitive)
+      : kinematics_(std::move(kinematics)), point_(position_in_body(scene, primitive)) {
+    body_ = scene.index(primitive.body);
+    if constexpr (std::is_same_v<Primitive, regions::Swept>) {
+      other_ = scene.index(primitive.by);
+    } else {
+      in_world_ = primitive.frame.empty();
+      if (!in_world_) other_ = scene.index(primitive.frame);
+    }
+  }
 
-  BodyState operator()(const double* state) const { return (*kinematics_)(state, body_); }
+  //! The frame's body, or the one that sweeps.
+  BodyState other(const double* state) const { return (*kinematics_)(state, other_); }
+
+  //! Position of the point.
+  Vector3 position(const double* state) const;
+
+  //! Velocity of the frame's body, in its own axes.
+  Vector3 frame_velocity(const double* state) const;
+
+  Vector3 direction(const double* state, const Vector3& axis) const;
+
+  //! Velocity of a point of the body, as seen by somebody who moves with the frame.
+  Vector3 velocity(const double* state, const regions::Speed& speed) const;
 
  private:
   std::shared_ptr<const Kinematics> kinematics_;
-  std::size_t body_;
-};
-
-//! Where the point is whose position counts, in the body's frame [m]. Throws std::invalid_argument on the centre of
-//! mass of a body that is fixed, and has none.
-inline Vector3 position_in_body(const Scene& scene, const std::string& name, regions::Point point) {
-  if (point == regions::Point::origin) return Vector3::Zero();
-  const std::size_t body = scene.index(name);
-  if (scene.bodies()[body].fixed()) reject("point", "'center_of_mass' of '" + name + "', which is fixed", "'origin'");
-  return scene.inertial(body).center;
-}
-
-//! The same for any region about one body; those about no position have the origin.
-template <typename Primitive>
-Vector3 position_in_body(const Scene& scene, const Primitive& primitive) {
-  return position_in_body(scene, primitive.body, primitive.point);
-}
-inline Vector3 position_in_body(const Scene&, const regions::Speed&) { return Vector3::Zero(); }
-inline Vector3 position_in_body(const Scene&, const regions::Tilt&) { return Vector3::Zero(); }
-
-//! A body as seen from a frame: that of another body or, without a name, the world's.
-class RelativeReader {
- public:
-  RelativeReader(const Scene& scene, const std::shared_ptr<const Kinematics>& kinematics, const std::string& body,
-                 const std::string& frame, Vector3 point = Vector3::Zero())
-      : body_(scene, kinematics, body),
-        in_world_(frame.empty()),
-        frame_(scene, kinematics, in_world_ ? body : frame),
-        point_(std::move(point)) {}
-
-  //! Of the point.
-  Vector3 position(const double* state) const {
-    const Vector3 position = state_at_point(point_, body_(state)).position;
-    if (in_world_) return position;
-    const BodyState frame = frame_(state);
-    return frame.orientation.conjugate() * (position - frame.position);
-  }
-
-  //! Of the frame's body, in its own axes.
-  Vector3 frame_velocity(const double* state) const {
-    const BodyState frame = frame_(state);
-    return frame.orientation.conjugate() * frame.velocity;
-  }
-
-  Vector3 direction(const double* state, const Vector3& axis) const {
-    const Vector3 direction = body_(state).orientation * axis;
-    return in_world_ ? direction : Vector3(frame_(state).orientation.conjugate() * direction);
-  }
-
-  //! Velocity of a point of the body, as seen by somebody who moves with the frame.
-  Vector3 velocity(const double* state, const Vector3& point, bool along_world) const {
-    const BodyState body = body_(state);
-    const Vector3 arm = along_world ? point : Vector3(body.orientation * point);
-    const Vector3 velocity = body.velocity + body.angular_velocity.cross(arm);
-    if (in_world_) return velocity;
-    const BodyState frame = frame_(state);
-    const Vector3 velocity_of_frame =
-        frame.velocity + frame.angular_velocity.cross(body.position + arm - frame.position);
-    return frame.orientation.conjugate() * (velocity - velocity_of_frame);
-  }
-
- private:
-  BodyReader body_;
-  bool in_world_;
-  BodyReader frame_;
   Vector3 point_;  // in the body's frame
+  std::size_t body_, other_ = 0;
+  bool in_world_ = true;
 };
 
 }  // namespace energymargin

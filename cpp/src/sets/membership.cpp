@@ -6,12 +6,23 @@
 
 #include "base/angles.hpp"
 #include "sets/body_reader.hpp"
-#include "sets/sweep.hpp"
 
 namespace energymargin {
 namespace {
 
 using Test = std::function<bool(const double*)>;
+
+bool contains(const regions::Ball& ball, const BodyReader& body, const double* state) {
+  return (body.position(state) - ball.center).squaredNorm() <= ball.radius * ball.radius;
+}
+
+bool contains(const regions::Box& box, const BodyReader& body, const double* state) {
+  return ((body.position(state) - box.center).array().abs() <= 0.5 * box.size.array()).all();
+}
+
+bool contains(const regions::Disc& disc, const BodyReader& body, const double* state) {
+  return (body.position(state).head<2>() - disc.center).squaredNorm() <= disc.radius * disc.radius;
+}
 
 bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
   const Vector2 arm = position.head<2>() - sector.center;
@@ -21,9 +32,32 @@ bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
   return turned - full_turn * std::floor(turned / full_turn) <= std::abs(sector.sweep);
 }
 
-bool in_sweep(const regions::Swept& swept, const regions::PlanarMotion& motion, const Vector3& position) {
+bool contains(const regions::AnnularSector& sector, const BodyReader& body, const double* state) {
+  return in_sector(sector, body.position(state));
+}
+
+bool contains(const regions::Swept& swept, const BodyReader& body, const double* state) {
+  const regions::PlanarMotion motion = swept.at ? *swept.at : planar_motion(body.other(state));
+  const Vector3 position = body.position(state);
   const std::optional<regions::AnnularSector> sector = swept_sector(swept, motion);
   return sector ? in_sector(*sector, position) : (position.head<2>() - motion.position).norm() <= swept.disc_radius;
+}
+
+bool contains(const regions::HalfSpace& half_space, const BodyReader& body, const double* state) {
+  const double beyond = half_space.normal.dot(body.position(state)) - half_space.offset;
+  if (half_space.ahead == 0.0 || beyond <= 0.0) return beyond <= 0.0;
+  return beyond <= half_space.ahead * half_space.normal.dot(body.frame_velocity(state));
+}
+
+bool contains(const regions::Speed& speed, const BodyReader& body, const double* state) {
+  const Vector3 velocity = body.velocity(state, speed);
+  if (speed.along) return velocity.dot(*speed.along) <= speed.limit;
+  return velocity.squaredNorm() <= speed.limit * speed.limit;
+}
+
+bool contains(const regions::Tilt& tilt, const BodyReader& body, const double* state) {
+  const Vector3 direction = body.direction(state, tilt.axis);
+  return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) <= tilt.limit;
 }
 
 class Compiler {
@@ -33,48 +67,10 @@ class Compiler {
 
   Test compile(const Region& region) const { return std::visit(*this, region.expression()); }
 
-  Test operator()(const regions::Ball& ball) const {
-    return [ball, body = reader(ball)](const double* state) {
-      return (body.position(state) - ball.center).squaredNorm() <= ball.radius * ball.radius;
-    };
-  }
-  Test operator()(const regions::Box& box) const {
-    return [box, body = reader(box)](const double* state) {
-      return ((body.position(state) - box.center).array().abs() <= 0.5 * box.size.array()).all();
-    };
-  }
-  Test operator()(const regions::Disc& disc) const {
-    return [disc, body = reader(disc)](const double* state) {
-      return (body.position(state).head<2>() - disc.center).squaredNorm() <= disc.radius * disc.radius;
-    };
-  }
-  Test operator()(const regions::AnnularSector& sector) const {
-    return [sector, body = reader(sector)](const double* state) { return in_sector(sector, body.position(state)); };
-  }
-  Test operator()(const regions::Swept& swept) const {
-    return [swept, body = RelativeReader(scene_, kinematics_, swept.body, "", position_in_body(scene_, swept)),
-            by = BodyReader(scene_, kinematics_, swept.by)](const double* state) {
-      return in_sweep(swept, swept.at ? *swept.at : planar_motion(by(state)), body.position(state));
-    };
-  }
-  Test operator()(const regions::HalfSpace& half_space) const {
-    return [half_space, body = reader(half_space)](const double* state) {
-      const double beyond = half_space.normal.dot(body.position(state)) - half_space.offset;
-      if (half_space.ahead == 0.0 || beyond <= 0.0) return beyond <= 0.0;
-      return beyond <= half_space.ahead * half_space.normal.dot(body.frame_velocity(state));
-    };
-  }
-  Test operator()(const regions::Speed& speed) const {
-    return [speed, body = reader(speed)](const double* state) {
-      const Vector3 velocity = body.velocity(state, speed.point, speed.along_world);
-      if (speed.along) return velocity.dot(*speed.along) <= speed.limit;
-      return velocity.squaredNorm() <= speed.limit * speed.limit;
-    };
-  }
-  Test operator()(const regions::Tilt& tilt) const {
-    return [tilt, body = reader(tilt)](const double* state) {
-      const Vector3 direction = body.direction(state, tilt.axis);
-      return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) <= tilt.limit;
+  template <typename Primitive>
+  Test operator()(const Primitive& primitive) const {
+    return [primitive, body = BodyReader(scene_, kinematics_, primitive)](const double* state) {
+      return contains(primitive, body, state);
     };
   }
   Test operator()(const regions::Predicate& predicate) const {
@@ -98,11 +94,6 @@ class Compiler {
   }
 
  private:
-  template <typename Primitive>
-  RelativeReader reader(const Primitive& primitive) const {
-    return {scene_, kinematics_, primitive.body, primitive.frame, position_in_body(scene_, primitive)};
-  }
-
   std::vector<Test> compile_each(const std::vector<Region>& regions) const {
     std::vector<Test> tests;
     for (const Region& region : regions) tests.push_back(compile(region));

@@ -1,13 +1,19 @@
 #pragma once
-// The fields of regions, in the order of problem files.
+// The fields of regions in the order of problem files, and the words of their point.
 
 #include <tuple>
 
 #include "base/record.hpp"
+#include "base/words.hpp"
 #include "energymargin/region.hpp"
-#include "sets/words.hpp"
 
 namespace energymargin {
+
+template <>
+struct Words<regions::Point> {
+  static constexpr std::pair<const char*, regions::Point> all[]{{"origin", regions::Point::origin},
+                                                                {"center_of_mass", regions::Point::center_of_mass}};
+};
 
 //! The frame of a region, which may be left empty.
 struct FrameOf {
@@ -31,19 +37,20 @@ auto point_field() {
                "Of the body: \"origin\" of its frame, as when left out, or \"center_of_mass\".", Presence::optional};
 }
 
+//! The fields of a region about a position; `own` are those between its body and its frame.
+template <typename Primitive, typename... Own>
+auto position_fields(const Own&... own) {
+  return std::tuple{body_field<Primitive>(), own..., frame_field(), point_field<Primitive>()};
+}
+
 template <>
 struct Record<regions::Ball> {
   static constexpr const char* name = "ball";
   static constexpr const char* type = "ball";
   static constexpr const char* description = "|position of the body - center| <= radius.";
   static auto fields() {
-    return std::tuple{
-        body_field<regions::Ball>(),
-        Field{"center", &regions::Ball::center, "[m]"},
-        Field{"radius", &regions::Ball::radius, "[m]", forms::positive},
-        frame_field(),
-        point_field<regions::Ball>(),
-    };
+    return position_fields<regions::Ball>(Field{"center", &regions::Ball::center, "[m]"},
+                                          Field{"radius", &regions::Ball::radius, "[m]", forms::positive});
   }
 };
 
@@ -53,13 +60,9 @@ struct Record<regions::Box> {
   static constexpr const char* type = "box";
   static constexpr const char* description = "The body's position is inside a box along the frame's axes.";
   static auto fields() {
-    return std::tuple{
-        body_field<regions::Box>(),
+    return position_fields<regions::Box>(
         Field{"center", &regions::Box::center, "[m]"},
-        Field{"size", &regions::Box::size, "Full edge lengths [m], or \"inf\".", forms::sizes},
-        frame_field(),
-        point_field<regions::Box>(),
-    };
+        Field{"size", &regions::Box::size, "Full edge lengths [m], or \"inf\".", forms::sizes});
   }
 };
 
@@ -69,13 +72,8 @@ struct Record<regions::Disc> {
   static constexpr const char* type = "disc";
   static constexpr const char* description = "A ball of the plane: the distance counts in x and y alone.";
   static auto fields() {
-    return std::tuple{
-        body_field<regions::Disc>(),
-        Field{"center", &regions::Disc::center, "[m]"},
-        Field{"radius", &regions::Disc::radius, "[m]", forms::positive},
-        frame_field(),
-        point_field<regions::Disc>(),
-    };
+    return position_fields<regions::Disc>(Field{"center", &regions::Disc::center, "[m]"},
+                                          Field{"radius", &regions::Disc::radius, "[m]", forms::positive});
   }
 };
 
@@ -86,17 +84,13 @@ struct Record<regions::AnnularSector> {
   static constexpr const char* type = "annular_sector";
   static constexpr const char* description = "What an arc of some width sweeps in x and y.";
   static auto fields() {
-    return std::tuple{
-        body_field<Sector>(),
+    return position_fields<Sector>(
         Field{"center", &Sector::center, "Of the arc [m]."},
         Field{"radius", &Sector::radius, "Mean radius of the arc [m].", forms::positive},
         Field{"half_width", &Sector::half_width, "On each side of the mean radius [m].", forms::positive},
         Field{"start_angle", &Sector::start_angle, "From the x axis [rad]."},
         Field{"sweep", &Sector::sweep,
-              "Counter-clockwise from the start, negative: clockwise; not 0, at most a full turn [rad].", forms::turn},
-        frame_field(),
-        point_field<Sector>(),
-    };
+              "Counter-clockwise from the start, negative: clockwise; not 0, at most a full turn [rad].", forms::turn});
   }
 };
 

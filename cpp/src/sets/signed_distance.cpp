@@ -9,7 +9,6 @@
 #include "base/angles.hpp"
 #include "base/check.hpp"
 #include "sets/body_reader.hpp"
-#include "sets/sweep.hpp"
 
 namespace energymargin {
 namespace {
@@ -68,10 +67,8 @@ class DistanceCompiler {
         [sector, body = reader(sector)](const double* state) { return distance_to(sector, body.position(state)); });
   }
   Distance operator()(const regions::Swept& swept) {
-    return add_scalar([swept,
-                       body = RelativeReader(scene_, kinematics_, swept.body, "", position_in_body(scene_, swept)),
-                       by = BodyReader(scene_, kinematics_, swept.by)](const double* state) {
-      return distance_to(swept, swept.at ? *swept.at : planar_motion(by(state)), body.position(state));
+    return add_scalar([swept, body = reader(swept)](const double* state) {
+      return distance_to(swept, swept.at ? *swept.at : planar_motion(body.other(state)), body.position(state));
     });
   }
   Distance operator()(const regions::HalfSpace& half_space) {
@@ -82,9 +79,7 @@ class DistanceCompiler {
     });
   }
   Distance operator()(const regions::Speed& speed) {
-    const auto velocity = [speed, body = reader(speed)](const double* state) {
-      return body.velocity(state, speed.point, speed.along_world);
-    };
+    const auto velocity = [speed, body = reader(speed)](const double* state) { return body.velocity(state, speed); };
     if (speed.along) {
       return add_scalar(
           [speed, velocity](const double* state) { return velocity(state).dot(*speed.along) - speed.limit; });
@@ -159,8 +154,8 @@ class DistanceCompiler {
   }
 
   template <typename Primitive>
-  RelativeReader reader(const Primitive& primitive) const {
-    return {scene_, kinematics_, primitive.body, primitive.frame, position_in_body(scene_, primitive)};
+  BodyReader reader(const Primitive& primitive) const {
+    return {scene_, kinematics_, primitive};
   }
 
   std::vector<Distance> compile_each(const std::vector<Region>& regions) {
