@@ -1,10 +1,16 @@
 #pragma once
 // Many problems on a pool of threads, one World each. The same bits for any number of threads.
 
+#include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "energymargin/disturbances.hpp"
@@ -64,11 +70,11 @@ class Batch {
   //! gives a row with an error.
   Batch(std::vector<Problem> problems, const BatchOptions& options);
 
-  //! The same without problems yet; `options.indices` are not asked for.
+  //! Starts without problems; `options.indices` are not asked for.
   explicit Batch(const BatchOptions& options);
 
   //! Cancels and joins.
-  ~Batch();
+  ~Batch() { cancel(); }
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
@@ -91,9 +97,32 @@ class Batch {
   void cancel();
 
  private:
-  class Pool;
-  std::vector<std::string> metrics_;
-  std::unique_ptr<Pool> pool_;
+  struct Work;  // a problem whose row is not complete
+
+  // One search of a problem. Each is a job, so that a single problem, or the end of a batch, keeps several threads
+  // busy.
+  struct Job {
+    std::shared_ptr<Work> work;
+    std::size_t search;
+  };
+
+  void start_threads();
+  std::optional<Job> next(bool wait);
+  void run(const Job& job);
+  void end(std::size_t stopped = 0);
+  bool over() const;
+
+  BatchOptions options_;
+  std::atomic<bool> stop_{false};
+  mutable std::mutex mutex_;
+  std::mutex joining_;  // of two that cancel at once, one joins the threads
+  std::condition_variable changed_;
+  std::deque<Job> queue_;
+  std::vector<ScoreRow> rows_;
+  std::size_t pending_ = 0;  // problems
+  std::size_t running_ = 0;  // jobs
+  bool ended_ = false;
+  std::vector<std::thread> threads_;
 };
 
 //! Scores one problem on the calling thread. Throws Cancelled or TimedOut if it reaches the limit: there are no half

@@ -2,21 +2,160 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
-#include <deque>
-#include <mutex>
+#include <iterator>
 #include <numeric>
-#include <optional>
-#include <thread>
 #include <utility>
 
 #include "base/check.hpp"
 #include "base/threads.hpp"
+#include "base/words.hpp"
 #include "energymargin/metrics/capture.hpp"
-#include "metrics/searches.hpp"
+#include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/probability.hpp"
+#include "energymargin/random.hpp"
 
 namespace energymargin {
 namespace {
+
+enum class Kind { tree, effort, probability, force };
+
+struct Metric {
+  const char* name;
+  Kind kind;
+  const char* planner = "";  // of an effort, which has a search of its own; all others of a kind share one
+  Captured captured = Captured::all;
+};
+
+// Names of the metrics that one search gives.
+using SearchMetrics = std::vector<std::string>;
+
+constexpr Metric known_metrics[] = {{"force", Kind::force},
+                                    {"capture", Kind::tree},
+                                    {"success", Kind::tree},
+                                    {"capture/any", Kind::tree},
+                                    {"success/any", Kind::tree},
+                                    {"effort/est", Kind::effort, "est"},
+                                    {"effort/rrt", Kind::effort, "rrt"},
+                                    {"effort/est/any", Kind::effort, "est", Captured::any},
+                                    {"effort/rrt/any", Kind::effort, "rrt", Captured::any},
+                                    {"probability", Kind::probability},
+                                    {"probability/success", Kind::probability},
+                                    {"probability/any", Kind::probability}};
+
+const Metric* find_metric(const std::string& name) {
+  const auto known = std::find_if(std::begin(known_metrics), std::end(known_metrics),
+                                  [&](const Metric& metric) { return metric.name == name; });
+  return known == std::end(known_metrics) ? nullptr : known;
+}
+
+bool share_a_search(const std::string& a, const std::string& b) {
+  const Kind kind = find_metric(a)->kind;
+  return a == b || (kind == find_metric(b)->kind && kind != Kind::effort);
+}
+
+template <typename Result>
+void add_quality(const Result& result, ScoreRow& row) {
+  row += result;
+  row.warnings.insert(row.warnings.end(), result.warnings.begin(), result.warnings.end());
+}
+
+void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
+  CaptureOptions capture;
+  capture.nodes = options.nodes;
+  capture.nodes_per_edge = options.nodes_per_edge;
+  capture.least_likelihood = options.least_likelihood;
+  capture.seed = seed;
+  capture.limit = options.limit;
+  const CaptureScore score = capture_score(problem, capture);
+  if (!score.complete) throw Cancelled();
+  add_quality(score, row);
+  row.scores["capture"] = score.capture.mean;
+  if (score.success) row.scores["success"] = score.success->mean;
+  if (score.capture_any) row.scores["capture/any"] = score.capture_any->mean;
+  if (score.success_any) row.scores["success/any"] = score.success_any->mean;
+}
+
+void add_effort(const Problem& problem, const Metric& metric, const BatchOptions& options, std::uint64_t seed,
+                ScoreRow& row) {
+  EffortOptions effort;
+  effort.planner = metric.planner;
+  effort.nodes = options.nodes;
+  effort.seed = seed;
+  effort.captured = metric.captured;
+  effort.limit = options.limit;
+  effort.search = options.search;
+  effort.stop_at_escape = options.stop_at_escape;
+  const Escape escape = escape_effort(problem, effort);
+  if (!escape.complete) throw Cancelled();
+  add_quality(escape, row);
+  row.scores[metric.name] = escape.effort;
+}
+
+void add_survival(const char* metric, const Survival& survival, const Eigen::VectorXd& times, ScoreRow& row) {
+  row.scores[metric] = survival.captured();
+  row.curves[metric] = {times, survival.curve};
+}
+
+// Rollouts that go on for the other metrics have the bits of those that do not.
+void add_probability(const Problem& problem, const SearchMetrics& metrics, const BatchOptions& options,
+                     std::uint64_t seed, ScoreRow& row) {
+  ProbabilityOptions probability;
+  probability.disturbance = options.disturbance;
+  probability.rollouts = options.rollouts;
+  probability.seed = options.common_random_numbers ? options.seed : seed;
+  probability.limit = options.limit;
+  probability.undisturbed = false;
+  const auto asked = [&](const char* name) { return std::find(metrics.begin(), metrics.end(), name) != metrics.end(); };
+  probability.success = asked("probability/success");
+  probability.by_object = asked("probability/any");
+  const CaptureProbability p = capture_probability(problem, probability);
+  if (!p.complete) throw Cancelled();
+  add_quality(p, row);
+  if (asked("probability")) add_survival("probability", p.all, p.times, row);
+  if (p.any) add_survival("probability/any", *p.any, p.times, row);
+  if (p.success) row.scores["probability/success"] = *p.success;
+}
+
+// Throws std::invalid_argument on an unknown metric, or none.
+void require_metrics(const std::vector<std::string>& metrics) {
+  if (metrics.empty()) reject("metrics", "empty", "at least one metric");
+  for (const std::string& metric : metrics) {
+    if (find_metric(metric)) continue;
+    std::vector<std::string> names;
+    for (const Metric& known : known_metrics) names.emplace_back(known.name);
+    reject("metrics", "'" + metric + "'", "some of " + alternatives(names, "'", ", "));
+  }
+}
+
+// One search a tree, one for all probabilities, one an effort, and the force score.
+std::vector<SearchMetrics> searches_for(const std::vector<std::string>& metrics) {
+  std::vector<SearchMetrics> searches;
+  for (const std::string& metric : metrics) {
+    const auto shared = std::find_if(searches.begin(), searches.end(), [&](const SearchMetrics& search) {
+      return share_a_search(search.front(), metric);
+    });
+    if (shared == searches.end()) {
+      searches.push_back({metric});
+    } else {
+      shared->push_back(metric);
+    }
+  }
+  return searches;
+}
+
+// Adds the scores of one search to the row of its problem, and its time at the first metric.
+void run_search(const Problem& problem, const SearchMetrics& metrics, const BatchOptions& options, ScoreRow& row) {
+  const auto start = Limit::Clock::now();
+  const std::uint64_t seed = stream(options.seed, row.index);
+  const Metric& first = *find_metric(metrics.front());
+  if (first.kind == Kind::tree) add_capture(problem, options, seed, row);
+  if (first.kind == Kind::effort) add_effort(problem, first, options, seed, row);
+  if (first.kind == Kind::probability) add_probability(problem, metrics, options, seed, row);
+  if (first.kind == Kind::force) row.scores["force"] = force_score(problem).force;
+  const double seconds = std::chrono::duration<double>(Limit::Clock::now() - start).count();
+  row.times[metrics.front()] = seconds;
+  row.seconds += seconds;
+}
 
 void validate(const BatchOptions& options) {
   require_at_least("nodes", options.nodes, 1);
@@ -46,160 +185,12 @@ ScoreRow merge(const std::vector<ScoreRow>& parts) {
 
 }  // namespace
 
-class Batch::Pool {
- public:
-  explicit Pool(BatchOptions options) : options_(std::move(options)) { options_.limit = options_.limit.or_when(stop_); }
-
-  ~Pool() { cancel(); }
-
-  void add(std::vector<Problem> problems, const std::vector<std::size_t>& indices,
-           const std::vector<std::string>& metrics) {
-    const std::vector<SearchMetrics> searches = searches_for(metrics);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (std::size_t i = 0; i < problems.size(); ++i) {
-      queue_.push_back(std::make_shared<Work>(Work{std::move(problems[i]), indices[i], searches}));
-    }
-    pending_ += problems.size();
-    if (with_threads) start_threads(running_ + queue_.size() * searches.size());
-    changed_.notify_all();
-  }
-
-  std::size_t pending() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return pending_;
-  }
-
-  std::vector<ScoreRow> take(double timeout) {
-    const std::optional<Limit::Clock::time_point> end = time_after(timeout);
-    std::unique_lock<std::mutex> lock(mutex_);
-    if (threads_.empty()) {
-      lock.unlock();
-      work_until(end);
-      lock.lock();
-    } else if (end) {
-      changed_.wait_until(lock, *end, [this] { return row_or_over(); });
-    } else {
-      changed_.wait(lock, [this] { return row_or_over(); });
-    }
-    pending_ -= rows_.size();
-    return std::exchange(rows_, {});
-  }
-
-  bool finished() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return over() && rows_.empty();
-  }
-
-  void cancel() {
-    stop_ = true;
-    end();
-    const std::lock_guard<std::mutex> lock(joining_);
-    for (std::thread& thread : threads_) {
-      if (thread.joinable()) thread.join();
-    }
-  }
-
- private:
-  // A problem whose row is not complete.
-  struct Work {
-    Problem problem;
-    std::size_t index;
-    std::vector<SearchMetrics> searches;
-    std::vector<ScoreRow> parts{};  // one for each search
-    std::size_t searches_begun = 0;
-    std::size_t searches_done = 0;
-  };
-
-  // One search of one problem. Threads take searches from the queue, so that a single problem, or the end of a batch,
-  // keeps several of them busy.
-  struct Search {
-    std::shared_ptr<Work> work;
-    std::size_t index;
-  };
-
-  // As many threads as there are searches. If the system gives none at all, `take` does the work.
-  void start_threads(std::size_t searches) {
-    const auto work = [this] {
-      while (const auto search = next(true)) run(*search);
-    };
-    const std::size_t most = std::min(searches, static_cast<std::size_t>(options_.threads));
-    while (!ended_ && threads_.size() < most && start_thread(threads_, work)) {
-    }
-  }
-
-  // The next search; with `wait` the call waits for one. None if the batch has ended.
-  std::optional<Search> next(bool wait) {
-    std::unique_lock<std::mutex> lock(mutex_);
-    if (wait) changed_.wait(lock, [this] { return ended_ || !queue_.empty(); });
-    if (ended_ || queue_.empty()) return std::nullopt;
-    const std::shared_ptr<Work> work = queue_.front();
-    const Search search{work, work->searches_begun++};
-    work->parts.resize(work->searches.size());
-    if (work->searches_begun == work->searches.size()) queue_.pop_front();
-    ++running_;
-    return search;
-  }
-
-  // At least one search, and as many as a row needs.
-  void work_until(const std::optional<Limit::Clock::time_point>& end) {
-    while (const auto search = next(false)) {
-      run(*search);
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (!rows_.empty() || (end && Limit::Clock::now() > *end)) break;
-    }
-  }
-
-  void run(const Search& search) {
-    ScoreRow part;
-    part.index = search.work->index;
-    try {
-      options_.limit.require();
-      run_search(search.work->problem, search.work->searches[search.index], options_, part);
-    } catch (const Cancelled&) {
-      return end(1);
-    } catch (const TimedOut&) {
-      return end(1);
-    } catch (const std::exception& error) {
-      part.error = error.what();
-    }
-    store(search, std::move(part));
-  }
-
-  void store(const Search& search, ScoreRow part) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    --running_;
-    Work& work = *search.work;
-    work.parts[search.index] = std::move(part);
-    if (++work.searches_done == work.searches.size()) rows_.push_back(merge(work.parts));
-    changed_.notify_all();
-  }
-
-  // No thread begins another search; `stopped` searches have just ended without a result.
-  void end(std::size_t stopped = 0) {
-    std::deque<std::shared_ptr<Work>> dropped;  // freed after the lock: a problem's predicate may take another lock
-    const std::lock_guard<std::mutex> lock(mutex_);
-    running_ -= stopped;
-    ended_ = true;
-    dropped.swap(queue_);
-    changed_.notify_all();
-  }
-
-  bool row_or_over() const { return !rows_.empty() || over(); }
-
-  // No row will come any more.
-  bool over() const { return running_ == 0 && (ended_ || pending_ == rows_.size()); }
-
-  BatchOptions options_;
-  std::atomic<bool> stop_{false};
-  mutable std::mutex mutex_;
-  std::mutex joining_;  // of two that cancel at once, one joins the threads
-  std::condition_variable changed_;
-  std::deque<std::shared_ptr<Work>> queue_;
-  std::vector<ScoreRow> rows_;
-  std::size_t pending_ = 0;
-  std::size_t running_ = 0;
-  bool ended_ = false;
-  std::vector<std::thread> threads_;
+struct Batch::Work {
+  Problem problem;
+  std::size_t index;
+  std::vector<SearchMetrics> searches;
+  std::vector<ScoreRow> parts{};  // one for each search
+  std::size_t searches_done = 0;
 };
 
 Batch::Batch(std::vector<Problem> problems, const BatchOptions& options) : Batch(options) {
@@ -211,12 +202,10 @@ Batch::Batch(std::vector<Problem> problems, const BatchOptions& options) : Batch
   add(std::move(problems), indices);
 }
 
-Batch::Batch(const BatchOptions& options) : metrics_(options.metrics) {
+Batch::Batch(const BatchOptions& options) : options_(options) {
   validate(options);
-  pool_ = std::make_unique<Pool>(options);
+  options_.limit = options.limit.or_when(stop_);
 }
-
-Batch::~Batch() = default;
 
 void Batch::add(std::vector<Problem> problems, const std::vector<std::size_t>& indices,
                 const std::vector<std::string>& metrics) {
@@ -224,18 +213,111 @@ void Batch::add(std::vector<Problem> problems, const std::vector<std::size_t>& i
     reject("indices", std::to_string(indices.size()) + " numbers", "one for each problem");
   }
   if (!metrics.empty()) require_metrics(metrics);
-  pool_->add(std::move(problems), indices, metrics.empty() ? metrics_ : metrics);
+  const std::vector<SearchMetrics> searches = searches_for(metrics.empty() ? options_.metrics : metrics);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    const auto work = std::make_shared<Work>(Work{std::move(problems[i]), indices[i], searches});
+    for (std::size_t search = 0; search < searches.size(); ++search) queue_.push_back({work, search});
+  }
+  pending_ += problems.size();
+  if (with_threads) start_threads();
+  changed_.notify_all();
 }
 
-std::size_t Batch::pending() const { return pool_->pending(); }
+// As many threads as there are jobs. If the system gives none at all, `take` does the work.
+void Batch::start_threads() {
+  const auto work = [this] {
+    while (const auto job = next(true)) run(*job);
+  };
+  const std::size_t most = std::min(running_ + queue_.size(), static_cast<std::size_t>(options_.threads));
+  while (!ended_ && threads_.size() < most && start_thread(threads_, work)) {
+  }
+}
+
+std::size_t Batch::pending() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return pending_;
+}
 
 std::vector<ScoreRow> Batch::take(double timeout) {
   if (!(timeout >= 0.0)) reject("timeout", text(timeout), "a number of seconds of at least 0; inf waits for a row");
-  return pool_->take(timeout);
+  const std::optional<Limit::Clock::time_point> end = time_after(timeout);
+  const auto row_or_over = [this] { return !rows_.empty() || over(); };
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (threads_.empty()) {  // at least one job, and as many as a row needs
+    do {
+      lock.unlock();
+      if (const auto job = next(false)) run(*job);
+      lock.lock();
+    } while (!queue_.empty() && rows_.empty() && !(end && Limit::Clock::now() > *end));
+  } else if (end) {
+    changed_.wait_until(lock, *end, row_or_over);
+  } else {
+    changed_.wait(lock, row_or_over);
+  }
+  pending_ -= rows_.size();
+  return std::exchange(rows_, {});
 }
 
-bool Batch::finished() const { return pool_->finished(); }
-void Batch::cancel() { pool_->cancel(); }
+bool Batch::finished() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return over() && rows_.empty();
+}
+
+void Batch::cancel() {
+  stop_ = true;
+  end();
+  const std::lock_guard<std::mutex> lock(joining_);
+  for (std::thread& thread : threads_) {
+    if (thread.joinable()) thread.join();
+  }
+}
+
+// The next job; with `wait` the call waits for one. None if the batch has ended.
+std::optional<Batch::Job> Batch::next(bool wait) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (wait) changed_.wait(lock, [this] { return ended_ || !queue_.empty(); });
+  if (ended_ || queue_.empty()) return std::nullopt;
+  Job job = std::move(queue_.front());
+  queue_.pop_front();
+  job.work->parts.resize(job.work->searches.size());
+  ++running_;
+  return job;
+}
+
+void Batch::run(const Job& job) {
+  Work& work = *job.work;
+  ScoreRow part;
+  part.index = work.index;
+  try {
+    options_.limit.require();
+    run_search(work.problem, work.searches[job.search], options_, part);
+  } catch (const Cancelled&) {
+    return end(1);
+  } catch (const TimedOut&) {
+    return end(1);
+  } catch (const std::exception& error) {
+    part.error = error.what();
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  --running_;
+  work.parts[job.search] = std::move(part);
+  if (++work.searches_done == work.searches.size()) rows_.push_back(merge(work.parts));
+  changed_.notify_all();
+}
+
+// No thread begins another job; `stopped` jobs have just ended without a result.
+void Batch::end(std::size_t stopped) {
+  std::deque<Job> dropped;  // freed after the lock: a problem's predicate may take another lock
+  const std::lock_guard<std::mutex> lock(mutex_);
+  running_ -= stopped;
+  ended_ = true;
+  dropped.swap(queue_);
+  changed_.notify_all();
+}
+
+// No row will come any more.
+bool Batch::over() const { return running_ == 0 && (ended_ || pending_ == rows_.size()); }
 
 ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options) {
   ScoreRow row;
