@@ -1,10 +1,8 @@
-#include "bounds/available_energy.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "bounds/barrier_bound.hpp"
 #include "bounds/convex_piece.hpp"
-#include "energymargin/kinematics.hpp"
 #include "scene/energy.hpp"
 
 namespace energymargin::bounds {
@@ -32,8 +30,8 @@ bool stays(const Problem& problem, std::size_t body) {
 // What the bodies other than the object can give, each on its own.
 class Stores {
  public:
-  Stores(const Problem& problem, std::size_t object, const std::vector<bool>& immovable)
-      : problem_(problem), scene_(problem.scene), object_(object), immovable_(immovable), kinematics_(scene_) {}
+  explicit Stores(const Subject& subject)
+      : subject_(subject), problem_(subject.problem), scene_(problem_.scene), immovable_(subject.immovable) {}
 
   AvailableEnergy sum() {
     add_kinetic();
@@ -41,7 +39,7 @@ class Stores {
     for (const Spring& spring : scene_.springs()) add(spring);
     for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) add_joint(joint);
     for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
-      if (body != object_ && !immovable_[body] && scene_.bodies()[body].dynamic()) add_weight(body);
+      if (body != subject_.object && !immovable_[body] && scene_.bodies()[body].dynamic()) add_weight(body);
     }
     add_overlaps();
     return energy_;
@@ -52,8 +50,6 @@ class Stores {
     if (energy_.reason.empty()) energy_.reason = reason;
     energy_.stored = infinity;
   }
-
-  BodyState at(std::size_t body) const { return kinematics_(problem_.state.data(), body); }
 
   Vector3 load(std::size_t body) const {
     const Body& of = scene_.bodies()[body];
@@ -74,7 +70,7 @@ class Stores {
     if (problem_.effector == Effector::coast) return;
     for (const std::size_t body : scene_.with_role(Role::effector)) {
       if (immovable_[body]) continue;
-      const BodyState moving = at(body);
+      const BodyState moving = subject_.at(body);
       if (moving.velocity.isZero(0.0) && moving.angular_velocity.isZero(0.0)) continue;
       without_end("'" + scene_.bodies()[body].name + "' is in \"drive\", which does work");
     }
@@ -84,8 +80,8 @@ class Stores {
   void add(const Spring& spring) {
     const std::size_t a = scene_.index(spring.body_a);
     const std::size_t b = scene_.index(spring.body_b);
-    if ((a == object_ && immovable_[b]) || (b == object_ && immovable_[a])) return;
-    const BodyState at_a = at(a), at_b = at(b);
+    if ((a == subject_.object && immovable_[b]) || (b == subject_.object && immovable_[a])) return;
+    const BodyState at_a = subject_.at(a), at_b = subject_.at(b);
     const Vector3 span =
         at_b.position + at_b.orientation * spring.point_b - at_a.position - at_a.orientation * spring.point_a;
     energy_.stored += 0.5 * spring.stiffness * std::pow(span.norm() - spring.rest_length, 2);
@@ -116,13 +112,13 @@ class Stores {
   // Down to a plane that it can not pass, which its centre of mass comes no nearer to than its thickness there.
   double fall(std::size_t body, const Vector3& down) const {
     const Body& of = scene_.bodies()[body];
-    const BodyState here = at(body);
+    const BodyState here = subject_.at(body);
     const Vector3 center = scene_.inertial(body).center;
     double least = infinity;
     for (std::size_t other = 0; other < scene_.bodies().size(); ++other) {
       const auto* plane = std::get_if<Plane>(&scene_.bodies()[other].shape);
       if (!plane || separate(body, other)) continue;
-      const BodyState ground = at(other);
+      const BodyState ground = subject_.at(other);
       const Vector3 normal = ground.orientation * plane->normal;
       if ((normal + down).norm() > parallel) continue;
       double thickness = -infinity;
@@ -144,7 +140,7 @@ class Stores {
 
   // A link stays within the lengths of the links from the first joint that moves, which hangs on what stays.
   double fall_of_link(std::size_t body, const Vector3& down) const {
-    const BodyState link = at(body);
+    const BodyState link = subject_.at(body);
     const Vector3 center = link.position + link.orientation * scene_.inertial(body).center;
     Vector3 point = center;
     double length = 0.0;
@@ -152,7 +148,7 @@ class Stores {
       const auto above = scene_.joint_to(below);
       if (!above) return infinity;  // the tree moves freely
       const Joint& joint = scene_.joints()[*above];
-      const BodyState child = at(below);
+      const BodyState child = subject_.at(below);
       const Vector3 origin = child.position + child.orientation * joint.in_child.position;
       length += (point - origin).norm();
       if (joint.type == JointType::prismatic) length += joint.mimic ? infinity : joint.upper - joint.lower;
@@ -176,24 +172,19 @@ class Stores {
     energy_.stored += bodies * deepest * pull;
   }
 
+  const Subject& subject_;
   const Problem& problem_;
   const Scene& scene_;
-  std::size_t object_;
   const std::vector<bool>& immovable_;
-  Kinematics kinematics_;
   AvailableEnergy energy_;
 };
 
 }  // namespace
 
-std::vector<bool> immovable_bodies(const Problem& problem) {
-  std::vector<bool> immovable;
-  for (std::size_t body = 0; body < problem.scene.bodies().size(); ++body) immovable.push_back(stays(problem, body));
-  return immovable;
+Subject::Subject(const Problem& of, std::size_t index) : problem(of), object(index), kinematics(of.scene) {
+  for (std::size_t other = 0; other < of.scene.bodies().size(); ++other) immovable.push_back(stays(of, other));
 }
 
-AvailableEnergy available_energy(const Problem& problem, std::size_t object, const std::vector<bool>& immovable) {
-  return Stores(problem, object, immovable).sum();
-}
+AvailableEnergy available_energy(const Subject& subject) { return Stores(subject).sum(); }
 
 }  // namespace energymargin::bounds

@@ -299,13 +299,9 @@ class Flood {
 
 }  // namespace
 
-BarrierBound barrier_bound(const Problem& problem, const Region& captured, std::size_t object,
-                           const std::vector<bool>& immovable, const FloodBudget& budget) {
-  const ObjectSpace space(problem, object);
-  const Landscape landscape{space,
-                            {problem, object, immovable, space},
-                            {problem, object, immovable, space},
-                            exit_energy(problem, captured, object, immovable, space)};
+BarrierBound barrier_bound(const Subject& subject, const Region& captured, const FloodBudget& budget) {
+  const ObjectSpace space(subject);
+  const Landscape landscape{space, {subject, space}, {subject, space}, exit_energy(subject, captured, space)};
   BarrierBound bound = Flood(landscape, budget).run();
   bound.reason = landscape.exit.reason;
   return bound;

@@ -1,13 +1,42 @@
 #pragma once
-// A lower bound of the barrier around a capture set: the flood of the cells that are not blocked.
+// A lower bound of the barrier around a capture set, and the energy that may lift the object over it.
 
 #include <string>
 #include <vector>
 
+#include "energymargin/kinematics.hpp"
 #include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 
 namespace energymargin::bounds {
+
+//! The object of a problem whose escape is bounded, and which bodies stay where they are.
+struct Subject {
+  Subject(const Problem& problem, std::size_t object);
+
+  const Body& body() const { return problem.scene.bodies()[object]; }
+
+  //! Where a body is at the start, and how it moves.
+  BodyState at(std::size_t other) const { return kinematics(problem.state.data(), other); }
+
+  const Problem& problem;
+  std::size_t object;
+  Kinematics kinematics;
+  //! By body of the scene: fixed ones, those whose axes are all locked, and links that hang on them by joints that are
+  //! fixed or held. With a plan held joints may move.
+  std::vector<bool> immovable{};
+};
+
+//! The energy that may help an object out without a disturbance.
+struct AvailableEnergy {
+  double kinetic = 0.0;  //!< of all bodies at the start [J]
+  double stored = 0.0;   //!< that all but the object can release: springs, joints, weights [J]; inf: no end of it
+  std::string reason{};  //!< why there is no end of it; empty if there is
+
+  double total() const { return kinetic + stored; }
+};
+
+AvailableEnergy available_energy(const Subject& subject);
 
 //! How far the search goes.
 struct FloodBudget {
@@ -26,7 +55,6 @@ struct BarrierBound {
 
 //! No way of the object out of `captured` stays below the barrier, wherever else the bodies go that can move. The
 //! barrier counts the potential energy, and the kinetic energy with which the object has to come out.
-BarrierBound barrier_bound(const Problem& problem, const Region& captured, std::size_t object,
-                           const std::vector<bool>& immovable, const FloodBudget& budget);
+BarrierBound barrier_bound(const Subject& subject, const Region& captured, const FloodBudget& budget);
 
 }  // namespace energymargin::bounds

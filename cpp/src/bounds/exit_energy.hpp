@@ -28,8 +28,7 @@ struct ExitEnergy {
   Extent extent{Vector3::Constant(-infinity), Vector3::Constant(infinity)};
 };
 
-//! `immovable`: by body of the scene. The space outlives what is returned.
-ExitEnergy exit_energy(const Problem& problem, const Region& captured, std::size_t object,
-                       const std::vector<bool>& immovable, const ObjectSpace& space);
+//! The space outlives what is returned.
+ExitEnergy exit_energy(const Subject& subject, const Region& captured, const ObjectSpace& space);
 
 }  // namespace energymargin::bounds

@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "energymargin/kinematics.hpp"
-
 namespace energymargin::bounds {
 
-ObjectSpace::ObjectSpace(const Problem& problem, std::size_t object) {
-  const Body& body = problem.scene.bodies()[object];
-  const std::optional<double>& margin = problem.scene.stepping().margin;
-  const BodyState start = Kinematics(problem.scene)(problem.state.data(), object);
+ObjectSpace::ObjectSpace(const Subject& subject) {
+  const Body& body = subject.body();
+  const Vector3 center = subject.problem.scene.inertial(subject.object).center;
+  const BodyState start = subject.at(subject.object);
   const double turns = body.angular_factor.sum();
   any_turn_ = std::holds_alternative<Sphere>(body.shape) || turns > 1.0;
-  const std::vector<ConvexPiece> pieces = convex_pieces(body.shape, Pose{}, margin);
-  reference_ = problem.scene.inertial(object).center;
+  const std::vector<ConvexPiece> pieces = convex_pieces(body.shape, Pose{}, subject.problem.scene.stepping().margin);
+  reference_ = center;
   if (any_turn_ && !pieces.empty()) {
     const auto thinner = [](const ConvexPiece& a, const ConvexPiece& b) { return a.inner_radius() < b.inner_radius(); };
     const ConvexPiece& widest = *std::max_element(pieces.begin(), pieces.end(), thinner);
@@ -27,7 +25,7 @@ ObjectSpace::ObjectSpace(const Problem& problem, std::size_t object) {
   }
   if (turns == 1.0) axis_ = body.angular_factor;
   // A locked axis holds the centre of mass; another point moves along it when the object turns.
-  const bool at_center = reference_ == problem.scene.inertial(object).center;
+  const bool at_center = reference_ == center;
   for (int axis = 0; axis < 3; ++axis) {
     free_[static_cast<std::size_t>(axis)] = body.linear_factor[axis] != 0.0 || !at_center;
   }
@@ -53,22 +51,21 @@ Vector3 ObjectSpace::slack(const Coordinates& half, const Vector3& point) const 
   return half.head<3>() + Vector3::Constant(arm * (any_turn_ ? 2.0 : chord(half[turn_axis])));
 }
 
-PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, const std::vector<bool>& immovable,
-                                 const ObjectSpace& space)
+PotentialBounds::PotentialBounds(const Subject& subject, const ObjectSpace& space)
     : space_(space),
-      center_(problem.scene.inertial(object).center),
-      step_(problem.scene.stepping().step),
-      inverse_mass_(1.0 / problem.scene.bodies()[object].mass) {
-  const Scene& scene = problem.scene;
-  const Body& body = scene.bodies()[object];
+      center_(subject.problem.scene.inertial(subject.object).center),
+      step_(subject.problem.scene.stepping().step),
+      inverse_mass_(1.0 / subject.body().mass) {
+  const Scene& scene = subject.problem.scene;
+  const std::size_t object = subject.object;
+  const Body& body = subject.body();
   load_ = body.linear_factor.cwiseProduct(body.mass * scene.gravity() + body.force);
   const double turning = 1.0 / scene.inertial(object).moments.minCoeff();
-  const Kinematics kinematics(scene);
   for (const auto& spring : scene.springs()) {
     const bool first = scene.index(spring.body_a) == object;
     const std::size_t other = scene.index(first ? spring.body_b : spring.body_a);
-    if ((!first && scene.index(spring.body_b) != object) || !immovable[other]) continue;
-    const BodyState at = kinematics(problem.state.data(), other);
+    if ((!first && scene.index(spring.body_b) != object) || !subject.immovable[other]) continue;
+    const BodyState at = subject.at(other);
     const Vector3 anchor = at.position + at.orientation * (first ? spring.point_b : spring.point_a);
     const Vector3 point = first ? spring.point_a : spring.point_b;
     const double inverse_mass = inverse_mass_ + turning * (point - center_).squaredNorm();
@@ -76,7 +73,7 @@ PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, con
   }
   // The start itself, whose turn is known.
   const Pose pose = space.pose(space.start());
-  const BodyState moving = kinematics(problem.state.data(), object);
+  const BodyState moving = subject.at(object);
   start_ = -load_.dot(pose.position + pose.orientation * center_);
   double power = load_.dot(state_at_point(center_, moving).velocity);
   for (const Spring& spring : springs_) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/angles.hpp"
+#include "bounds/barrier_bound.hpp"
 #include "bounds/convex_piece.hpp"
-#include "energymargin/problem.hpp"
 
 namespace energymargin::bounds {
 
@@ -41,7 +41,7 @@ struct ObjectPiece {
 //! freely is a ball inside of it: what holds the ball holds the object, whatever its turn.
 class ObjectSpace {
  public:
-  ObjectSpace(const Problem& problem, std::size_t object);
+  explicit ObjectSpace(const Subject& subject);
 
   //! Of the object's frame, at a turn from the start.
   Pose pose(const Coordinates& at) const;
@@ -88,8 +88,7 @@ struct EnergyRange {
 //! Of gravity and the constant force on the object, and of the springs between it and what stays where it is.
 class PotentialBounds {
  public:
-  PotentialBounds(const Problem& problem, std::size_t object, const std::vector<bool>& immovable,
-                  const ObjectSpace& space);
+  PotentialBounds(const Subject& subject, const ObjectSpace& space);
 
   EnergyRange operator()(const PoseCell& cell) const;
 

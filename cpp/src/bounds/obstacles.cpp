@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "energymargin/kinematics.hpp"
 #include "physics/contacts/collision_filter.hpp"
 #include "scene/body_constants.hpp"
 
@@ -87,17 +86,15 @@ double penetration_of_plane(const ConvexPiece& piece, const Pose& pose, const Pl
 
 }  // namespace
 
-Obstacles::Obstacles(const Problem& problem, std::size_t object, const std::vector<bool>& immovable,
-                     const ObjectSpace& space)
-    : space_(space) {
-  const Scene& scene = problem.scene;
+Obstacles::Obstacles(const Subject& subject, const ObjectSpace& space) : space_(space) {
+  const Scene& scene = subject.problem.scene;
+  const std::size_t object = subject.object;
   const CollisionFilter can_collide(scene);
-  const Kinematics kinematics(scene);
   const Pose start = space.pose(space.start());
   const double in_plane = share_in_plane * scene.smallest_half_extent(object);
   for (std::size_t body = 0; body < scene.bodies().size(); ++body) {
-    if (body == object || !immovable[body] || !can_collide(object, body)) continue;
-    const BodyState state = kinematics(problem.state.data(), body);
+    if (body == object || !subject.immovable[body] || !can_collide(object, body)) continue;
+    const BodyState state = subject.at(body);
     const Pose pose{state.position, state.orientation};
     if (const auto* plane = std::get_if<Plane>(&scene.bodies()[body].shape)) {
       const Vector3 normal = pose.orientation * plane->normal;

@@ -18,8 +18,8 @@ struct Occupancy {
 //! start. A piece that starts deeper than the simulation would let it come is not held by that obstacle.
 class Obstacles {
  public:
-  //! `immovable`: by body of the scene. The space outlives this.
-  Obstacles(const Problem& problem, std::size_t object, const std::vector<bool>& immovable, const ObjectSpace& space);
+  //! The space outlives this.
+  Obstacles(const Subject& subject, const ObjectSpace& space);
 
   Occupancy occupancy(const PoseCell& cell) const;
 

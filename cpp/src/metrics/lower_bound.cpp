@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/check.hpp"
-#include "bounds/available_energy.hpp"
 #include "bounds/barrier_bound.hpp"
 
 namespace energymargin {
@@ -21,10 +20,10 @@ std::string reason_of(const LowerBound& bound, const std::string& of_region, con
 
 LowerBound bound_of(const Problem& problem, const Region& captured, std::size_t object,
                     const LowerBoundOptions& options) {
-  const std::vector<bool> immovable = bounds::immovable_bodies(problem);
-  const bounds::AvailableEnergy available = bounds::available_energy(problem, object, immovable);
-  const bounds::BarrierBound barrier = bounds::barrier_bound(
-      problem, captured, object, immovable, {options.cells, options.tolerance, available.total(), options.limit});
+  const bounds::Subject subject(problem, object);
+  const bounds::AvailableEnergy available = bounds::available_energy(subject);
+  const bounds::BarrierBound barrier =
+      bounds::barrier_bound(subject, captured, {options.cells, options.tolerance, available.total(), options.limit});
   LowerBound bound;
   bound.barrier = barrier.barrier;
   bound.kinetic = available.kinetic;
