@@ -17,37 +17,19 @@
 namespace energymargin {
 namespace {
 
-// The likelihood inside each set that the problem has, eq. 5 and 6, in the order of `set_scores`.
-using SetLikelihoods = std::array<std::optional<double>, 4>;
+constexpr std::size_t set_count = 4;  // of sets that a problem may have, in the order of `set_scores`
 
 struct ScoredTree {
   Tree tree;
+  StepCounts counts;
   bool complete = false;
-  int diverged = 0;  // rollouts
-  StepCounts counts{};
-  SetLikelihoods likelihoods{};
-  double resolution = 0.0;  // likelihood of the heaviest node
+  int diverged = 0;                             // rollouts
+  double resolution = 0.0;                      // likelihood of the heaviest node
+  std::array<double, set_count> likelihoods{};  // inside each set, eq. 5 and 6
 };
 
-// Line 3 of Algorithm 2: EST(P_inf, M), a tree that has no goal; with a least likelihood EST(P_c, M), with c the cost
-// at which it is reached. The tree does not depend on the threads that make its rounds.
-ScoredTree energy_cost_field(const Problem& problem, const CaptureOptions& options, double rate, std::uint64_t seed,
-                             int threads, const Limit& limit) {
-  search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit, Sampling::uniform, threads);
-  bounded.set_nodes_per_edge(options.nodes_per_edge);
-  bounded.count_in(options.node_counter);
-  if (options.least_likelihood > 0.0) bounded.lower_bound(-std::log(options.least_likelihood) / rate);
-  search::Est est(bounded, stream(seed, search::streams::planner));
-  est.set_nodes_per_round(options.nodes_per_round);
-  est.solve(bounded.termination());
-  const StepCounts counts = bounded.counts(bounded.nodes());
-  const bool complete = bounded.nodes_are_spent();
-  const int diverged = bounded.diverged();
-  return {bounded.take_tree(), complete, diverged, counts};
-}
-
-double likelihood_inside(const Region& region, const Scene& scene, const Tree& tree, const Eigen::VectorXd& weights) {
-  const Mask inside = Membership(region, scene)(tree.states);
+double likelihood_inside(const Membership& set, const Tree& tree, const Eigen::VectorXd& weights) {
+  const Mask inside = set(tree.states);
   // Divided by the sum of the same numbers in the same order, so that a set of all nodes gives exactly 1.
   double sum = 0.0;
   double total = 0.0;
@@ -56,14 +38,6 @@ double likelihood_inside(const Region& region, const Scene& scene, const Tree& t
     if (inside(i)) sum += weights[i];
   }
   return sum / total;
-}
-
-SetLikelihoods set_likelihoods(const Problem& problem, const Tree& tree, const Eigen::VectorXd& weights) {
-  const auto inside = [&](const std::optional<Region>& set) {
-    return set ? std::optional(likelihood_inside(*set, problem.scene, tree, weights)) : std::nullopt;
-  };
-  return {{inside(problem.captured), inside(problem.succeeded), inside(problem.captured_any),
-           inside(problem.succeeded_any)}};
 }
 
 double standard_error(const Eigen::VectorXd& values) {
@@ -80,7 +54,12 @@ class Forest {
         options_(options),
         rate_(options.rate.value_or(problem.rate)),
         most_(static_cast<std::size_t>(options.trees.value_or(options.tolerance ? most_trees : 1))),
-        threads_(std::clamp(options.threads / static_cast<int>(most_), 1, options.nodes_per_round)) {}
+        threads_(std::clamp(options.threads / static_cast<int>(most_), 1, options.nodes_per_round)) {
+    sets_[0].emplace(problem.captured, problem.scene);
+    if (problem.succeeded) sets_[1].emplace(*problem.succeeded, problem.scene);
+    if (problem.captured_any) sets_[2].emplace(*problem.captured_any, problem.scene);
+    if (problem.succeeded_any) sets_[3].emplace(*problem.succeeded_any, problem.scene);
+  }
 
   void grow() {
     const Limit enough = options_.limit.or_when(meets_tolerance_);
@@ -107,12 +86,26 @@ class Forest {
   }
 
  private:
+  // Line 3 of Algorithm 2: EST(P_inf, M), a tree that has no goal; with a least likelihood EST(P_c, M), with c the cost
+  // at which it is reached. The tree does not depend on the threads that make its rounds.
   void grow_tree(std::size_t index, const Limit& limit) {
-    ScoredTree tree = energy_cost_field(problem_, options_, rate_, stream(options_.seed, index), threads_, limit);
-    if (!tree.complete && index > 0) return;
+    const std::uint64_t seed = stream(options_.seed, index);
+    search::BoundedProblem bounded(problem_, nullptr, options_.nodes, seed, limit, Sampling::uniform, threads_);
+    bounded.set_nodes_per_edge(options_.nodes_per_edge);
+    bounded.count_in(options_.node_counter);
+    if (options_.least_likelihood > 0.0) bounded.lower_bound(-std::log(options_.least_likelihood) / rate_);
+    search::Est est(bounded, stream(seed, search::streams::planner));
+    est.set_nodes_per_round(options_.nodes_per_round);
+    est.solve(bounded.termination());
+    const bool complete = bounded.nodes_are_spent();
+    if (!complete && index > 0) return;
+    const StepCounts counts = bounded.counts(bounded.nodes());
+    ScoredTree tree{bounded.take_tree(), counts, complete, bounded.diverged()};
     const Eigen::VectorXd weights = likelihoods(tree.tree.costs, rate_);
-    tree.likelihoods = set_likelihoods(problem_, tree.tree, weights);
     tree.resolution = weights.maxCoeff();
+    for (std::size_t set = 0; set < set_count; ++set) {
+      if (sets_[set]) tree.likelihoods[set] = likelihood_inside(*sets_[set], tree.tree, weights);
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
     trees_.emplace(index, std::move(tree));
     count_trees();
@@ -127,14 +120,14 @@ class Forest {
   }
 
   bool errors_are_at_most(double tolerance) const {
-    for (std::size_t set = 0; set < std::tuple_size_v<SetLikelihoods>; ++set) {
-      if (has(set) && !(standard_error(by_tree(set, counted_)) <= tolerance)) return false;
+    for (std::size_t set = 0; set < set_count; ++set) {
+      if (sets_[set] && !(standard_error(by_tree(set, counted_)) <= tolerance)) return false;
     }
     return true;
   }
 
   std::optional<SetScore> set_score(std::size_t set, std::size_t count) const {
-    if (!has(set)) return std::nullopt;
+    if (!sets_[set]) return std::nullopt;
     SetScore score;
     score.by_tree = by_tree(set, count);
     score.mean = score.by_tree.mean();
@@ -142,12 +135,10 @@ class Forest {
     return score;
   }
 
-  bool has(std::size_t set) const { return trees_.at(0).likelihoods[set].has_value(); }
-
   // The likelihoods of the first `count` trees.
   Eigen::VectorXd by_tree(std::size_t set, std::size_t count) const {
     Eigen::VectorXd values(static_cast<Eigen::Index>(count));
-    for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = *trees_.at(i).likelihoods[set];
+    for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = trees_.at(i).likelihoods[set];
     return values;
   }
 
@@ -156,6 +147,7 @@ class Forest {
   double rate_;
   std::size_t most_;
   int threads_;  // of a tree
+  std::array<std::optional<Membership>, set_count> sets_;
   std::mutex mutex_;
   std::map<std::size_t, ScoredTree> trees_;
   std::size_t counted_ = 0;  // the first trees, which count
