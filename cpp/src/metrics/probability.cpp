@@ -14,6 +14,7 @@
 #include "energymargin/parallel.hpp"
 #include "metrics/looks.hpp"
 #include "problem/exit.hpp"
+#include "search/horizon.hpp"
 
 namespace energymargin {
 namespace {
@@ -118,28 +119,23 @@ class Estimator {
 
   Future follow(World& world, const std::vector<Push>& pushes, const Plan* plan) const {
     std::vector<Exit> exits(sets_.size(), Exit(timing_.dwell));
-    const auto look = [&](const State& state, int step) {
+    const bool runs_to_horizon = success_ || rate_;
+    const auto ends = [&](const State& state, int step) {
       bool all_left = true;
       for (std::size_t i = 0; i < sets_.size(); ++i) {
         if (!exits[i].left()) exits[i].look(sets_[i](state), step);
         all_left = all_left && exits[i].left();
       }
-      return all_left;
+      return all_left && !runs_to_horizon;
     };
-    const bool runs_to_horizon = success_ || rate_;
     Future future;
-    if (!look(problem_.state, 0) || runs_to_horizon) {
-      int step = 0;
-      Watch watch;
-      watch.look_every = timing_.check;
-      watch.plan = plan;
-      watch.ends = [&](const State& state) { return look(state, step += timing_.check) && !runs_to_horizon; };
-      const Rollout rollout = world.rollout_unchecked(problem_.state, pushes, options_.limit, watch);
+    if (!ends(problem_.state, 0)) {
+      const Rollout rollout =
+          search::roll_out_to_horizon(world, problem_.state, pushes, timing_, options_.limit, ends, plan);
       future.complete = rollout.complete;
       future.counts = rollout;
       future.effort = rollout.effort;
       if (rollout.complete && rollout.steps == timing_.horizon) {
-        look(rollout.state, timing_.horizon);
         for (Exit& exit : exits) exit.end();
         future.success = success_ && (*success_)(rollout.state);
       }

@@ -13,6 +13,7 @@
 #include "metrics/looks.hpp"
 #include "metrics/splitting.hpp"
 #include "problem/exit.hpp"
+#include "search/horizon.hpp"
 
 namespace energymargin {
 namespace {
@@ -128,15 +129,13 @@ class ReplicaSimulator {
     if (options_.rollout_counter) ++*options_.rollout_counter;
     if (exit.left()) return;
     int step = 0;
-    Watch watch;
-    watch.look_every = timing_.check;
-    if (replica.plan) watch.plan = &*replica.plan;
-    watch.ends = [&](const State& state) { return look(state, step += timing_.check, exit, replica); };
+    const auto left = [&](const State& state, int now) { return look(state, step = now, exit, replica); };
     try {
-      const Rollout rollout = world_.rollout_unchecked(problem_.state, replica.pushes, options_.limit, watch);
+      const Rollout rollout =
+          search::roll_out_to_horizon(world_, problem_.state, replica.pushes, timing_, options_.limit, left,
+                                      replica.plan ? &*replica.plan : nullptr);
       counts_ += rollout;
       if (rollout.complete && rollout.steps == timing_.horizon && !exit.left()) {
-        if (step != timing_.horizon) look(rollout.state, timing_.horizon, exit, replica);
         exit.end();
         if (exit.left()) set_exit(exit, replica);
       }

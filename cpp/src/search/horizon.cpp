@@ -74,29 +74,15 @@ std::optional<bool> Horizon::stays_outside(World& world, const State& state, int
 Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limit) const {
   Exit exit(timing_.dwell);
   State first_outside;
-  int time = 0;
-  const auto check = [&](const State& state) {
-    exit.look((*captured_)(state), time);
-    if (exit.since() == time) first_outside = state;
+  const auto check = [&](const State& state, int step) {
+    exit.look((*captured_)(state), step);
+    if (exit.since() == step) first_outside = state;
     return exit.left();
   };
-  Watch watch;
-  watch.look_every = timing_.check;
-  if (captured_) {
-    watch.ends = [&](const State& state) {
-      time += timing_.check;
-      return check(state);
-    };
-  }
-  Stretch stretch{world.rollout_unchecked(edge_start_(start), {rest_}, limit, watch)};
+  Stretch stretch{roll_out_to_horizon(world, edge_start_(start), {rest_}, timing_, limit, check)};
   Rollout& rollout = stretch.rollout;
-  if (!captured_ || !rollout.complete) return stretch;
-  if (rollout.steps == end()) {
-    time = end();
-    check(rollout.state);
-    exit.end();
-  }
-  if (!exit.left()) return stretch;
+  if (rollout.complete && rollout.steps == end()) exit.end();
+  if (!rollout.complete || !exit.left()) return stretch;
   rollout.state = first_outside;
   stretch.after_exit.steps = rollout.steps - exit.since();
   rollout.steps = exit.since();

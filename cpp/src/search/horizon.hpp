@@ -13,6 +13,21 @@
 
 namespace energymargin::search {
 
+//! One rollout up to the horizon. `ends(state, step)` is asked at each check time behind the start, and may end it.
+template <typename Ends>
+Rollout roll_out_to_horizon(World& world, const State& start, const std::vector<Push>& pushes, const Timing& timing,
+                            const Limit& limit, const Ends& ends, const Plan* plan = nullptr) {
+  int step = 0;
+  Watch watch;
+  watch.look_every = timing.check;
+  watch.plan = plan;
+  watch.ends = [&](const State& state) { return ends(state, step += timing.check); };
+  Rollout rollout = world.rollout_unchecked(start, pushes, limit, watch);
+  if (rollout.complete && rollout.steps == timing.horizon && step != timing.horizon)
+    ends(rollout.state, timing.horizon);
+  return rollout;
+}
+
 //! A rollout under the clock, up to the first instant outside if there is one.
 struct Stretch {
   Rollout rollout;
