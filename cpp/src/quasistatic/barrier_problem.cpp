@@ -15,7 +15,6 @@
 
 #include "base/angles.hpp"
 #include "energymargin/random.hpp"
-#include "quasistatic/relax.hpp"
 #include "search/wrench_space.hpp"
 
 namespace energymargin::quasistatic {

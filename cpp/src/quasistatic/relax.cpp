@@ -1,7 +1,7 @@
-#include "quasistatic/relax.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "quasistatic/pose_sampler.hpp"
 
 namespace energymargin::quasistatic {
 namespace {

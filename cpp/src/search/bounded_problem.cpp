@@ -26,9 +26,8 @@ constexpr double grace = 0.1;
 // What rests in a simulation changes each number of its state by less, over an edge [SI].
 constexpr double still = 1e-8;
 
-// Steps between two looks at a rollout: more often takes time in small scenes, and tells no more
-// (docs/results/fewer_steps.md).
-constexpr int look_every = 4;
+// Steps from one check time of a rollout to the next: more takes time, and tells no more (docs/results/fewer_steps.md).
+constexpr int check_every = 4;
 
 constexpr int first_room = 4096;  // rows of a tree that may end before all its nodes are made
 
@@ -42,12 +41,12 @@ std::vector<int> division(int steps, int stretches) {
   return division;
 }
 
-// The longest edges first: so the threads end a round at nearly the same time.
-std::vector<std::size_t> by_length(const std::vector<EdgeFrom>& round) {
-  std::vector<std::size_t> order(round.size());
+// The longest edges first: so the threads end at nearly the same time.
+std::vector<std::size_t> by_length(const std::vector<EdgeFrom>& edges) {
+  std::vector<std::size_t> order(edges.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return round[a].edge.steps > round[b].edge.steps; });
+            [&](std::size_t a, std::size_t b) { return edges[a].edge.steps > edges[b].edge.steps; });
   return order;
 }
 
@@ -168,12 +167,6 @@ ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) c
   return ompl::base::PlannerTerminationCondition([this, nodes] { return this->nodes() >= nodes || spent(); });
 }
 
-bool BoundedProblem::spent() const { return nodes_are_spent() || limit_.reached() || failure_; }
-
-void BoundedProblem::rethrow() const {
-  if (failure_) std::rethrow_exception(failure_);
-}
-
 double BoundedProblem::bound() const { return space_->bound(); }
 
 void BoundedProblem::lower_bound(double cost) { space_->lower_bound(cost); }
@@ -216,21 +209,21 @@ int BoundedProblem::extend(int node, const Edge& edge, std::optional<double> bou
   return nodes.empty() ? -1 : nodes.front();
 }
 
-std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round, std::optional<double> bound) {
+std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& edges, std::optional<double> bound) {
   const int before = nodes_;
-  std::vector<std::optional<Stretch>> stretches(round.size());
-  const std::vector<std::size_t> order = by_length(round);
-  // Each edge has the nodes that are left if those before it in the round take as many as they may.
+  std::vector<std::optional<Stretch>> stretches(edges.size());
+  const std::vector<std::size_t> order = by_length(edges);
+  // Each edge has the nodes that are left if those before it take as many as they may.
   simulations_->pool.run(order.size(), [&](std::size_t job, std::size_t thread) {
     const std::size_t i = order[job];
     const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
-    stretches[i] = roll_out(*simulations_->worlds[thread], round[i], std::min(nodes_per_edge_, left),
+    stretches[i] = roll_out(*simulations_->worlds[thread], edges[i], std::min(nodes_per_edge_, left),
                             bound.value_or(this->bound()));
   });
   std::vector<int> nodes;
-  for (std::size_t i = 0; i < round.size(); ++i) {
+  for (std::size_t i = 0; i < edges.size(); ++i) {
     if (stretches[i] && !stretches[i]->rollout.complete) break;
-    nodes.push_back(add(round[i], stretches[i]));
+    nodes.push_back(add(edges[i], stretches[i]));
   }
   if (node_counter_) node_counter_->fetch_add(nodes_ - before, std::memory_order_relaxed);
   return nodes;
@@ -254,7 +247,7 @@ int BoundedProblem::extend_undisturbed() {
 std::optional<Stretch> BoundedProblem::roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const {
   const Edge& edge = from.edge;
   const State start = state(from.node);
-  Watch watch{cost(from.node), bound, division(edge.steps, nodes), {}, look_every};
+  Watch watch{cost(from.node), bound, division(edge.steps, nodes), {}, check_every};
   try {
     if (horizon_) return simulations_->horizon->extend(world, start, time(from.node), edge, limit_, watch);
     if (stops_at_escape_ && captured_) watch.ends = [this](const State& now) { return !(*captured_)(now); };

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "energymargin/random.hpp"
 #include "search/wrench_space.hpp"
 
 namespace energymargin::search {
@@ -13,16 +12,6 @@ namespace {
 constexpr int sampled = -1;  // as a node
 
 constexpr double rounding = 1e-12;  // of distances
-
-// How many weights are in the i-th sum.
-std::size_t width(std::size_t i) { return i & (~i + 1); }
-
-// A hash. Of a million cells two have the same with a chance of 3e-8, and then count as one.
-std::uint64_t key_of(const Eigen::VectorXi& coordinates) {
-  std::uint64_t key = 0;
-  for (const int coordinate : coordinates) key = stream(key, static_cast<std::uint32_t>(coordinate));
-  return key;
-}
 
 }  // namespace
 
@@ -68,66 +57,6 @@ EdgeFrom NodePlanner::draw_edge(int node) {
 const CostSpace::StateType& NodePlanner::described(int node) {
   problem_.describe(node, &state_);
   return state_;
-}
-
-void CellWeights::add(double weight) {
-  const std::size_t i = sums_.size() + 1;
-  for (std::size_t part = 1; part < width(i); part *= 2) weight += sums_[i - part - 1];
-  sums_.push_back(weight);
-}
-
-void CellWeights::change(std::size_t index, double difference) {
-  for (std::size_t i = index + 1; i <= sums_.size(); i += width(i)) sums_[i - 1] += difference;
-}
-
-std::size_t CellWeights::at(double share) const {
-  double sum = 0.0;
-  for (std::size_t i = sums_.size(); i > 0; i -= width(i)) sum += sums_[i - 1];
-  double left = share * sum;
-  std::size_t step = 1;
-  while (2 * step <= sums_.size()) step *= 2;
-  std::size_t before = 0;
-  // The last one takes what rounding leaves.
-  for (; step > 0; step /= 2) {
-    const std::size_t i = before + step;
-    if (i >= sums_.size() || left <= sums_[i - 1]) continue;
-    left -= sums_[i - 1];
-    before = i;
-  }
-  return before;
-}
-
-void DensityGrid::add(int node, const Eigen::VectorXi& coordinates) {
-  const auto [found, is_new] = index_.try_emplace(key_of(coordinates), static_cast<std::uint32_t>(cells_.size()));
-  if (is_new) {
-    cells_.emplace_back();
-    weights_.add(1.0);
-  }
-  Cell& cell = cells_[found->second];
-  const std::uint32_t size = cell.size;
-  if ((size & (size - 1)) == 0) {
-    const auto block = static_cast<std::uint32_t>(pool_.size());
-    pool_.resize(block + std::max(2 * size, 1u));
-    std::copy_n(pool_.begin() + cell.block, size, pool_.begin() + block);
-    cell.block = block;
-  }
-  pool_[cell.block + cell.size++] = node;
-  if (size > 0) weights_.change(found->second, 1.0 / cell.size - 1.0 / size);
-}
-
-int DensityGrid::draw(ompl::RNG& rng) const {
-  const Cell& cell = cells_[weights_.at(rng.uniform01())];
-  return pool_[cell.block + static_cast<std::uint32_t>(rng.uniformInt(0, static_cast<int>(cell.size) - 1))];
-}
-
-std::vector<int> DensityGrid::nodes() const {
-  std::vector<int> nodes;
-  for (const Cell& cell : cells_) {
-    const auto first = pool_.begin() + cell.block;
-    nodes.insert(nodes.end(), first, first + cell.size);
-  }
-  std::sort(nodes.begin(), nodes.end());
-  return nodes;
 }
 
 Est::Est(BoundedProblem& problem, std::uint64_t seed)

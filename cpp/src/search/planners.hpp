@@ -7,15 +7,13 @@
 #include <ompl/datastructures/NearestNeighborsGNAT.h>
 #include <ompl/util/RandomNumbers.h>
 
-#include <Eigen/Core>
-#include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 #include "energymargin/search/ao.hpp"
 #include "search/cost_space.hpp"
+#include "search/density_grid.hpp"
 
 namespace energymargin::search {
 
@@ -44,51 +42,6 @@ class NodePlanner : public ompl::base::Planner, public Prunable {
  private:
   ompl::control::ControlSamplerPtr sampler_;
   CostSpace::StateType state_;
-};
-
-//! The weights of cells in a Fenwick tree: one number a weight, and each operation takes the logarithm of their count.
-class CellWeights {
- public:
-  //! Appends one.
-  void add(double weight);
-
-  //! Adds to one.
-  void change(std::size_t index, double difference);
-
-  //! The index at which the sum of the weights, from the first on, reaches `share` (0..1) of the sum of all. There is
-  //! at least one weight.
-  std::size_t at(double share) const;
-
- private:
-  std::vector<double> sums_;  // sums_[i - 1] is that of the weights (i - (i & -i), i], counted from 1
-};
-
-//! Nodes by cell (Hsu, Latombe and Motwani 1999). Each cell is drawn with a weight of 1 / its nodes, and of these any:
-//! so nodes in thinly settled regions come first. The time of a draw does not depend on how many nodes are in a cell.
-class DensityGrid {
- public:
-  void add(int node, const Eigen::VectorXi& coordinates);
-
-  //! A node; there is one.
-  int draw(ompl::RNG& rng) const;
-
-  bool empty() const { return cells_.empty(); }
-
-  //! Ascending.
-  std::vector<int> nodes() const;
-
- private:
-  // Its nodes are a block of the pool. A cell whose size is a power of two is full: then it moves into a new block of
-  // twice the size. The old block stays unused, so the pool has at most four numbers a node.
-  struct Cell {
-    std::uint32_t block = 0;
-    std::uint32_t size = 0;
-  };
-
-  std::unordered_map<std::uint64_t, std::uint32_t> index_;  // of cells by their key
-  std::vector<Cell> cells_;
-  CellWeights weights_;
-  std::vector<int> pool_;
 };
 
 //! A planner as OMPL's EST: nodes in thinly settled regions are extended first. The density is counted in a grid over

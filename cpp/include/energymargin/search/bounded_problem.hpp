@@ -27,15 +27,13 @@ class CostSpace;
 struct Stretch;
 
 //! A planner of OMPL works on `space_information` and `definition`. Its states are those of the objects with the effort
-//! since the root, eq. 9, and have a default projection. Its controls are a wrench on each object and how long they
-//! last. The augmented dynamics G of eq. 9 are z' by a rollout, c' = c + effort: every rollout is a node of one tree,
-//! whose node 0 is the root. It ends where its cost reaches the bound c, since what comes after that is valid nowhere.
+//! since the root, eq. 9; its controls are a wrench on each object and how long they last. Each rollout is a node of
+//! one tree, whose node 0 is the root, and ends where its cost reaches the bound c.
 class BoundedProblem {
  public:
-  //! At most `nodes` nodes, by default one a rollout; fewer if the limit is reached. The goal is the complement of
-  //! `captured`, within the problem's bounds (Algorithm 1). If `captured` is null, there is neither goal nor bounds
-  //! (Algorithm 2). Wrenches and sampled states depend on the seed; a planner has a seed of its own. The edges of a
-  //! round are made on up to so many `threads`. Throws std::invalid_argument if `nodes` or `threads` is below 1.
+  //! At most `nodes` nodes. The goal is the complement of `captured`, within the problem's bounds (Algorithm 1). If
+  //! `captured` is null, there is neither goal nor bounds (Algorithm 2). Edges that are asked for at once are made on
+  //! up to so many `threads`. Throws std::invalid_argument if `nodes` or `threads` is below 1.
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed, const Limit& limit = {},
                  Sampling sampling = Sampling::uniform, int threads = 1);
   ~BoundedProblem();
@@ -44,8 +42,7 @@ class BoundedProblem {
   BoundedProblem(const BoundedProblem&) = delete;
   BoundedProblem& operator=(const BoundedProblem&) = delete;
 
-  //! From now on up to so many states of a rollout count as nodes, its end and evenly spaced ones before it; planners
-  //! go on from its end alone.
+  //! From now on up to so many states of a rollout are nodes: its end, and evenly spaced ones that no planner extends.
   void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
 
   //! From now on `node_counter`, unless it is null, goes up with each node. It has to outlive this.
@@ -59,7 +56,7 @@ class BoundedProblem {
 
   //! True once there are `nodes`, or all are spent, or the limit is reached.
   ompl::base::PlannerTerminationCondition termination(int nodes = std::numeric_limits<int>::max()) const;
-  bool spent() const;
+  bool spent() const { return nodes_are_spent() || limit_.reached() || failure_; }
 
   //! The bound c on the cost [J]; inf at first.
   double bound() const;
@@ -81,14 +78,12 @@ class BoundedProblem {
   //! Sets a state of the `space_information` to a node's.
   void describe(int node, ompl::base::State* state) const;
 
-  //! State of a node, shape (n,).
+  //! A node's state, shape (n,), its effort from the root, eq. 8 [J], and its time since the root [steps].
   State state(int node) const { return tree_.states.row(node); }
-
-  //! Effort from the root to a node, eq. 8 [J].
   double cost(int node) const { return tree_.costs[node]; }
-
-  //! Steps from the root to a node, and to the horizon; none without a clock.
   int time(int node) const { return times_[static_cast<std::size_t>(node)]; }
+
+  //! [steps]; none without a clock.
   const std::optional<int>& horizon() const { return horizon_; }
 
   //! The edge that led to a node, and where it began; -1 for the root.
@@ -96,29 +91,27 @@ class BoundedProblem {
   int parent(int node) const { return tree_.parents[node]; }
   std::vector<int> path_to(int node) const { return tree_.path_to(node); }
 
-  //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
-  //! With a clock, whether it is an escape; at the horizon nothing else is allowed, since nothing can grow from it.
-  //! What was discarded is neither, and what grew from that is not allowed. `bound` is in place of c, if it is given.
+  //! Whether a node is below the bound (`bound`, or else c) and within Z_b, and whether it is an escape. Node -1 is
+  //! neither, nor is what was discarded. At the horizon only escapes are allowed, since nothing can grow there.
   bool allowed(int node, std::optional<double> bound = std::nullopt) const;
   bool escaped(int node) const;
 
   //! Whether a node's state is its parent's: without a wrench it stays there.
   bool at_rest(int node) const;
 
-  //! Whether a planner's tree still needs a node. A search that is over needs none: in a large tree it would take
-  //! seconds to put them in order.
+  //! Whether a planner's tree still needs a node. A search that is over needs none: to order a large tree takes long.
   bool worth_keeping(int node, double bound) const;
 
-  //! The last of the nodes that an edge from `node` leads to; they count as nodes. -1 if the limit was reached first. A
-  //! rollout that diverges leads to a node of infinite cost, at the state where it began.
+  //! The last of the nodes that an edge leads to; -1 if the limit was reached first. A rollout that diverges leads to a
+  //! node of infinite cost, at the state where it began.
   int extend(int node, const Edge& edge, std::optional<double> bound = std::nullopt);
 
-  //! These nodes for each edge of a round, in its order: the same on any number of threads. Fewer if the limit was
-  //! reached: those before the first edge that it cut short.
-  std::vector<int> extend(const std::vector<EdgeFrom>& round, std::optional<double> bound = std::nullopt);
+  //! These nodes for several edges, in their order: the same on any number of threads. Fewer if the limit was reached:
+  //! those before the first edge that it cut short.
+  std::vector<int> extend(const std::vector<EdgeFrom>& edges, std::optional<double> bound = std::nullopt);
 
-  //! With a clock, the node that the undisturbed future leads to, besides the `nodes`: it is an escape if that leaves
-  //! the capture set, be it through Z_b or not. -1 without a clock, or if the limit was reached first.
+  //! With a clock, the node that the undisturbed future leads to, besides the `nodes`: an escape if that leaves the
+  //! capture set, be it through Z_b or not. -1 without a clock, or if the limit was reached first.
   int extend_undisturbed();
 
   //! Whether the escape that ends in a node leads out in a finer simulation too; none if the limit was reached first.
@@ -127,8 +120,7 @@ class BoundedProblem {
   //! From now on a node is no escape, and nothing grows from it.
   void discard(int node) { discarded_.insert(node); }
 
-  //! What OMPL asks for. An exception would leave its planners without what they have allocated: the search ends, and
-  //! `rethrow` throws it then.
+  //! What OMPL asks for. An exception would make its planners leak: the search ends, and `rethrow` throws it then.
   template <typename Answer>
   bool answer(const Answer& of) const {
     try {
@@ -138,7 +130,9 @@ class BoundedProblem {
       return false;
     }
   }
-  void rethrow() const;
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
 
   //! The first `nodes` nodes, by default all; leaves this empty.
   Tree take_tree(std::optional<int> nodes = std::nullopt);
