@@ -165,10 +165,6 @@ class Search {
 
 }  // namespace
 
-Escape ao(BoundedProblem& problem, ompl::base::Planner& planner) {
-  return ao(problem, planner, nullptr, Confirm::each_turn);
-}
-
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm) {
   Search search(problem, planner, shortening, confirm);
   search.wait();

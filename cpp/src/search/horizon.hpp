@@ -1,8 +1,9 @@
 #pragma once
 // The clock of a search: when it looks at the capture set, which exit is an escape, and when all is over.
 
-#include <functional>
+#include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "energymargin/limit.hpp"
@@ -10,6 +11,7 @@
 #include "energymargin/problem.hpp"
 #include "energymargin/search/tree.hpp"
 #include "energymargin/world.hpp"
+#include "problem/exit.hpp"
 
 namespace energymargin::search {
 
@@ -41,7 +43,12 @@ struct Stretch {
 class Horizon {
  public:
   //! None without a clock. If `captured` is null, nothing escapes. So many steps of the world are one of the problem's.
-  static std::optional<Horizon> of(const Problem& problem, const Region* captured, int substeps = 1);
+  static std::optional<Horizon> of(const Problem& problem, const Region* captured, int substeps = 1) {
+    std::optional<Timing> timing = timing_of(problem);
+    if (!timing) return std::nullopt;
+    for (int* steps : {&timing->horizon, &timing->check, &timing->dwell}) *steps *= substeps;
+    return Horizon(problem, *timing, captured);
+  }
 
   int end() const { return timing_.horizon; }
 
@@ -50,17 +57,69 @@ class Horizon {
 
   //! The rollout of an edge from a state at `time` < end: cut at the horizon, and at the first check time outside.
   Stretch extend(World& world, const State& from, int time, const Edge& edge, const Limit& limit,
-                 Watch watch = {}) const;
+                 Watch watch = {}) const {
+    bool outside = false;
+    watch.first = time;
+    watch.look_every = timing_.check;
+    if (captured_) watch.ends = [&](const State& state) { return outside = !(*captured_)(state); };
+    Stretch stretch{world.rollout_unchecked(edge_start_(from), {{edge.wrenches, std::min(edge.steps, end() - time)}},
+                                            limit, watch)};
+    Rollout& rollout = stretch.rollout;
+    time += rollout.steps;
+    if (!rollout.complete || !(watch.cost + rollout.effort < watch.bound)) return stretch;
+    if (watch.ends && time == end()) watch.ends(rollout.state);
+    if (!outside) return stretch;
+    const std::optional<bool> stays = stays_outside(world, rollout.state, time, limit, stretch.after_exit);
+    rollout.complete = stays.has_value();
+    stretch.escaped = stays.value_or(false);
+    return stretch;
+  }
 
   //! The undisturbed future of the start, without a break up to the horizon or to where its exit is an escape; it ends
   //! at the first instant of that.
-  Stretch undisturbed(World& world, const State& start, const Limit& limit) const;
+  Stretch undisturbed(World& world, const State& start, const Limit& limit) const {
+    Exit exit(timing_.dwell);
+    State first_outside;
+    const auto check = [&](const State& state, int step) {
+      exit.look((*captured_)(state), step);
+      if (exit.since() == step) first_outside = state;
+      return exit.left();
+    };
+    Stretch stretch{roll_out_to_horizon(world, edge_start_(start), {rest_}, timing_, limit, check)};
+    Rollout& rollout = stretch.rollout;
+    if (rollout.complete && rollout.steps == end()) exit.end();
+    if (!rollout.complete || !exit.left()) return stretch;
+    rollout.state = first_outside;
+    stretch.after_exit.steps = rollout.steps - exit.since();
+    rollout.steps = exit.since();
+    stretch.escaped = true;
+    return stretch;
+  }
 
  private:
-  Horizon(const Problem& problem, const Timing& timing, const Region* captured);
+  Horizon(const Problem& problem, const Timing& timing, const Region* captured)
+      : timing_(timing), edge_start_(problem), rest_(no_push(problem, timing.horizon)) {
+    if (captured) captured_.emplace(*captured, problem.scene);
+  }
 
+  // None if the limit was reached first. Adds to the counts.
   std::optional<bool> stays_outside(World& world, const State& state, int time, const Limit& limit,
-                                    StepCounts& counts) const;
+                                    StepCounts& counts) const {
+    const int checks = (time + timing_.dwell + timing_.check - 1) / timing_.check;  // until dwell is over
+    const int steps = std::min(checks * timing_.check, end()) - time;
+    if (steps <= 0) return true;
+    Watch watch;
+    watch.first = time;
+    watch.look_every = timing_.check;
+    watch.ends = *captured_;
+    try {
+      const Rollout rollout = world.rollout_unchecked(edge_start_(state), {{rest_.wrenches, steps}}, limit, watch);
+      counts += rollout;
+      return rollout.complete ? std::optional(!(*captured_)(rollout.state)) : std::nullopt;
+    } catch (const Diverged&) {  // nobody knows where it is
+      return false;
+    }
+  }
 
   Timing timing_;
   std::optional<Membership> captured_;
@@ -73,15 +132,46 @@ class Horizon {
 class Confirmation {
  public:
   //! It plays escapes from the problem's capture set.
-  explicit Confirmation(const Problem& problem);
+  explicit Confirmation(const Problem& problem)
+      : substeps_(substeps_of(problem)),
+        world_(world_of(problem, substeps_)),
+        horizon_(Horizon::of(problem, &problem.captured, substeps_)),
+        start_(problem.state),
+        edge_start_(problem),
+        captured_(problem.captured, problem.scene),
+        rest_(largest_edge(problem)) {
+    rest_.wrenches.setZero();
+    if (horizon_) rest_.steps = horizon_->end();
+  }
 
   //! Whether the edges lead out, with their wrenches or, if these fall short, with up to 1.2 times as strong ones; at
   //! their end the object may go on without a wrench for as long as a longest edge. None if the limit was reached
   //! first. With a clock they follow the plan, and end at the horizon. `nodes` are those to which the edges lead: what
   //! two paths have in common is played once.
-  std::optional<bool> leads_out(const std::vector<int>& nodes, const std::vector<Edge>& edges, const Limit& limit);
+  std::optional<bool> leads_out(const std::vector<int>& nodes, const std::vector<Edge>& edges, const Limit& limit) {
+    if (edges.empty()) return true;  // the start is out
+    for (const double strength : strengths) {
+      try {
+        const std::optional<bool> out = play(nodes, edges, strength, limit);
+        if (!out || *out) return out;
+      } catch (const Diverged&) {  // it leads nowhere
+      }
+    }
+    return false;
+  }
 
  private:
+  static constexpr int most_substeps = 4;
+  static constexpr double strengths[] = {1.0, 1.1, 1.2};  // of the wrenches, until one leads out
+
+  // Fewer where a rollout would be longer than one may be.
+  static int substeps_of(const Problem& problem) {
+    const auto timing = timing_of(problem);
+    if (!timing) return most_substeps;
+    const int plan = problem.plan ? static_cast<int>(problem.plan->duration() / problem.scene.stepping().step) : 0;
+    return std::clamp(most_steps / (std::max(timing->horizon, plan) + 1), 1, most_substeps);
+  }
+
   struct Checkpoint {  // where a replay was at a node
     int node;
     State state;
@@ -89,8 +179,42 @@ class Confirmation {
   };
 
   std::optional<bool> play(const std::vector<int>& nodes, const std::vector<Edge>& edges, double strength,
-                           const Limit& limit);
-  Stretch play(const State& from, int time, const Edge& edge, const Limit& limit);
+                           const Limit& limit) {
+    std::size_t next = 0;
+    if (strength == 1.0) {
+      while (next < checkpoints_.size() && next < nodes.size() && checkpoints_[next].node == nodes[next]) ++next;
+      checkpoints_.resize(next);
+    }
+    State state = next > 0 ? checkpoints_[next - 1].state : start_;
+    int time = next > 0 ? checkpoints_[next - 1].time : 0;
+    const auto over = [&] { return horizon_ && time >= horizon_->end(); };
+    for (; next <= edges.size() && !over(); ++next) {
+      Edge edge = next < edges.size() ? edges[next] : rest_;
+      edge.wrenches *= strength;
+      edge.steps *= substeps_;
+      while (edge.steps > 0 && !over()) {  // an exit that does not last ends no edge
+        const Stretch stretch = play(state, time, edge, limit);
+        if (!stretch.rollout.complete) return std::nullopt;
+        if (stretch.escaped) return true;
+        state = stretch.rollout.state;
+        time += stretch.rollout.steps;
+        edge.steps -= stretch.rollout.steps;
+      }
+      if (strength == 1.0 && next < edges.size()) checkpoints_.push_back({nodes[next], state, time});
+    }
+    return false;
+  }
+
+  // It ends where it is out at a check time: a step of the search, or one of the clock.
+  Stretch play(const State& from, int time, const Edge& edge, const Limit& limit) {
+    if (horizon_) return horizon_->extend(world_, from, time, edge, limit);
+    Watch watch;
+    watch.ends = [this](const State& state) { return !captured_(state); };
+    watch.look_every = substeps_;
+    Stretch stretch{world_.rollout_unchecked(edge_start_(from), {edge}, limit, watch)};
+    stretch.escaped = stretch.rollout.complete && !captured_(stretch.rollout.state);
+    return stretch;
+  }
 
   int substeps_;  // of a step of the search
   World world_;

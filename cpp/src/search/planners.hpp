@@ -4,9 +4,11 @@
 #include <ompl/base/Planner.h>
 #include <ompl/base/StateSampler.h>
 #include <ompl/control/ControlSampler.h>
+#include <ompl/control/PathControl.h>
 #include <ompl/datastructures/NearestNeighborsGNAT.h>
 #include <ompl/util/RandomNumbers.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "energymargin/search/ao.hpp"
 #include "search/cost_space.hpp"
 #include "search/density_grid.hpp"
+#include "search/wrench_space.hpp"
 
 namespace energymargin::search {
 
@@ -22,20 +25,56 @@ namespace energymargin::search {
 class NodePlanner : public ompl::base::Planner, public Prunable {
  public:
   //! A solution is told as the state in which it ends: the path to it is in the problem's tree.
-  ompl::base::PlannerStatus solve(const ompl::base::PlannerTerminationCondition& ptc) override;
+  ompl::base::PlannerStatus solve(const ompl::base::PlannerTerminationCondition& ptc) override {
+    checkValidity();
+    while (const ompl::base::State* start = pis_.nextStart()) add(node_of(start));
+    if (empty()) return ompl::base::PlannerStatus::INVALID_START;
+    int solution = -1;
+    while (solution < 0 && !ptc) {
+      for (const int node : problem_.extend(draw_round())) {
+        if (!problem_.allowed(node)) continue;
+        add(node);
+        if (solution < 0 && problem_.escaped(node)) solution = node;
+      }
+    }
+    if (solution < 0) return ompl::base::PlannerStatus::TIMEOUT;
+    const auto path = std::make_shared<ompl::control::PathControl>(si_);
+    path->append(&described(solution));
+    pdef_->addSolutionPath(path, false, 0.0, getName());
+    return ompl::base::PlannerStatus::EXACT_SOLUTION;
+  }
 
  protected:
-  NodePlanner(BoundedProblem& problem, const char* name);
+  NodePlanner(BoundedProblem& problem, const char* name)
+      : Planner(problem.space_information(), name),
+        problem_(problem),
+        sampler_(problem.space_information()->allocControlSampler()) {
+    state_.objects = si_->getStateSpace()->as<CostSpace>()->starts();
+    setProblemDefinition(problem.definition());
+  }
 
   virtual bool empty() const = 0;
   virtual void add(int node) = 0;
   virtual std::vector<EdgeFrom> draw_round() = 0;
 
   //! An edge from a node, as the problem's controls are drawn.
-  EdgeFrom draw_edge(int node);
+  EdgeFrom draw_edge(int node) {
+    const auto* controls = problem_.space_information()->getControlSpace()->as<WrenchSpace>();
+    Eigen::VectorXd before(controls->getDimension()), values(controls->getDimension());
+    before << problem_.edge(node).wrenches, 0.0;
+    WrenchSpace::ControlType last, next;
+    last.values = before.data();
+    next.values = values.data();
+    sampler_->sampleNext(&next, &last, &described(node));
+    sampler_->sampleStepCount(1, 1);  // OMPL's planners draw that too, from the same stream
+    return {node, controls->edge(&next)};
+  }
 
   //! A node as OMPL sees it, until the next call.
-  const CostSpace::StateType& described(int node);
+  const CostSpace::StateType& described(int node) {
+    problem_.describe(node, &state_);
+    return state_;
+  }
 
   BoundedProblem& problem_;
 
@@ -49,17 +88,39 @@ class NodePlanner : public ompl::base::Planner, public Prunable {
 //! nodes of a round are drawn from the tree as it is before the round.
 class Est : public NodePlanner {
  public:
-  Est(BoundedProblem& problem, std::uint64_t seed);
+  Est(BoundedProblem& problem, std::uint64_t seed)
+      : NodePlanner(problem, "EST"), projection_(si_->getStateSpace()->getDefaultProjection()) {
+    rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
+  }
 
   //! How many nodes a round extends, but no more than the tree has; 1 at first, as published.
   void set_nodes_per_round(int count) { nodes_per_round_ = count; }
 
-  void prune(double bound) override;
+  void prune(double bound) override {
+    const std::vector<int> nodes = grid_.nodes();
+    grid_ = {};
+    for (const int node : nodes) {
+      if (problem_.worth_keeping(node, bound)) add(node);
+    }
+  }
 
  private:
   bool empty() const override { return grid_.empty(); }
-  void add(int node) override;
-  std::vector<EdgeFrom> draw_round() override;
+
+  void add(int node) override {
+    Eigen::VectorXi cell(projection_->getDimension());
+    projection_->computeCoordinates(&described(node), cell);
+    grid_.add(node, cell);
+  }
+
+  std::vector<EdgeFrom> draw_round() override {
+    // A first round of many edges from the root alone would make the tree shallow.
+    const int nodes = problem_.nodes() + 1;
+    const int count = std::min({nodes_per_round_, nodes, std::max(problem_.rollouts_left(), 1)});
+    std::vector<EdgeFrom> round;
+    for (int i = 0; i < count; ++i) round.push_back(draw_edge(grid_.draw(rng_)));
+    return round;
+  }
 
   int nodes_per_round_ = 1;
   ompl::RNG rng_;
@@ -71,17 +132,60 @@ class Est : public NodePlanner {
 //! time is extended. Samples depend on the seed of the problem.
 class Rrt : public NodePlanner {
  public:
-  explicit Rrt(BoundedProblem& problem);
+  explicit Rrt(BoundedProblem& problem) : NodePlanner(problem, "RRT"), state_sampler_(si_->allocStateSampler()) {
+    sample_.objects = si_->getStateSpace()->as<CostSpace>()->starts();
+    nodes_.setDistanceFunction([this](int a, int b) { return si_->distance(state(a), state(b)); });
+  }
 
   //! A node stays if all stay that it grew from.
-  void prune(double bound) override;
+  void prune(double bound) override {
+    const auto stays = [&](int node) {
+      while (node >= 0 && problem_.worth_keeping(node, bound)) node = problem_.parent(node);
+      return node < 0;
+    };
+    std::vector<int> nodes;
+    nodes_.list(nodes);
+    nodes_.clear();
+    for (const int node : nodes) {
+      if (stays(node)) {
+        nodes_.add(node);
+      } else {
+        states_[static_cast<std::size_t>(node)].reset();
+      }
+    }
+  }
 
  private:
+  static constexpr int sampled = -1;         // as a node
+  static constexpr double rounding = 1e-12;  // of distances
+
   bool empty() const override { return nodes_.size() == 0; }
-  void add(int node) override;
-  std::vector<EdgeFrom> draw_round() override;
-  int nearest_to_sample() const;
-  const ompl::base::State* state(int node) const;
+
+  void add(int node) override {
+    states_.resize(std::max(states_.size(), static_cast<std::size_t>(node) + 1));
+    auto& state = states_[static_cast<std::size_t>(node)] = std::make_unique<CostSpace::StateType>();
+    static_cast<CostSpace::Values&>(*state) = described(node);
+    nodes_.add(node);
+  }
+
+  std::vector<EdgeFrom> draw_round() override {
+    state_sampler_->sampleUniform(&sample_);
+    return {draw_edge(nearest_to_sample())};
+  }
+
+  // The first one of equally near nodes. Which of them OMPL's structure finds depends on pivots that it draws from a
+  // global seed, and rollouts that leave the object where it is make many such ties.
+  int nearest_to_sample() const {
+    const int any = nodes_.nearest(sampled);
+    std::vector<int> ties;
+    nodes_.nearestR(sampled, si_->distance(&sample_, state(any)) * (1.0 + rounding) + rounding, ties);
+    ties.push_back(any);
+    return *std::min_element(ties.begin(), ties.end());
+  }
+
+  const ompl::base::State* state(int node) const {
+    return node == sampled ? &sample_ : states_[static_cast<std::size_t>(node)].get();
+  }
 
   ompl::base::StateSamplerPtr state_sampler_;
   CostSpace::StateType sample_;

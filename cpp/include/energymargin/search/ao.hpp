@@ -17,9 +17,19 @@ class Prunable {
   virtual void prune(double bound) = 0;
 };
 
-//! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between
-//! iterations, and prunes it if it is Prunable. An escape counts if it is one in a simulation with a quarter of the
-//! step too.
-Escape ao(BoundedProblem& problem, ompl::base::Planner& planner);
+class Shortening;
+
+//! When best escapes are played again with a quarter of the step. One that does not lead out there is no escape.
+enum class Confirm {
+  best,       ///< the last one, and a few on the way; the search ends if one is none, since its cost bounded the search
+  each_turn,  ///< after each turn of the planner and of shortening, before it bounds the search any longer
+};
+
+//! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between turns, and
+//! prunes it if it is Prunable. With `shortening`, a part of the library, a wait comes first, and then the two take
+//! turns; the planner keeps a tenth of the nodes, with a clock half, so that AO-x stays asymptotically optimal. A search
+//! under Confirm::best that discarded an escape is to be done again with Confirm::each_turn.
+Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening = nullptr,
+          Confirm confirm = Confirm::each_turn);
 
 }  // namespace energymargin::search
