@@ -19,9 +19,8 @@ namespace energymargin::quasistatic {
 
 //! The streams of a search's seed, one for each of what draws from it.
 namespace streams {
-inline constexpr std::uint64_t poses = 1;
-inline constexpr std::uint64_t rrt_star = 2;
-}  // namespace streams
+inline constexpr std::uint64_t poses = 1, rrt_star = 2;
+}
 
 //! A pose as OMPL's planners see it.
 struct PoseState : ompl::base::State {
@@ -112,13 +111,11 @@ class BarrierProblem {
   std::vector<std::pair<int, double>> history_;
 };
 
-//! BIT* (Gammell, Srinivasa and Barfoot), asked again for a lower barrier after each escape, until the problem's
-//! samples are spent. OMPL's own pruning stays off: with several goals it may drop the start (its issue 949). Instead
-//! each run starts from the poses below the bound that the runs before it have drawn.
+//! BIT* (Gammell, Srinivasa and Barfoot), run again for a lower barrier after each escape, with the poses drawn so far
+//! that are below it. OMPL's own pruning stays off: with several goals it may drop the start (its issue 949).
 void bit_star(BarrierProblem& problem);
 
-//! RRT* (Karaman and Frazzoli), asked on for a lower barrier after each escape, until the problem's samples are spent.
-//! The tree stays, without what is not below the bound.
+//! RRT* (Karaman and Frazzoli), asked on for a lower barrier after each escape; its tree stays, as far as it is lower.
 void rrt_star(BarrierProblem& problem);
 
 }  // namespace energymargin::quasistatic

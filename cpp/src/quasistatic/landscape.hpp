@@ -27,7 +27,7 @@ class Potential {
   //! `body` is an index in the scene; `state` says where everything else is.
   Potential(const Scene& scene, const State& state, std::size_t body);
 
-  //! Of gravity and the body's constant force, with its zero at the world's origin, and of the springs on it [J].
+  //! Of gravity, the body's constant force and the springs on it, with its zero at the world's origin [J].
   double operator()(const Pose& pose) const;
 
   //! What pulls at the body [N]: minus the slope of the energy in the position.
@@ -65,8 +65,8 @@ enum class Side {
   any,
 };
 
-//! One object of a problem, quasi-statically. Its poses are those of its centre of mass: so it turns about that, and
-//! without springs its energy is linear on a way. One thread at a time.
+//! One object of a problem, quasi-statically. Its poses are those of its centre of mass, so that without springs its
+//! energy is linear on a way. One thread at a time.
 class Landscape {
  public:
   //! `object` is the index of a body that moves freely.
@@ -98,12 +98,11 @@ class Landscape {
   //! The same path with poses at most `spacing` [m] apart; by default a tenth of the radius.
   Path divide(const Path& path, std::optional<double> spacing = std::nullopt) const;
 
+  //! The highest energy on a way. With springs, what is high for less than a tenth of the radius may be missed.
   struct Peak {
     double energy = 0.0;  //!< [J]
     double at = 0.0;      //!< share of the way, 0..1
   };
-
-  //! The highest energy on a way. With springs, what is high for less than a tenth of the radius may be missed.
   Peak peak(const Pose& from, const Pose& to) const;
 
   //! Where the energy of a path is highest: between path[edge] and path[edge + 1].
@@ -112,9 +111,8 @@ class Landscape {
   };
   Barrier barrier(const Path& path) const;
 
-  //! Whether a way is allowed up to its end; its start is. No wall is too thin: between two poses that are checked no
-  //! point moves farther than a hundredth of the object's smallest half extent, unless the clearance there is larger.
-  //! So the object may cut a corner by that little.
+  //! Whether a way is allowed up to its end; its start is. Between two poses that are checked no point moves farther
+  //! than a hundredth of the object's smallest half extent, unless the clearance there is larger.
   bool passes(const Pose& from, const Pose& to);
 
   //! Slides down the slope of the energy until something is in the way, at most by `reach` [m] along any axis of the

@@ -13,10 +13,7 @@ namespace energymargin::search {
 
 //! The streams of a search's seed, one for each of what draws from it.
 namespace streams {
-inline constexpr std::uint64_t planner = 0;
-inline constexpr std::uint64_t states = 1;
-inline constexpr std::uint64_t controls = 2;
-inline constexpr std::uint64_t shortening = 3;
+inline constexpr std::uint64_t planner = 0, states = 1, controls = 2, shortening = 3;
 }  // namespace streams
 
 //! How far an object gets in one longest edge: the unit of each kind of coordinate, so that distances and densities

@@ -70,8 +70,8 @@ Eigen::VectorXd likelihoods(const Eigen::VectorXd& costs, double rate);
 //! Throws std::invalid_argument unless `value` is at least 0 and below 1.
 void require_least_likelihood(double value);
 
-//! Algorithm 2, on independent trees. At its limit it scores the complete trees up to the first that is not; if there
-//! is none, the first tree as far as it is. Throws std::invalid_argument on a bad problem or option.
+//! Algorithm 2, on independent trees. At its limit it scores the complete trees up to the first that is not, or else
+//! the first tree as far as it is. Throws std::invalid_argument on a bad problem or option.
 CaptureScore capture_score(const Problem& problem, const CaptureOptions& options = {});
 
 }  // namespace energymargin

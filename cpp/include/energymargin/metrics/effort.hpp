@@ -31,15 +31,15 @@ struct EffortOptions {
   std::optional<Search> search{};            //!< by default as `search_of` has it
   std::optional<Sampling> sampling{};        //!< how controls are drawn; by default as the search does
   std::optional<bool> shorten{};             //!< make the best escape cheaper; by default as the search does
-  bool stop_at_escape = false;               //!< a rollout ends where a look every few steps sees it outside
+  bool stop_at_escape = false;               //!< a rollout ends where it is seen outside, every few steps
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node, for a bar of progress
   bool check_undisturbed = false;            //!< without a clock, also when the state leaves without a disturbance
 };
 
 //! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon the
-//! escape has to be outside in time, and to stay outside for `dwell` without a wrench; its effort is that up to the
-//! exit, and an object that leaves by itself needs none. At its limit the search gives the tree as far as it is: the
-//! bits of a search of so many nodes. Throws std::invalid_argument on a bad problem or option.
+//! escape has to be outside in time, and to stay outside for `dwell` without a wrench. At its limit the search gives
+//! the tree as far as it is: the bits of a search of so many nodes. Throws std::invalid_argument on a bad problem or
+//! option.
 Escape escape_effort(const Problem& problem, const EffortOptions& options = {});
 
 }  // namespace energymargin

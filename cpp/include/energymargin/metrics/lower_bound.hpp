@@ -32,12 +32,9 @@ struct LowerBound {
 };
 
 //! The least potential energy over which an object leaves its capture set, minus all energy that may help it: a
-//! disturbance has to do that much work. Bodies that can move are in nobody's way here. Poses are divided into cells;
-//! a cell is blocked if the object is certainly in an obstacle all over it, deeper than the simulation lets bodies sink
-//! into each other. No bound is wrong for lack of cells: it is lower.
-//!
-//! An object that can turn about one axis at most is looked at as it is. One that turns freely is a ball inside of it.
-//! Throws std::invalid_argument on a bad problem or option.
+//! disturbance has to do that much work. Bodies that can move are in nobody's way. Poses are divided into cells, and a
+//! cell is blocked if the object is too deep in an obstacle all over it; fewer cells give a lower bound. An object that
+//! turns freely counts as a ball inside of it. Throws std::invalid_argument on a bad problem or option.
 LowerBound effort_lower_bound(const Problem& problem, const LowerBoundOptions& options = {});
 
 }  // namespace energymargin

@@ -14,7 +14,8 @@
 
 namespace energymargin {
 
-//! With a tolerance the first look is at so many rollouts, each next one at twice as many. And the most by default.
+//! With a tolerance it is checked at so many rollouts first, and then at twice as many each time. And the most by
+//! default.
 inline constexpr int first_look = 32;
 inline constexpr int most_rollouts = 10000;
 
@@ -49,8 +50,7 @@ struct Splitting {
   int simulated = 0;          //!< rollouts that were simulated: the replicas, and those that branch from them
 };
 
-//! Its steps are those of all rollouts, also the undisturbed one; one that diverged has none or, where losses are rare,
-//! those up to its last look.
+//! Its steps are those of all rollouts, also the undisturbed one, but for those that diverged.
 struct CaptureProbability : StepCounts {
   Eigen::VectorXd times;  //!< of the looks at the sets, from 0 to the horizon, shape (T,) [s]
   Survival all;           //!< of all objects
@@ -72,19 +72,16 @@ struct CaptureProbability : StepCounts {
   std::vector<Warning> warnings{};       //!< what speaks against the probability
 };
 
-//! Throws std::invalid_argument on a problem without horizon and plan, and on bad options; std::runtime_error if more
-//! than `most_diverged` of the rollouts diverge; Cancelled or TimedOut if the limit is reached before the first one is
-//! complete.
+//! Throws std::invalid_argument on a problem without horizon and plan, and on bad options; std::runtime_error if too
+//! many rollouts diverge; Cancelled or TimedOut if the limit is reached before the first one is complete.
 CaptureProbability capture_probability(const Problem& problem, const ProbabilityOptions& options = {});
 
 //! Clopper and Pearson's interval of a probability that `effective` rollouts estimate.
 Interval interval(double probability, double effective, double confidence = 0.95);
 
-//! The same of being captured throughout until time number `look`; by default until the horizon.
+//! The same of being captured throughout until time number `look`, and of the loss; by default until the horizon.
 Interval interval_of_capture(const CaptureProbability& p, double confidence = 0.95,
                              std::optional<Eigen::Index> look = std::nullopt);
-
-//! The same of the loss until time number `look`; by default until the horizon.
 Interval interval_of_loss(const CaptureProbability& p, double confidence = 0.95,
                           std::optional<Eigen::Index> look = std::nullopt);
 

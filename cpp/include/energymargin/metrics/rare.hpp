@@ -15,12 +15,11 @@ struct RareOptions {
   int rollouts = 1000;                                     //!< replicas, in batches whose estimates are independent
   std::uint64_t seed = 0;
   int threads = 1;  //!< for batches; the probability does not depend on it
-  //! How near to its loss a state is: replicas split where it rises. Unset: a linear forecast of SignedDistance of the
-  //! capture set, in standard deviations of its error, which a few replicas find first. The probability is unbiased
-  //! with any level; its interval is narrow with a good one.
+  //! How near to its loss a state is: replicas split where it rises, and the probability is unbiased with any level.
+  //! Unset: a forecast of SignedDistance of the capture set, in standard deviations of its error.
   std::function<double(const State&)> level{};
-  //! Set: the level is `level`, or SignedDistance, and what it gains in so long at its rate of now [s], without a
-  //! forecast. Unset with a level of the caller's: as long as a rate is remembered, which rollouts of their own tell.
+  //! Set: the level is `level`, or SignedDistance, and what it gains in so long at its rate of now [s]. Unset with a
+  //! level of the caller's: for as long as a rate is remembered.
   std::optional<double> ahead{};
   Limit limit{};  //!< ends it early: the batches that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
@@ -30,10 +29,9 @@ struct RareOptions {
 inline constexpr int splitting_batches = 10;
 inline constexpr int fewest_replicas = 4 * splitting_batches;
 
-//! Of all objects. A rollout that diverges counts as captured from there on. Throws std::invalid_argument on a problem
-//! without horizon and plan, on bad options, a disturbance that cannot branch, or a capture set that has no distance;
-//! std::runtime_error if more than 1 % of the rollouts diverge; Cancelled or TimedOut if the limit is reached before
-//! four batches are complete.
+//! The probability of all objects. A rollout that diverges counts as captured from there on. Throws as
+//! capture_probability does, and std::invalid_argument on a disturbance that cannot branch or a capture set without a
+//! distance; Cancelled or TimedOut if the limit is reached before four batches are complete.
 CaptureProbability rare_capture_probability(const Problem& problem, const RareOptions& options = {});
 
 }  // namespace energymargin
