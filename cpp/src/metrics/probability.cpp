@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <boost/math/distributions/beta.hpp>
 #include <cmath>
-#include <memory>
-#include <mutex>
 #include <numeric>
 #include <stdexcept>
 
 #include "base/check.hpp"
+#include "base/thread_pool.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
-#include "energymargin/parallel.hpp"
 #include "metrics/looks.hpp"
 #include "problem/exit.hpp"
 #include "search/horizon.hpp"
@@ -39,7 +37,11 @@ struct Future {
 class Estimator {
  public:
   Estimator(const Problem& problem, const ProbabilityOptions& options)
-      : problem_(problem), options_(options), timing_(*timing_of(problem)) {
+      : problem_(problem),
+        options_(options),
+        timing_(*timing_of(problem)),
+        pool_(std::min(options.threads, most_of(options))),
+        worlds_(pool_.size()) {
     sets_.emplace_back(problem.captured, problem.scene);
     if (options.by_object && problem.captured_any) {
       sets_.emplace_back(*problem.captured_any, problem.scene);
@@ -65,7 +67,7 @@ class Estimator {
 
  private:
   void follow_undisturbed() {
-    undisturbed_ = run({no_push(problem_, timing_.horizon)}, nullptr);
+    undisturbed_ = run({no_push(problem_, timing_.horizon)}, nullptr, 0);
     if (!undisturbed_->complete) options_.limit.require();
     if (undisturbed_->diverged) throw Diverged("the undisturbed future");
   }
@@ -75,46 +77,29 @@ class Estimator {
     const std::size_t first = futures_.size();
     futures_.resize(static_cast<std::size_t>(wanted));
     complete_.resize(futures_.size(), 0);
-    parallel_for(
-        futures_.size() - first, options_.threads,
-        [&](std::size_t i) {
-          const std::size_t index = first + i;
-          futures_[index] = run(index);
-          complete_[index] = futures_[index].complete ? 1 : 0;
-          if (options_.rollout_counter) ++*options_.rollout_counter;
-        },
-        options_.limit);
+    pool_.run(futures_.size() - first, [&](std::size_t i, std::size_t thread) {
+      if (options_.limit.reached()) return;
+      const std::size_t number = first + i, index = options_.first + number;
+      const auto [pushes, plan] = draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index);
+      futures_[number] = run(pushes, plan ? &*plan : nullptr, thread);
+      complete_[number] = futures_[number].complete ? 1 : 0;
+      if (options_.rollout_counter) ++*options_.rollout_counter;
+    });
   }
 
   // The complete rollouts up to the first that is not.
   int counted() const { return static_cast<int>(std::find(complete_.begin(), complete_.end(), 0) - complete_.begin()); }
 
-  Future run(std::size_t number) {
-    const std::size_t index = options_.first + number;
-    const auto [pushes, plan] = draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index);
-    return run(pushes, plan ? &*plan : nullptr);
-  }
-
   // The future under `pushes`; `plan`, unless it is null, is in place of the problem's.
-  Future run(const std::vector<Push>& pushes, const Plan* plan) {
-    std::unique_ptr<World> world = take();
-    Future future;
+  Future run(const std::vector<Push>& pushes, const Plan* plan, std::size_t thread) {
+    if (!worlds_[thread]) worlds_[thread].emplace(world_of(problem_));
     try {
-      future = follow(*world, pushes, plan);
+      return follow(*worlds_[thread], pushes, plan);
     } catch (const Diverged&) {
+      Future future;
       future.diverged = true;
+      return future;
     }
-    const std::lock_guard<std::mutex> lock(mutex_);
-    worlds_.push_back(std::move(world));
-    return future;
-  }
-
-  std::unique_ptr<World> take() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (worlds_.empty()) return std::make_unique<World>(world_of(problem_));
-    std::unique_ptr<World> world = std::move(worlds_.back());
-    worlds_.pop_back();
-    return world;
   }
 
   Future follow(World& world, const std::vector<Push>& pushes, const Plan* plan) const {
@@ -264,8 +249,8 @@ class Estimator {
   std::vector<Future> futures_;
   std::vector<char> complete_;
   int looks_ = 1;  // the most looks at the tolerance
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<World>> worlds_;  // idle
+  ThreadPool pool_;
+  std::vector<std::optional<World>> worlds_;  // of each thread, from its first rollout on
 };
 
 void validate(const Problem& problem, const ProbabilityOptions& options) {

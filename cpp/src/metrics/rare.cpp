@@ -47,6 +47,12 @@ struct Replica : Draw {
   }
 };
 
+// How many rollouts were simulated, and how many of them diverged.
+struct Tally : StepCounts {
+  int simulated = 0;
+  int diverged = 0;
+};
+
 // Rollouts of one batch, one after another.
 class ReplicaSimulator {
  public:
@@ -102,13 +108,11 @@ class ReplicaSimulator {
     Replica replica{{{no_push(problem_, timing_.horizon)}}};
     simulate(replica);
     options_.limit.require();
-    if (diverged_ > 0) throw Diverged("the undisturbed future");
+    if (tally_.diverged > 0) throw Diverged("the undisturbed future");
     return replica;
   }
 
-  const StepCounts& counts() const { return counts_; }
-  int simulated() const { return simulated_; }
-  int diverged() const { return diverged_; }
+  const Tally& tally() const { return tally_; }
 
  private:
   // The past of a branch is simulated again: a simulation that is restored at a state is not the one that goes on.
@@ -125,7 +129,7 @@ class ReplicaSimulator {
     gains_.clear();
     track_.coordinates.clear();
     look(problem_.state, 0, exit, replica);
-    ++simulated_;
+    ++tally_.simulated;
     if (options_.rollout_counter) ++*options_.rollout_counter;
     if (exit.left()) return;
     int step = 0;
@@ -134,14 +138,14 @@ class ReplicaSimulator {
       const Rollout rollout =
           search::roll_out_to_horizon(world_, problem_.state, replica.pushes, timing_, options_.limit, left,
                                       replica.plan ? &*replica.plan : nullptr);
-      counts_ += rollout;
+      tally_ += rollout;
       if (rollout.complete && rollout.steps == timing_.horizon && !exit.left()) {
         exit.end();
         if (exit.left()) set_exit(exit, replica);
       }
     } catch (const Diverged&) {
-      counts_.steps += step;
-      ++diverged_;
+      tally_.steps += step;
+      ++tally_.diverged;
     }
   }
 
@@ -189,19 +193,15 @@ class ReplicaSimulator {
   double last_ = 0.0;          // level of the state at the last look
   std::vector<double> gains_;  // of that level, from look to look
   Track track_;
-  StepCounts counts_;
-  int simulated_ = 0;
-  int diverged_ = 0;
+  Tally tally_;
 };
 
 // What one batch says.
-struct ReplicaBatch : StepCounts {
+struct ReplicaBatch : Tally {
   Eigen::VectorXd lost;    // an unbiased estimate of the loss until each look
   double mean_loss = 0.0;  // of the time that is lost [steps]
   int levels = 0;
   int replicas = 0;
-  int simulated = 0;
-  int diverged = 0;
   bool complete = false;
 };
 
@@ -218,6 +218,7 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
   const Timing timing = *timing_of(problem);
   const std::vector<int> looks = looks_of(timing);
   ReplicaBatch batch;
+  static_cast<Tally&>(batch) = simulator.tally();
   batch.lost = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(looks.size()));
   for (const Replica& replica : last.replicas) {
     if (replica.exit < 0) continue;
@@ -229,9 +230,6 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
   batch.mean_loss *= last.weight / replicas;
   batch.levels = last.levels;
   batch.replicas = replicas;
-  batch += simulator.counts();
-  batch.simulated = simulator.simulated();
-  batch.diverged = simulator.diverged();
   batch.complete = last.complete;
   return batch;
 }
@@ -321,7 +319,7 @@ CaptureProbability rare_capture_probability(const Problem& problem, const RareOp
   if (batches.size() < fewest_batches) options.limit.require();
   CaptureProbability p = result_of(problem, batches);
   p.complete = complete;
-  p += simulator.counts();
+  p += simulator.tally();
   p += of_scouts;
   p.undisturbed = undisturbed.exit < 0;
   p.undisturbed_time = p.undisturbed ? p.times[p.times.size() - 1] : undisturbed.exit * problem.scene.stepping().step;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "energymargin/kinematics.hpp"
+#include "energymargin/search/tree.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -140,6 +141,17 @@ class Projection : public ompl::base::ProjectionEvaluator {
 };
 
 }  // namespace
+
+Edge largest_edge(const Problem& problem) {
+  const auto objects = static_cast<Eigen::Index>(problem.scene.with_role(Role::object).size());
+  Edge largest;
+  largest.wrenches.resize(objects * wrench_axes);
+  for (Eigen::Index i = 0; i < objects; ++i) {
+    largest.wrenches.segment<wrench_axes>(i * wrench_axes) << problem.force, problem.torque;
+  }
+  largest.steps = static_cast<int>(std::floor(problem.duration / problem.scene.stepping().step + 1e-9));
+  return largest;
+}
 
 Scales::Scales(const Problem& problem, std::size_t index) {
   const Scene& scene = problem.scene;

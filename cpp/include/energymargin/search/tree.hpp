@@ -1,6 +1,7 @@
 #pragma once
 // The tree of a search: its edges, how they are drawn, and each of its rollouts, as flat arrays.
 
+#include <algorithm>
 #include <vector>
 
 #include "energymargin/types.hpp"
@@ -27,11 +28,20 @@ struct Tree {
 
   int size() const { return static_cast<int>(costs.size()); }
 
-  //! Of the nodes, since the root (M + 1,) [s].
-  Eigen::VectorXd times() const;
+  //! Times of the nodes since the root (M + 1,) [s].
+  Eigen::VectorXd times() const {
+    Eigen::VectorXd times = durations;  // a parent comes before its children
+    for (int node = 1; node < size(); ++node) times[node] += times[parents[node]];
+    return times;
+  }
 
   //! Nodes from the root to `node`, both included.
-  std::vector<int> path_to(int node) const;
+  std::vector<int> path_to(int node) const {
+    std::vector<int> path;
+    for (; node >= 0; node = parents[node]) path.push_back(node);
+    std::reverse(path.begin(), path.end());
+    return path;
+  }
 };
 
 namespace search {
