@@ -7,7 +7,7 @@
 #include "bindings.hpp"
 #include "energymargin/metrics/rare.hpp"
 #include "long_call.hpp"
-#include "metrics/looks.hpp"
+#include "metrics/check_times.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
 #include "warnings.hpp"

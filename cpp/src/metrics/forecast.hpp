@@ -13,33 +13,34 @@
 
 namespace energymargin {
 
-//! A rollout as the coordinates of a SignedDistance, look after look. It stays where it is once it is lost.
+//! A rollout as the coordinates of a SignedDistance, one check time after another. It stays where it is once it is
+//! lost.
 struct Track {
-  std::vector<double> coordinates{};  // of each look, one after another
-  bool lost = false;                  // with the last look
+  std::vector<double> coordinates{};  // of each check time, one after another
+  bool lost = false;                  // with the last check time
 };
 
-//! The coordinates of each primitive in so many looks, from their values, gains and gains of gains of now, by least
-//! squares; and the error of that. The level of a state is its distance to the edge in standard deviations of that
-//! error, at the look until the horizon at which it is nearest: for linear dynamics and normal noise, the most likely
-//! time and way of a loss (Dean and Dupuis, Splitting for rare event simulation: a large deviation approach to design
-//! and analysis, 2009).
+//! The coordinates of each primitive in so many check times, from their values, gains and gains of gains of now, by
+//! least squares; and the error of that. The level of a state is its distance to the edge in standard deviations of
+//! that error, at the check time until the horizon at which it is nearest: for linear dynamics and normal noise, the
+//! most likely time and way of a loss (Dean and Dupuis, Splitting for rare event simulation: a large deviation approach
+//! to design and analysis, 2009).
 class Forecast {
  public:
-  //! `track` ends with the state, and `left` looks are to come.
+  //! `track` ends with the state, and `left` check times are to come.
   double operator()(const Track& track, int left) const {
     const std::vector<int>& sizes = distance_.sizes();
     const auto stride = static_cast<std::ptrdiff_t>(origin_.size());
-    const auto look = static_cast<int>(track.coordinates.size() / origin_.size()) - 1;
-    const double* now = track.coordinates.data() + look * stride;
+    const auto check = static_cast<int>(track.coordinates.size() / origin_.size()) - 1;
+    const double* now = track.coordinates.data() + check * stride;
     std::vector<double> features(static_cast<std::size_t>(features_of(*std::max_element(sizes.begin(), sizes.end()))));
     std::vector<double> then(origin_.size());
     double highest = -std::numeric_limits<double>::infinity();
     for (const Ahead& ahead : aheads_) {
-      if (ahead.looks > left) break;
+      if (ahead.checks > left) break;
       std::ptrdiff_t first = 0;
       for (std::size_t i = 0; i < sizes.size(); first += sizes[i++]) {
-        write_features(now + first, origin_.data() + first, look, sizes[i], stride, features.data());
+        write_features(now + first, origin_.data() + first, check, sizes[i], stride, features.data());
         const Eigen::MatrixXd& coefficients = ahead.coefficients[i];
         for (int k = 0; k < sizes[i]; ++k) {
           double gain = 0.0;
@@ -65,14 +66,14 @@ class Forecast {
 
   static int features_of(int coordinates) { return 1 + lags * coordinates; }
 
-  // Of a primitive's coordinates at a look, which has at least `lags` - 1 before it, or counts as at rest. `now` points
-  // to them in the track, whose looks are `stride` numbers long.
-  static void write_features(const double* now, const double* origin, int look, int size, std::ptrdiff_t stride,
+  // Of a primitive's coordinates at a check time, which has at least `lags` - 1 before it, or counts as at rest. `now`
+  // points to them in the track, whose check times are `stride` numbers long.
+  static void write_features(const double* now, const double* origin, int check, int size, std::ptrdiff_t stride,
                              double* to) {
     *to++ = 1.0;
     for (int i = 0; i < size; ++i) {
-      const double gain = look >= 1 ? now[i] - now[i - stride] : 0.0;
-      const double gain_before = look >= 2 ? now[i - stride] - now[i - 2 * stride] : gain;
+      const double gain = check >= 1 ? now[i] - now[i - stride] : 0.0;
+      const double gain_before = check >= 2 ? now[i - stride] - now[i - 2 * stride] : gain;
       *to++ = now[i] - origin[i];
       *to++ = gain;
       *to++ = gain - gain_before;
@@ -91,7 +92,7 @@ class Forecast {
   }
 
   struct Ahead {
-    int looks;
+    int checks;
     std::vector<Eigen::MatrixXd> coefficients;  // of each primitive: a row a feature, a column a coordinate
     std::vector<double> deviations;             // of each primitive: the largest along any direction
   };
@@ -106,11 +107,11 @@ class Forecast {
 //! Sums of least squares over tracks.
 class ForecastFit {
  public:
-  //! The tracks have at most so many looks.
-  ForecastFit(const SignedDistance& distance, int looks) : distance_(distance), looks_(looks) {
-    for (double next = 1.0; std::lround(next) < looks; next *= Forecast::time_ratio) {
+  //! The tracks have at most so many check times.
+  ForecastFit(const SignedDistance& distance, int checks) : distance_(distance), checks_(checks) {
+    for (double next = 1.0; std::lround(next) < checks; next *= Forecast::time_ratio) {
       const auto ahead = static_cast<int>(std::lround(next));
-      if (!aheads_.empty() && aheads_.back().looks == ahead) continue;
+      if (!aheads_.empty() && aheads_.back().checks == ahead) continue;
       aheads_.push_back({ahead});
       for (const int size : distance.sizes()) {
         const int features = Forecast::features_of(size);
@@ -120,7 +121,7 @@ class ForecastFit {
     }
   }
 
-  //! The states from look `first` on count: what follows them is a fair draw.
+  //! The states from check time `first` on count: what follows them is a fair draw.
   void add(const Track& track, int first) {
     const std::vector<int>& sizes = distance_.sizes();
     const auto stride = static_cast<std::ptrdiff_t>(std::accumulate(sizes.begin(), sizes.end(), 0));
@@ -128,17 +129,17 @@ class ForecastFit {
     const int last = static_cast<int>(static_cast<std::ptrdiff_t>(track.coordinates.size()) / stride) - 1;
     Eigen::VectorXd features;
     Eigen::VectorXd then;
-    for (int look = std::max(first, Forecast::lags - 1); look <= last; ++look) {
-      const int farthest = track.lost ? looks_ - 1 - look : last - look;
+    for (int check = std::max(first, Forecast::lags - 1); check <= last; ++check) {
+      const int farthest = track.lost ? checks_ - 1 - check : last - check;
       std::ptrdiff_t offset = 0;
       for (std::size_t i = 0; i < sizes.size(); offset += sizes[i++]) {
         const double* origin = origin_.data() + offset;
         features.resize(Forecast::features_of(sizes[i]));
-        Forecast::write_features(track.coordinates.data() + look * stride + offset, origin, look, sizes[i], stride,
+        Forecast::write_features(track.coordinates.data() + check * stride + offset, origin, check, sizes[i], stride,
                                  features.data());
         for (Ahead& ahead : aheads_) {
-          if (ahead.looks > farthest) break;
-          const double* at = track.coordinates.data() + std::min(look + ahead.looks, last) * stride + offset;
+          if (ahead.checks > farthest) break;
+          const double* at = track.coordinates.data() + std::min(check + ahead.checks, last) * stride + offset;
           then = Eigen::Map<const Eigen::VectorXd>(at, sizes[i]) - Eigen::Map<const Eigen::VectorXd>(origin, sizes[i]);
           Sums& sums = ahead.sums[i];
           sums.features += features.lazyProduct(features.transpose());
@@ -159,7 +160,7 @@ class ForecastFit {
     forecast.origin_ = origin_;
     for (const Ahead& ahead : aheads_) {
       if (ahead.samples < needed) break;
-      forecast.aheads_.push_back({ahead.looks, {}, {}});
+      forecast.aheads_.push_back({ahead.checks, {}, {}});
       for (const Sums& sums : ahead.sums) {
         Eigen::MatrixXd squares = sums.features;
         squares.diagonal() *= 1.0 + Forecast::ridge;
@@ -180,13 +181,13 @@ class ForecastFit {
     Eigen::MatrixXd features, products, squares;
   };
   struct Ahead {
-    int looks;
+    int checks;
     int samples = 0;
     std::vector<Sums> sums{};
   };
 
   SignedDistance distance_;
-  int looks_;
+  int checks_;
   std::vector<double> origin_;  // the start, from which coordinates count
   std::vector<Ahead> aheads_;
 };

@@ -10,7 +10,7 @@
 #include "base/thread_pool.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
-#include "metrics/looks.hpp"
+#include "metrics/check_times.hpp"
 #include "problem/exit.hpp"
 #include "search/horizon.hpp"
 
@@ -108,7 +108,7 @@ class Estimator {
     const auto ends = [&](const State& state, int step) {
       bool all_left = true;
       for (std::size_t i = 0; i < sets_.size(); ++i) {
-        if (!exits[i].left()) exits[i].look(sets_[i](state), step);
+        if (!exits[i].left()) exits[i].check(sets_[i](state), step);
         all_left = all_left && exits[i].left();
       }
       return all_left && !runs_to_horizon;
@@ -163,7 +163,7 @@ class Estimator {
   }
 
   Survival survival(std::size_t set, const std::vector<double>& shares) const {
-    const std::vector<int> steps = looks_of(timing_);
+    const std::vector<int> steps = check_steps(timing_);
     const double step = problem_.scene.stepping().step;
     Survival survival{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(steps.size()))};
     for (std::size_t i = 0; i < shares.size(); ++i) {
@@ -230,7 +230,7 @@ class Estimator {
 
   void set_times(CaptureProbability& p) const {
     const double step = problem_.scene.stepping().step;
-    p.times = times_of(looks_of(timing_), step);
+    p.times = times_of(check_steps(timing_), step);
     p.undisturbed_time = std::numeric_limits<double>::quiet_NaN();
     if (!undisturbed_) return;
     const int exit = undisturbed_->exits[0];
@@ -300,15 +300,15 @@ Interval interval(double probability, double effective, double confidence) {
           outside > 0.0 ? beta(inside + 1.0, outside, 1.0 - tail) : 1.0};
 }
 
-Interval interval_of_loss(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> look) {
-  const Eigen::Index at = look.value_or(p.lost.size() - 1);
+Interval interval_of_loss(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> time) {
+  const Eigen::Index at = time.value_or(p.lost.size() - 1);
   if (p.splitting) return interval(p.lost[at], p.splitting->effective[at], confidence);
   const Interval captured = interval_of_capture(p, confidence, at);
   return {1.0 - captured.high, 1.0 - captured.low};
 }
 
-Interval interval_of_capture(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> look) {
-  const Eigen::Index at = look.value_or(p.lost.size() - 1);
+Interval interval_of_capture(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> time) {
+  const Eigen::Index at = time.value_or(p.lost.size() - 1);
   if (!p.splitting) return interval(p.all.curve[at], p.effective, confidence);
   const Interval loss = interval_of_loss(p, confidence, at);
   return {1.0 - loss.high, 1.0 - loss.low};

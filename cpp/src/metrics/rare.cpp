@@ -9,8 +9,8 @@
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/signed_distance.hpp"
+#include "metrics/check_times.hpp"
 #include "metrics/forecast.hpp"
-#include "metrics/looks.hpp"
 #include "metrics/splitting.hpp"
 #include "problem/exit.hpp"
 #include "search/horizon.hpp"
@@ -35,12 +35,12 @@ struct Nearness {
 
 // A rollout: what acts on it, and how near it came to its loss.
 struct Replica : Draw {
-  std::vector<double> highest_until{};  // each look
-  int exit = -1;                        // first look outside, if it has left [steps]
+  std::vector<double> highest_until{};  // each check time
+  int exit = -1;                        // first check time outside, if it has left [steps]
 
   double highest() const { return highest_until.back(); }
 
-  // The first look at which it is above a level.
+  // The first check time at which it is above a level.
   int rises_above(double level) const {
     return static_cast<int>(std::upper_bound(highest_until.begin(), highest_until.end(), level) -
                             highest_until.begin());
@@ -64,10 +64,10 @@ class ReplicaSimulator {
         nearness_(nearness),
         fit_(fit),
         timing_(*timing_of(problem)),
-        last_look_(static_cast<int>(looks_of(timing_).size()) - 1),
+        last_check_(static_cast<int>(check_steps(timing_).size()) - 1),
         captured_(problem.captured, problem.scene),
         world_(world_of(problem)),
-        time_between_looks_(timing_.check * problem.scene.stepping().step) {
+        check_period_(timing_.check * problem.scene.stepping().step) {
     if (!options.level) distance_.emplace(problem.captured, problem.scene, problem.state);
   }
 
@@ -79,15 +79,15 @@ class ReplicaSimulator {
 
   // A replica that leaves its parent where that first is above a level.
   Replica branch(const Replica& parent, double level, std::uint64_t seed, std::size_t number) {
-    const int look = parent.rises_above(level);
-    if (parent.highest_until[static_cast<std::size_t>(look)] == splitting::happened) return parent;
-    const int step = std::min(look * timing_.check, timing_.horizon);
+    const int first = parent.rises_above(level);
+    if (parent.highest_until[static_cast<std::size_t>(first)] == splitting::happened) return parent;
+    const int step = std::min(first * timing_.check, timing_.horizon);
     Replica replica{energymargin::draw(options_.disturbance, problem_, timing_.horizon, seed, number, parent, step)};
-    simulate(replica, look);
+    simulate(replica, first);
     return replica;
   }
 
-  // How long the rate of the level lasts, as the correlation of its gains from look to look tells [s].
+  // How long the rate of the level lasts, as the correlation of its gains from one check time to the next tells [s].
   double memory(std::uint64_t seed) {
     double squares = 0.0, products = 0.0;
     for (std::size_t number = 0; number < pilots && !options_.limit.reached(); ++number) {
@@ -100,7 +100,7 @@ class ReplicaSimulator {
     const double longest = timing_.horizon * problem_.scene.stepping().step;
     if (!(products > 0.0)) return 0.0;
     if (products >= squares) return longest;
-    return std::min(-time_between_looks_ / std::log(products / squares), longest);
+    return std::min(-check_period_ / std::log(products / squares), longest);
   }
 
   // Throws Diverged, Cancelled or TimedOut.
@@ -116,24 +116,24 @@ class ReplicaSimulator {
 
  private:
   // The past of a branch is simulated again: a simulation that is restored at a state is not the one that goes on.
-  // Its law is a fair draw from look `first` on.
+  // Its law is a fair draw from check time `first` on.
   void simulate(Replica& replica, int first = 0) {
-    simulate_looks(replica);
+    roll_out(replica);
     if (!fit_) return;
     track_.lost = replica.exit >= 0;
     fit_->add(track_, first);
   }
 
-  void simulate_looks(Replica& replica) {
+  void roll_out(Replica& replica) {
     Exit exit(timing_.dwell);
     gains_.clear();
     track_.coordinates.clear();
-    look(problem_.state, 0, exit, replica);
+    check(problem_.state, 0, exit, replica);
     ++tally_.simulated;
     if (options_.rollout_counter) ++*options_.rollout_counter;
     if (exit.left()) return;
     int step = 0;
-    const auto left = [&](const State& state, int now) { return look(state, step = now, exit, replica); };
+    const auto left = [&](const State& state, int now) { return check(state, step = now, exit, replica); };
     try {
       const Rollout rollout =
           search::roll_out_to_horizon(world_, problem_.state, replica.pushes, timing_, options_.limit, left,
@@ -150,9 +150,9 @@ class ReplicaSimulator {
   }
 
   // Whether it has left.
-  bool look(const State& state, int step, Exit& exit, Replica& replica) {
-    exit.look(captured_(state), step);
-    double level = level_of(state, last_look_ - static_cast<int>(replica.highest_until.size()));
+  bool check(const State& state, int step, Exit& exit, Replica& replica) {
+    exit.check(captured_(state), step);
+    double level = level_of(state, last_check_ - static_cast<int>(replica.highest_until.size()));
     if (exit.since() >= 0 && timing_.dwell > 0) level += static_cast<double>(step - exit.since()) / timing_.dwell;
     std::vector<double>& highest = replica.highest_until;
     highest.push_back(highest.empty() ? level : std::max(level, highest.back()));
@@ -160,7 +160,7 @@ class ReplicaSimulator {
     return exit.left();
   }
 
-  // The level of a state with so many looks to come.
+  // The level of a state with so many check times to come.
   double level_of(const State& state, int left) {
     if (distance_ && (fit_ || nearness_.forecast)) {
       const std::vector<double> coordinates = distance_->coordinates(state);
@@ -169,10 +169,10 @@ class ReplicaSimulator {
     if (nearness_.forecast) return (*nearness_.forecast)(track_, left);
     const double now = distance_ ? (*distance_)(state) : options_.level(state);
     if (std::isnan(now)) reject("level", "not a number", "a number for every state");
-    const double gain = left < last_look_ ? now - last_ : 0.0;
-    if (left < last_look_) gains_.push_back(gain);
+    const double gain = left < last_check_ ? now - last_ : 0.0;
+    if (left < last_check_) gains_.push_back(gain);
     last_ = now;
-    return now + nearness_.ahead * gain / time_between_looks_;
+    return now + nearness_.ahead * gain / check_period_;
   }
 
   static void set_exit(const Exit& exit, Replica& replica) {
@@ -185,20 +185,20 @@ class ReplicaSimulator {
   Nearness nearness_;
   ForecastFit* fit_;
   Timing timing_;
-  int last_look_;
+  int last_check_;
   Membership captured_;
   std::optional<SignedDistance> distance_{};  // unless the level is the caller's
   World world_;
-  double time_between_looks_;  // [s]
-  double last_ = 0.0;          // level of the state at the last look
-  std::vector<double> gains_;  // of that level, from look to look
+  double check_period_;        // [s]
+  double last_ = 0.0;          // level of the state at the last check time
+  std::vector<double> gains_;  // of that level, from one check time to the next
   Track track_;
   Tally tally_;
 };
 
 // What one batch says.
 struct ReplicaBatch : Tally {
-  Eigen::VectorXd lost;    // an unbiased estimate of the loss until each look
+  Eigen::VectorXd lost;    // an unbiased estimate of the loss until each check time
   double mean_loss = 0.0;  // of the time that is lost [steps]
   int levels = 0;
   int replicas = 0;
@@ -216,13 +216,13 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
   };
   const auto last = splitting::split<Replica>(replicas, random, draw, branch, options.limit);
   const Timing timing = *timing_of(problem);
-  const std::vector<int> looks = looks_of(timing);
+  const std::vector<int> checks = check_steps(timing);
   ReplicaBatch batch;
   static_cast<Tally&>(batch) = simulator.tally();
-  batch.lost = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(looks.size()));
+  batch.lost = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(checks.size()));
   for (const Replica& replica : last.replicas) {
     if (replica.exit < 0) continue;
-    const auto from = std::lower_bound(looks.begin(), looks.end(), replica.exit) - looks.begin();
+    const auto from = std::lower_bound(checks.begin(), checks.end(), replica.exit) - checks.begin();
     batch.lost.tail(batch.lost.size() - from).array() += 1.0;
     batch.mean_loss += timing.horizon - replica.exit;
   }
@@ -238,7 +238,7 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
 // evenly spread from the start to the edge, and their estimate counts for nothing. Returns their steps.
 StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& nearness) {
   const SignedDistance distance(problem.captured, problem.scene, problem.state);
-  ForecastFit fit(distance, static_cast<int>(looks_of(*timing_of(problem)).size()));
+  ForecastFit fit(distance, static_cast<int>(check_steps(*timing_of(problem)).size()));
   const int scouts = std::max(options.rollouts / replicas_a_scout, fewest_scouts);
   const StepCounts counts = run_batch(problem, options, nearness, scouts, stream_of_scouts, &fit);
   nearness.forecast = fit.fit();
@@ -247,10 +247,10 @@ StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& n
 
 // What the batches say together.
 CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBatch>& batches) {
-  const std::vector<int> looks = looks_of(*timing_of(problem));
+  const std::vector<int> checks = check_steps(*timing_of(problem));
   const double step = problem.scene.stepping().step;
   const auto count = static_cast<Eigen::Index>(batches.size());
-  Eigen::MatrixXd lost(count, static_cast<Eigen::Index>(looks.size()));
+  Eigen::MatrixXd lost(count, static_cast<Eigen::Index>(checks.size()));
   CaptureProbability p;
   Splitting splitting;
   double mean_loss = 0.0;
@@ -265,10 +265,10 @@ CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBa
     p.diverged += batch.diverged;
   }
   require_few_diverged(p.diverged, splitting.simulated, ProbabilityOptions{}.most_diverged);
-  p.times = times_of(looks, step);
+  p.times = times_of(checks, step);
   p.lost = lost.colwise().mean();
   p.all.curve = 1.0 - p.lost.array();
-  p.all.mean_time = step * (looks.back() - mean_loss);
+  p.all.mean_time = step * (checks.back() - mean_loss);
   splitting.effective.resize(lost.cols());
   for (Eigen::Index i = 0; i < lost.cols(); ++i)
     splitting.effective[i] = splitting::effective_size(lost.col(i), p.rollouts);

@@ -3,13 +3,13 @@
 
 namespace energymargin {
 
-//! Outside at a look, and at all that follow until `dwell` steps are over or the horizon has come.
+//! Outside at a check time, and at all that follow until `dwell` steps are over or the horizon has come.
 class Exit {
  public:
   explicit Exit(int dwell) : dwell_(dwell) {}
 
-  //! `step` is the time of the look.
-  void look(bool inside, int step) {
+  //! `step` is the check time.
+  void check(bool inside, int step) {
     if (left_) return;
     if (inside) {
       since_ = -1;
@@ -24,7 +24,7 @@ class Exit {
 
   bool left() const { return left_; }
 
-  //! The first look outside, if it was the last one too, or if the set is left; else -1 [steps].
+  //! The first check time outside, if it was the last one too, or if the set is left; else -1 [steps].
   int since() const { return since_; }
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// The clock of a search: when it looks at the capture set, which exit is an escape, and when all is over.
+// The clock of a search: when it checks the capture set, which exit is an escape, and when all is over.
 
 #include <algorithm>
 #include <optional>
@@ -81,7 +81,7 @@ class Horizon {
     Exit exit(timing_.dwell);
     State first_outside;
     const auto check = [&](const State& state, int step) {
-      exit.look((*captured_)(state), step);
+      exit.check((*captured_)(state), step);
       if (exit.since() == step) first_outside = state;
       return exit.left();
     };

@@ -52,7 +52,7 @@ struct Splitting {
 
 //! Its steps are those of all rollouts, also the undisturbed one, but for those that diverged.
 struct CaptureProbability : StepCounts {
-  Eigen::VectorXd times;  //!< of the looks at the sets, from 0 to the horizon, shape (T,) [s]
+  Eigen::VectorXd times;  //!< at which the sets are checked, from 0 to the horizon, shape (T,) [s]
   Survival all;           //!< of all objects
   Eigen::VectorXd lost;   //!< probability of having been lost until each time, 1 - all.curve in full precision
   std::optional<Survival> any{};
@@ -79,10 +79,10 @@ CaptureProbability capture_probability(const Problem& problem, const Probability
 //! Clopper and Pearson's interval of a probability that `effective` rollouts estimate.
 Interval interval(double probability, double effective, double confidence = 0.95);
 
-//! The same of being captured throughout until time number `look`, and of the loss; by default until the horizon.
+//! The same of being captured throughout until time number `time`, and of the loss; by default until the horizon.
 Interval interval_of_capture(const CaptureProbability& p, double confidence = 0.95,
-                             std::optional<Eigen::Index> look = std::nullopt);
+                             std::optional<Eigen::Index> time = std::nullopt);
 Interval interval_of_loss(const CaptureProbability& p, double confidence = 0.95,
-                          std::optional<Eigen::Index> look = std::nullopt);
+                          std::optional<Eigen::Index> time = std::nullopt);
 
 }  // namespace energymargin

@@ -1,5 +1,5 @@
 #pragma once
-// What probabilities of capture share: when the sets are looked at, and how many rollouts may diverge.
+// What probabilities of capture share: when the sets are checked, and how many rollouts may diverge.
 
 #include <algorithm>
 #include <stdexcept>
@@ -10,8 +10,8 @@
 
 namespace energymargin {
 
-//! Steps after which the sets are looked at, from 0 to the horizon.
-inline std::vector<int> looks_of(const Timing& timing) {
+//! Steps after which the sets are checked, from 0 to the horizon.
+inline std::vector<int> check_steps(const Timing& timing) {
   std::vector<int> steps;
   for (int step = 0; step < timing.horizon; step += timing.check) steps.push_back(step);
   steps.push_back(timing.horizon);
