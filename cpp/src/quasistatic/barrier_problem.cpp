@@ -162,11 +162,7 @@ class PoseSpace : public ob::StateSpace {
   ob::StateSamplerPtr allocDefaultStateSampler() const override {
     return std::make_shared<CapturedSampler>(this, problem_);
   }
-  ob::State* allocState() const override {
-    auto* state = new PoseState;
-    state->landscape = &landscape_;
-    return state;
-  }
+  ob::State* allocState() const override { return new PoseState; }
   void freeState(ob::State* state) const override { delete state->as<PoseState>(); }
 
  private:

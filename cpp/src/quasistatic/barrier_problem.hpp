@@ -25,7 +25,6 @@ inline constexpr std::uint64_t poses = 1, rrt_star = 2;
 //! A pose as OMPL's planners see it.
 struct PoseState : ompl::base::State {
   Pose pose;
-  const Landscape* landscape = nullptr;  //!< in which it has distances
 };
 inline const Pose& pose_of(const ompl::base::State* state) { return state->as<PoseState>()->pose; }
 inline Pose& pose_of(ompl::base::State* state) { return state->as<PoseState>()->pose; }

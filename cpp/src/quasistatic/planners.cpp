@@ -1,11 +1,11 @@
-#include <ompl/datastructures/NearestNeighbors.h>
+#include <ompl/datastructures/NearestNeighborsLinear.h>
 #include <ompl/geometric/planners/informedtrees/BITstar.h>
 #include <ompl/geometric/planners/informedtrees/bitstar/ImplicitGraph.h>
 #include <ompl/geometric/planners/informedtrees/bitstar/Vertex.h>
 #include <ompl/geometric/planners/rrt/RRTstar.h>
 
 #include <algorithm>
-#include <type_traits>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -14,43 +14,13 @@
 
 namespace energymargin::quasistatic {
 
-// Nearest neighbours among poses, exactly, and of equally near ones the one added first. OMPL's trees find any of them:
-// their pivots come from a global seed. Poses side by side in memory make the plain way through all of them as fast.
-// `Element` is a planner's pointer to something with a `state` or a `state()`.
+// Nearest neighbours, exactly, and of equally near ones the one added first. OMPL's trees find any of them: their
+// pivots come from a global seed.
 template <typename Element>
-class Nearest : public ompl::NearestNeighbors<Element> {
+class Nearest : public ompl::NearestNeighborsLinear<Element> {
  public:
-  bool reportsSortedResults() const override { return true; }
-  std::size_t size() const override { return elements_.size(); }
-  void list(std::vector<Element>& all) const override { all = elements_; }
-
-  void clear() override {
-    elements_.clear();
-    poses_.clear();
-  }
-
-  using ompl::NearestNeighbors<Element>::add;
-  void add(const Element& element) override {
-    elements_.push_back(element);
-    poses_.push_back(state_of(element)->pose);
-  }
-
-  bool remove(const Element& element) override {
-    const auto place = std::find(elements_.begin(), elements_.end(), element);
-    if (place == elements_.end()) return false;
-    poses_.erase(poses_.begin() + (place - elements_.begin()));
-    elements_.erase(place);
-    return true;
-  }
-
-  Element nearest(const Element& element) const override {
-    std::vector<Element> first;
-    nearestK(element, 1, first);
-    return first.front();
-  }
-
   void nearestK(const Element& element, std::size_t count, std::vector<Element>& neighbors) const override {
-    rank(element);
+    rank(element, std::numeric_limits<double>::infinity());
     count = std::min(count, ranking_.size());
     std::partial_sort(ranking_.begin(), ranking_.begin() + static_cast<std::ptrdiff_t>(count), ranking_.end());
     ranking_.resize(count);
@@ -58,39 +28,25 @@ class Nearest : public ompl::NearestNeighbors<Element> {
   }
 
   void nearestR(const Element& element, double radius, std::vector<Element>& neighbors) const override {
-    rank(element);
-    const auto is_far = [radius](const auto& entry) { return entry.first > radius; };
-    ranking_.erase(std::remove_if(ranking_.begin(), ranking_.end(), is_far), ranking_.end());
+    rank(element, radius);
     std::sort(ranking_.begin(), ranking_.end());
     copy_ranking(neighbors);
   }
 
  private:
-  static const PoseState* state_of(const Element& element) {
-    const ompl::base::State* state;
-    if constexpr (std::is_pointer_v<Element>) {
-      state = element->state;
-    } else {
-      state = element->state();
-    }
-    return state->as<PoseState>();
-  }
-
-  void rank(const Element& element) const {
-    const PoseState* state = state_of(element);
+  void rank(const Element& element, double radius) const {
     ranking_.clear();
-    for (std::size_t i = 0; i < poses_.size(); ++i) {
-      ranking_.emplace_back(state->landscape->length(state->pose, poses_[i]), i);
+    for (std::size_t i = 0; i < this->data_.size(); ++i) {
+      const double distance = this->distFun_(this->data_[i], element);
+      if (distance <= radius) ranking_.emplace_back(distance, i);
     }
   }
 
   void copy_ranking(std::vector<Element>& neighbors) const {
     neighbors.clear();
-    for (const auto& entry : ranking_) neighbors.push_back(elements_[entry.second]);
+    for (const auto& entry : ranking_) neighbors.push_back(this->data_[entry.second]);
   }
 
-  std::vector<Element> elements_;
-  std::vector<Pose> poses_;
   mutable std::vector<std::pair<double, std::size_t>> ranking_;
 };
 
