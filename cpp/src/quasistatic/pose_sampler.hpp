@@ -25,9 +25,9 @@ class PoseSampler {
     rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
   }
 
-  //! Finds the box around the start to draw from: of half edge `reach` or, if that is unset, large enough for a fair
-  //! share of its free poses to be outside of the capture set. Gives the poses outside, settled, that it drew; none if
-  //! the limit was reached first. Throws std::invalid_argument if no pose outside is found.
+  //! Finds the box around the start to draw from, of half edge `reach` or else large enough for a fair share of its
+  //! free poses to be outside. Gives these, settled; none if the limit was reached first. Throws std::invalid_argument
+  //! if no pose outside is found.
   std::optional<std::vector<Pose>> find_box(const std::optional<double>& reach) {
     const int boxes = reach ? 1 : most_boxes;
     std::vector<Pose> best;

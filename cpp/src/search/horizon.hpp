@@ -144,10 +144,9 @@ class Confirmation {
     if (horizon_) rest_.steps = horizon_->end();
   }
 
-  //! Whether the edges lead out, with their wrenches or, if these fall short, with up to 1.2 times as strong ones; at
-  //! their end the object may go on without a wrench for as long as a longest edge. None if the limit was reached
-  //! first. With a clock they follow the plan, and end at the horizon. `nodes` are those to which the edges lead: what
-  //! two paths have in common is played once.
+  //! Whether the edges lead out, with their wrenches or, if these fall short, with up to 1.2 times as strong ones, and
+  //! then without a wrench for as long as a longest edge or, with a clock, up to the horizon. None if the limit was
+  //! reached first. `nodes` are those to which the edges lead: what two paths have in common is played once.
   std::optional<bool> leads_out(const std::vector<int>& nodes, const std::vector<Edge>& edges, const Limit& limit) {
     if (edges.empty()) return true;  // the start is out
     for (const double strength : strengths) {

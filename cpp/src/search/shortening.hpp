@@ -15,11 +15,10 @@
 
 namespace energymargin::search {
 
-//! Local search around the best escape. What it tries are rollouts like all others: rows of the tree, and they count as
-//! nodes. AO-x's planner explores; this improves what the planner has found. Where changes no longer help, it descends
-//! anew from another escape that it guesses, and then goes on with the best: the form of an escape, as the side on
-//! which it leaves, is rarely changed by small steps. With a clock an edge keeps its time when one before it changes:
-//! what lies between them is a wait, an edge without a wrench of any length. Then there is one descent.
+//! Local search around the best escape, by rollouts that are nodes of the tree. Where changes no longer help, it
+//! descends anew from an escape that it guesses, and then goes on with the best: small steps rarely change the form of
+//! an escape, as the side on which it leaves. With a clock there is one descent, and an edge keeps its time when one
+//! before it changes: between them lies a wait, an edge without a wrench of any length.
 class Shortening {
  public:
   //! `bounded` is the search in which `problem`'s escapes are replayed.
