@@ -51,11 +51,14 @@ double mass_of(const Shape& shape, const std::optional<double>& mass, const std:
 }
 
 void add_plane(Scene& scene, const std::string& name, const Given<Vector3>& normal, const Given<double>& offset,
-               const Given<double>& friction) {
+               const Given<double>& friction, const std::optional<Surface>& surface,
+               const Given<Vector3>& surface_velocity) {
   Body body;
   body.name = name;
   body.shape = Plane{given("normal", normal), given("offset", offset)};
   body.friction = given("friction", friction);
+  body.surface = surface;
+  body.surface_velocity = given("surface_velocity", surface_velocity);
   scene.add_body(body);
 }
 
@@ -90,6 +93,8 @@ void bind_body(py::module_& module) {
   def_fields(inertial, Record<Inertial>::fields());
   module.attr("LEAST_GYRATION") = plausible::least_gyration;
   module.attr("MOST_GYRATION") = plausible::most_gyration;
+  bind_record<Surface>(module, "Surface",
+                       "How a body meets others, beside its friction; by default as a rigid body does.", {0});
   py::class_<Body> body(module, "Body", "One body of a scene.");
   def_fields(body, Record<Body>::fields());
   body.def_property_readonly("fixed", &Body::fixed, "Whether it has no mass, and never moves.");
@@ -106,7 +111,8 @@ void bind_add_body(py::class_<Scene>& scene) {
   });
   scene
       .def("add_plane", &add_plane, py::arg("name"), py::kw_only(), py::arg("normal") = py::make_tuple(0.0, 0.0, 1.0),
-           py::arg("offset") = 0.0, py::arg("friction") = 0.5,
+           py::arg("offset") = 0.0, py::arg("friction") = 0.5, py::arg("surface") = py::none(),
+           py::arg("surface_velocity") = py::make_tuple(0.0, 0.0, 0.0),
            "Add the fixed half space below a plane; by default z <= 0.")
       .def("with_body", &with_body, py::arg("name"), py::kw_only(), py::arg("friction") = py::none(),
            py::arg("mass") = py::none(), with_body_doc);

@@ -5,6 +5,7 @@
 #include "bindings.hpp"
 #include "energymargin/state.hpp"
 #include "given.hpp"
+#include "records.hpp"
 #include "scene/records.hpp"
 
 namespace energymargin::binding {
@@ -29,12 +30,8 @@ Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step, const
 
 constexpr const char* set_friction_doc = R"(From now on contacts of the two bodies have this coefficient of friction.
 
-It counts instead of what friction_rule makes of the bodies' own. Raises ValueError on unknown bodies, one body given twice, and
-a coefficient that is negative or not finite.)";
-
-void set_friction(Scene& scene, const std::string& body_a, const std::string& body_b, const Given<double>& friction) {
-  scene.set_friction(body_a, body_b, given("friction", friction));
-}
+It counts instead of what friction_rule makes of the bodies' own; torsional_friction and rolling_friction [m] instead of those
+of their surfaces. Raises ValueError on unknown bodies, one body given twice, and a coefficient that is negative or not finite.)";
 
 std::map<std::pair<std::string, std::string>, double> pair_frictions(const Scene& scene) {
   std::map<std::pair<std::string, std::string>, double> frictions;
@@ -43,11 +40,13 @@ std::map<std::pair<std::string, std::string>, double> pair_frictions(const Scene
 }
 
 void bind_friction(py::class_<Scene>& scene) {
+  with_fields(
+      Record<PairFriction>::fields(), {3}, +[](PairFriction pair, Scene& its_scene) { its_scene.set_friction(pair); },
+      [&](const auto& set, const auto&... keywords) { scene.def("set_friction", set, keywords..., set_friction_doc); });
   scene
       .def_property_readonly(
           "friction_rule", [](const Scene& of) { return std::string(word_of(of.friction_rule())); },
           "What two bodies' coefficients make of their contact's: 'product' or 'max'.")
-      .def("set_friction", &set_friction, py::arg("body_a"), py::arg("body_b"), py::arg("friction"), set_friction_doc)
       .def_property_readonly("pair_frictions", &pair_frictions,
                              "Coefficients that were set, by pair of bodies, the one that was added first in front.")
       .def(
@@ -56,7 +55,13 @@ void bind_friction(py::class_<Scene>& scene) {
             return of.contact_friction(of.index(a), of.index(b));
           },
           py::arg("body_a"), py::arg("body_b"),
-          "Coefficient of the contacts of two bodies: that of the pair, or else by friction_rule.");
+          "Coefficient of the contacts of two bodies: that of the pair, or else by friction_rule.")
+      .def(
+          "contact_surface",
+          [](const Scene& of, const std::string& a, const std::string& b) {
+            return of.contact_surface(of.index(a), of.index(b));
+          },
+          py::arg("body_a"), py::arg("body_b"), "What the surfaces of two bodies make of their contacts.");
 }
 
 std::string shown_scene(const Scene& scene) {

@@ -35,6 +35,7 @@ from energymargin._core import (
     Simulation as Simulation,
     Sphere as Sphere,
     Spring as Spring,
+    Surface as Surface,
     Tree as Tree,
     World as World,
 )

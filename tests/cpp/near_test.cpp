@@ -1,12 +1,11 @@
 // Contacts of the pieces of two bodies: all of them count, as the bodies stand.
 
-#include "physics/contacts/collision_pairs.hpp"
-
 #include <gtest/gtest.h>
 
 #include <set>
 
 #include "physics/bodies/moving_bodies.hpp"
+#include "physics/contacts/collision_pairs.hpp"
 #include "scenes.hpp"
 
 namespace energymargin {
@@ -19,7 +18,7 @@ std::vector<ContactPoint> points_of(const Shape& ground, double top, double dist
   Scene scene;
   scene.add_body(fixed("ground", ground));
   scene.add_body(body("box", Box{{0.2, 0.2, 0.2}}, 1.0, {0.0, 0.0, top + 0.1 + distance}, Role::object));
-  scene.set_friction("ground", "box", 0.05);
+  scene.set_friction({"ground", "box", 0.05});
   MovingBodies bodies(scene);
   bodies.restore(pack(scene));
   CollisionPairs pairs(scene, bodies.poses());

@@ -88,8 +88,8 @@ inline Problem everything() {
   scene.add_spring({"body 1", "body 2", {0.01, 0.0, 0.0}, {0.0, 0.01, 1.0 / 300.0}, 1.0 / 3.0, 0.1, 0.01});
   scene.disable_collisions("body 4", "body 3");
   scene.disable_collisions("plane", "body 0");
-  scene.set_friction("body 2", "plane", 1.0 / 7.0);
-  scene.set_friction("body 5", "body 1", 0.0);
+  scene.set_friction({"body 2", "plane", 1.0 / 7.0});
+  scene.set_friction({"body 5", "body 1", 0.0});
   const Region ball = regions::Ball{"body 0", {0.1, 0.2, 0.3}, 0.7, "body 1", regions::Point::center_of_mass};
   const Region box = regions::Box{"body 5", {0.1, 0.2, 0.3}, {infinity, 0.1, infinity}};
   const Region disc = regions::Disc{"body 0", {0.1, 0.2}, 0.7, "plane"};

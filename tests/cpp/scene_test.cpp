@@ -327,7 +327,7 @@ TEST(Scene, FrictionOfAContactIsTheProductOrTheLargerOfTwoOrThatOfThePair) {
     EXPECT_NEAR(deceleration(product), of_table * of_block, 1e-4) << int(slider);
     EXPECT_NEAR(deceleration(larger), of_table, 1e-4) << int(slider);
     for (Scene* scene : {&product, &larger}) {
-      scene->set_friction("block", "table", 0.1);
+      scene->set_friction({"block", "table", 0.1});
       EXPECT_NEAR(deceleration(*scene), 0.1, 1e-4) << int(slider);
     }
   }
@@ -337,7 +337,7 @@ TEST(Scene, ContactsTellTheFrictionThatTheyHave) {
   for (const auto& [rule, expected] : {std::pair{FrictionRule::product, 0.2}, {FrictionRule::max, 0.8}}) {
     Scene scene = sliding(Slider::free, rule);
     EXPECT_EQ(World(scene).contacts(pack(scene)).front().friction, expected);
-    scene.set_friction("table", "block", 0.3);
+    scene.set_friction({"table", "block", 0.3});
     const std::vector<Contact> contacts = World(scene).contacts(pack(scene));
     EXPECT_EQ(contacts.size(), 4u);
     for (const Contact& contact : contacts) EXPECT_EQ(contact.friction, 0.3);
@@ -351,9 +351,9 @@ TEST(Scene, FrictionOfAPairIsKeptOnceInAnyOrderAndInCopies) {
   Scene scene = falling();
   EXPECT_TRUE(scene.pair_frictions().empty());
   EXPECT_EQ(scene.contact_friction(1, 2), 0.25);
-  scene.set_friction("object", "box", 0.7);
-  scene.set_friction("box", "object", 0.0);
-  scene.set_friction("object", "table", 2.0);
+  scene.set_friction({"object", "box", 0.7});
+  scene.set_friction({"box", "object", 0.0});
+  scene.set_friction({"object", "table", 2.0});
   for (const Scene& copy : {scene, scene.with_body("box", 0.9, 2.0), scene.with_stepping(exact())}) {
     ASSERT_EQ(copy.pair_frictions().size(), 2u);
     EXPECT_EQ(copy.pair_frictions()[0].body_a + copy.pair_frictions()[0].body_b, "tableobject");
@@ -366,10 +366,10 @@ TEST(Scene, FrictionOfAPairIsKeptOnceInAnyOrderAndInCopies) {
 
 TEST(Scene, FrictionOfAPairThatCannotBeIsRejected) {
   Scene scene = falling();
-  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "box", 0.3); }, {"body_b", "'box'", "another body"}));
-  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "cup", 0.3); }, {"'cup'", "'table', 'box', 'object'"}));
-  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "table", -0.1); }, {"friction is -0.1", "at least 0"}));
-  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "table", nan); }, {"friction is nan", "finite"}));
+  EXPECT_TRUE(rejects([&] { scene.set_friction({"box", "box", 0.3}); }, {"body_b", "'box'", "another body"}));
+  EXPECT_TRUE(rejects([&] { scene.set_friction({"box", "cup", 0.3}); }, {"'cup'", "'table', 'box', 'object'"}));
+  EXPECT_TRUE(rejects([&] { scene.set_friction({"box", "table", -0.1}); }, {"friction is -0.1", "at least 0"}));
+  EXPECT_TRUE(rejects([&] { scene.set_friction({"box", "table", nan}); }, {"friction is nan", "finite"}));
   EXPECT_TRUE(scene.pair_frictions().empty());
 }
 

@@ -36,15 +36,34 @@ struct Inertial {
                               const Quaternion& axes = Quaternion::Identity());
 };
 
+//! How a body meets others, beside its friction.
+struct Surface {
+  //! Torque about a contact's normal, and about its plane, by normal force [m]. They share the cone of its friction:
+  //! none acts where that is 0. Of two bodies the larger one counts.
+  double torsional_friction = 0.0;
+  double rolling_friction = 0.0;
+  //! Share of the speed at which bodies meet that they part with, from restitution_speed on; 0..1. The larger one
+  //! counts.
+  double restitution = 0.0;
+  //! Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m], [N s/m].
+  double stiffness = 0.0;
+  double damping = 0.0;
+};
+
+//! Slower than this bodies do not bounce [m/s].
+inline constexpr double restitution_speed = 0.1;
+
 //! One rigid body. With a joint to a parent it is a link: then the joints say where it is. Its frame is its shape's;
 //! the centre of mass, at which wrenches act, may lie elsewhere.
 struct Body {
   std::string name;  //!< unique in its scene
   Shape shape = Box{};
-  double mass = 0.0;                   //!< [kg]; 0: fixed
-  std::optional<Inertial> inertial{};  //!< unset: that of the shape, of even density
-  BodyState state{};                   //!< where it is when nothing else is said
-  double friction = 0.5;               //!< a contact's coefficient follows from those of its two bodies
+  double mass = 0.0;                           //!< [kg]; 0: fixed
+  std::optional<Inertial> inertial{};          //!< unset: that of the shape, of even density
+  BodyState state{};                           //!< where it is when nothing else is said
+  double friction = 0.5;                       //!< a contact's coefficient follows from those of its two bodies
+  std::optional<Surface> surface{};            //!< unset: without what it has
+  Vector3 surface_velocity = Vector3::Zero();  //!< beside that of the body, in its frame, as of a belt [m/s]
   Role role = Role::none;
   Vector3 linear_factor = Vector3::Ones();   //!< 1: free along the axis, 0: locked
   Vector3 angular_factor = Vector3::Ones();  //!< 1: free about the axis, 0: locked
@@ -128,10 +147,11 @@ enum class FrictionRule {
   max,      ///< the larger one, MuJoCo's
 };
 
-//! The coefficient of the contacts of two bodies, whatever the rule makes of theirs.
+//! The coefficients of the contacts of two bodies, whatever the rule and their surfaces make of theirs.
 struct PairFriction {
   std::string body_a, body_b;
   double friction = 0.0;
+  std::optional<double> torsional_friction{}, rolling_friction{};  //!< [m]; unset: that of the surfaces
 };
 
 //! How the physics is stepped.
@@ -166,8 +186,8 @@ class Scene {
   //! From now on two bodies never collide; those that a joint connects never do.
   void disable_collisions(const std::string& body_a, const std::string& body_b);
 
-  //! From now on contacts of two bodies have this coefficient.
-  void set_friction(const std::string& body_a, const std::string& body_b, double friction);
+  //! From now on contacts of two bodies have these coefficients.
+  void set_friction(const PairFriction& pair);
 
   const Vector3& gravity() const { return gravity_; }  //!< [m/s^2]
   const Stepping& stepping() const { return stepping_; }
@@ -190,6 +210,12 @@ class Scene {
 
   //! Coefficient of the contacts of two bodies, by their indices: that of the pair, or else by the rule.
   double contact_friction(std::size_t a, std::size_t b) const;
+
+  //! Whether a body has a surface or surface_velocity, or a pair of bodies coefficients that turn.
+  bool has_surfaces() const;
+
+  //! What the surfaces of two bodies make of their contacts, by their indices.
+  Surface contact_surface(std::size_t a, std::size_t b) const;
 
   //! Index of a body by name; the error lists the names that there are.
   std::size_t index(const std::string& name) const;
@@ -233,7 +259,7 @@ class Scene {
   std::vector<Spring> springs_;
   std::set<std::pair<std::string, std::string>> disabled_;  // the lesser name first
   FrictionRule friction_rule_;
-  std::map<std::pair<std::size_t, std::size_t>, double> pair_frictions_;  // by indices of bodies, the lower first
+  std::map<std::pair<std::size_t, std::size_t>, PairFriction> pair_frictions_;  // by indices of bodies, the lower first
   std::unordered_map<std::string, std::size_t> body_indices_, joint_indices_;
   std::vector<std::optional<std::size_t>> joints_to_;   // the joint that carries each body
   std::vector<std::vector<std::size_t>> joints_below_;  // the joints that hang on each body

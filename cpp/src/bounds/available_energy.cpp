@@ -67,6 +67,11 @@ class Stores {
       if (!scene_.bodies()[body].kinematic || immovable_[body]) continue;
       without_end("'" + scene_.bodies()[body].name + "' is kinematic and moves, which does work");
     }
+    for (const Body& body : scene_.bodies()) {
+      if (!body.surface_velocity.isZero(0.0)) without_end("the surface of '" + body.name + "' moves, which does work");
+      if (body.surface && body.surface->stiffness > 0.0)
+        without_end("the surface of '" + body.name + "' gives way, and stores energy");
+    }
     if (problem_.effector == Effector::coast) return;
     for (const std::size_t body : scene_.with_role(Role::effector)) {
       if (immovable_[body]) continue;

@@ -50,6 +50,7 @@ struct ContactPoint {
   double friction;              // coefficient
   double normal_impulse = 0.0;  // on a, of the last substep [N s]
   btVector3 friction_impulse = btVector3(0, 0, 0);  // on a [N s]
+  btVector3 friction_twist = btVector3(0, 0, 0);    // on a, of torsional and rolling friction [N m s]
 };
 
 //! A pose after a way [m] and a turn [rad], about an axis that stays.

@@ -142,6 +142,7 @@ void Simulation::read(std::vector<Velocity>& velocities) const {
 SubstepResult Simulation::advance(double duration, int substeps) {
   load_bodies();
   pairs_.update();
+  if (substeps < most_substeps) duration = equations_.until_bounce(pairs_.points(), duration);
   for (int tries = 1;; ++tries) {
     const Substep substep{duration, pairs_.points(), motors_};
     const bool converged = equations_.solve(substep);

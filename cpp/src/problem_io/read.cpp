@@ -92,10 +92,8 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
   });
   for_each_item(node, "springs", [&](const JsonNode& spring) { scene.add_spring(records.record<Spring>(spring)); });
   for_each_item(node, "disabled_collisions", [&](const JsonNode& pair) { read_disabled_collision(pair, scene); });
-  for_each_item(node, "pair_frictions", [&](const JsonNode& item) {
-    const auto pair = records.record<PairFriction>(item);
-    scene.set_friction(pair.body_a, pair.body_b, pair.friction);
-  });
+  for_each_item(node, "pair_frictions",
+                [&](const JsonNode& item) { scene.set_friction(records.record<PairFriction>(item)); });
   return scene;
 }
 

@@ -41,6 +41,7 @@ template <typename Value>
 bool is_default(const Value& value, const Value& initial) {
   if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value> || std::is_same_v<Value, std::string>)
     return value == initial;
+  if constexpr (std::is_same_v<Value, Vector3>) return value == initial;
   return false;
 }
 template <typename Value>

@@ -22,6 +22,11 @@ inline double collision_margin(double smallest_half_extent, const std::optional<
   return asked ? std::min(*asked, most_share * smallest_half_extent) : share * smallest_half_extent;
 }
 
+//! How deep one solid may come into another where a surface gives way [m].
+inline double compliant_penetration(double half_extent_a, double half_extent_b) {
+  return 0.8 * std::min(half_extent_a, half_extent_b);
+}
+
 //! How deep the simulation lets one solid come into another [m]; `margins` is the sum of both.
 inline double allowed_penetration(double margins, double half_extent_a, double half_extent_b) {
   constexpr double share_of_margins = 0.7, share_of_thickness = 0.3;  // of the thinner one's half extent

@@ -131,6 +131,27 @@ constexpr auto describe(Type<Inertial>) {
   };
 }
 
+constexpr auto describe(Type<Surface>) {
+  return Description{
+      "surface",
+      "How a body meets others, beside its friction.",
+      Field{"torsional_friction", &Surface::torsional_friction,
+            "Torque about a contact's normal by its normal force, within the cone of its friction; of two bodies the "
+            "larger counts [m].",
+            forms::not_negative, Presence::optional},
+      Field{"rolling_friction", &Surface::rolling_friction, "As torsional_friction, about the contact's plane [m].",
+            forms::not_negative, Presence::optional},
+      Field{"restitution", &Surface::restitution,
+            "Share of the speed at which bodies meet that they part with, above .1 m/s; 0 to 1; the larger counts.",
+            forms::not_negative, Presence::optional},
+      Field{"stiffness", &Surface::stiffness,
+            "Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m].",
+            forms::not_negative, Presence::optional},
+      Field{"damping", &Surface::damping, "Beside a stiffness above 0 [N s/m].", Form::not_negative,
+            Presence::optional},
+  };
+}
+
 template <>
 struct Record<Body> {
   static constexpr const char* name = "body";
@@ -158,6 +179,15 @@ struct Record<Body> {
         Field{"friction", &Body::friction,
               "The coefficient of a contact follows from those of its two bodies, by the scene's rule.",
               forms::not_negative},
+        Field{"surface", &Body::surface, "Unset: none of what it has.", forms::any, Presence::optional},
+        Field{"surface_velocity", &Body::surface_velocity,
+              "Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].", forms::any,
+              Presence::optional},
+        Field{"surface", &Body::surface, "How it meets others, beside its friction; unset: as a rigid body.",
+              forms::any, Presence::optional},
+        Field{"surface_velocity", &Body::surface_velocity,
+              "Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].", forms::any,
+              Presence::optional},
         Field{"role", &Body::role,
               "object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment."},
         Field{"linear_factor", &Body::linear_factor, "For the world's x, y, z: 1, free along the axis, or 0, locked.",
@@ -185,6 +215,10 @@ constexpr auto describe(Type<PairFriction>) {
       Field{"body_a", &PairFriction::body_a, "One of the two bodies.", forms::body},
       Field{"body_b", &PairFriction::body_b, "The other one.", forms::body},
       Field{"friction", &PairFriction::friction, "The contacts' coefficient.", forms::not_negative},
+      Field{"torsional_friction", &PairFriction::torsional_friction, "[m]; unset: that of the surfaces.",
+            forms::not_negative, Presence::optional},
+      Field{"rolling_friction", &PairFriction::rolling_friction, "[m]; unset: that of the surfaces.",
+            forms::not_negative, Presence::optional},
   };
 }
 

@@ -42,6 +42,22 @@ void validate(const Stepping& stepping) {
   if (stepping.margin) require_positive("margin", *stepping.margin);
 }
 
+// Two springs in series; each damper has its spring's share of the speed.
+Surface contact_of(const Surface& a, const Surface& b) {
+  Surface both;
+  both.torsional_friction = std::max(a.torsional_friction, b.torsional_friction);
+  both.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
+  both.restitution = std::max(a.restitution, b.restitution);
+  both.stiffness = a.stiffness + b.stiffness;
+  both.damping = a.damping + b.damping;
+  if (a.stiffness > 0.0 && b.stiffness > 0.0) {
+    const double share_of_a = b.stiffness / both.stiffness, share_of_b = 1.0 - share_of_a;
+    both.damping = a.damping * share_of_a * share_of_a + b.damping * share_of_b * share_of_b;
+    both.stiffness = a.stiffness * share_of_a;
+  }
+  return both;
+}
+
 }  // namespace
 
 Scene::Scene(const Vector3& gravity, const Stepping& stepping, FrictionRule friction_rule)
@@ -164,27 +180,46 @@ void Scene::disable_collisions(const std::string& body_a, const std::string& bod
   disabled_.insert(std::minmax(body_a, body_b));
 }
 
-void Scene::set_friction(const std::string& body_a, const std::string& body_b, double friction) {
-  const std::size_t a = index(body_a);
-  const std::size_t b = index(body_b);
-  if (a == b) reject("body_b", "'" + body_b + "'", "another body than body_a");
-  require_not_negative("friction", friction);
-  pair_frictions_[std::minmax(a, b)] = friction;
+void Scene::set_friction(const PairFriction& pair) {
+  const auto [a, b] = std::minmax({index(pair.body_a), index(pair.body_b)});
+  if (a == b) reject("body_b", "'" + pair.body_b + "'", "another body than body_a");
+  require_not_negative("friction", pair.friction);
+  require_not_negative("torsional_friction", pair.torsional_friction.value_or(0.0));
+  require_not_negative("rolling_friction", pair.rolling_friction.value_or(0.0));
+  PairFriction& set = pair_frictions_[{a, b}] = pair;
+  set.body_a = bodies_[a].name;
+  set.body_b = bodies_[b].name;
 }
 
 std::vector<PairFriction> Scene::pair_frictions() const {
   std::vector<PairFriction> frictions;
-  for (const auto& [pair, friction] : pair_frictions_) {
-    frictions.push_back({bodies_[pair.first].name, bodies_[pair.second].name, friction});
-  }
+  for (const auto& [indices, pair] : pair_frictions_) frictions.push_back(pair);
   return frictions;
 }
 
 double Scene::contact_friction(std::size_t a, std::size_t b) const {
-  if (const auto pair = pair_frictions_.find(std::minmax(a, b)); pair != pair_frictions_.end()) return pair->second;
+  if (const auto pair = pair_frictions_.find(std::minmax(a, b)); pair != pair_frictions_.end()) {
+    return pair->second.friction;
+  }
   const double of_a = bodies_[a].friction;
   const double of_b = bodies_[b].friction;
   return friction_rule_ == FrictionRule::max ? std::max(of_a, of_b) : of_a * of_b;
+}
+
+bool Scene::has_surfaces() const {
+  const auto pair_turns = [](const auto& at) { return at.second.torsional_friction || at.second.rolling_friction; };
+  const auto has_own = [](const Body& body) { return body.surface || !body.surface_velocity.isZero(0.0); };
+  return std::any_of(pair_frictions_.begin(), pair_frictions_.end(), pair_turns) ||
+         std::any_of(bodies_.begin(), bodies_.end(), has_own);
+}
+
+Surface Scene::contact_surface(std::size_t a, std::size_t b) const {
+  Surface both = contact_of(bodies_[a].surface.value_or(Surface{}), bodies_[b].surface.value_or(Surface{}));
+  if (const auto pair = pair_frictions_.find(std::minmax(a, b)); pair != pair_frictions_.end()) {
+    both.torsional_friction = pair->second.torsional_friction.value_or(both.torsional_friction);
+    both.rolling_friction = pair->second.rolling_friction.value_or(both.rolling_friction);
+  }
+  return both;
 }
 
 const Inertial& Scene::inertial(std::size_t body) const { return constants_[body]->inertial(); }

@@ -67,6 +67,13 @@ void require_soft(const Spring& spring, double inverse_mass, const std::vector<S
   }
 }
 
+void validate_surface(const Surface& surface) {
+  if (surface.restitution > 1.0) reject("surface: restitution", text(surface.restitution), "at most 1");
+  if (surface.damping > 0.0 && !(surface.stiffness > 0.0)) {
+    reject("surface: stiffness", "0", "a stiffness above 0, since damping is " + text(surface.damping));
+  }
+}
+
 }  // namespace
 
 Inertial Inertial::from_tensor(const Vector3& center, const Eigen::Matrix3d& inertia, const Quaternion& axes) {
@@ -112,6 +119,7 @@ std::shared_ptr<const BodyConstants> validate_body(const Body& body) {
       reject("inertial", "not given", "one for a body with a mass and without a volume");
     }
     if (body.kinematic) validate_kinematic(body);
+    if (body.surface) validate_surface(*body.surface);
     validate(body, body.state, "");
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(name + error.what());

@@ -147,7 +147,10 @@ class Articulation {
   double gravity_beside(double duration, const std::vector<double>& before, const std::vector<double>& after);
 
   //! Adds what an impulse on a link is along the velocities.
-  void add(int link, const btVector3& point, const btVector3& impulse, double* impulses) const;
+  void add(int link, const SpatialVector& at_origin, double* impulses) const;
+  void add(int link, const btVector3& point, const btVector3& impulse, double* impulses) const {
+    add(link, {(point - origin()).cross(impulse), impulse}, impulses);
+  }
 
  private:
   using Matrix = std::vector<double>;

@@ -250,8 +250,7 @@ void Articulation::accelerate(const Matrix& factors, std::vector<double>& rates)
   }
 }
 
-void Articulation::add(int link, const btVector3& point, const btVector3& impulse, double* impulses) const {
-  const SpatialVector at_origin{(point - origin()).cross(impulse), impulse};
+void Articulation::add(int link, const SpatialVector& at_origin, double* impulses) const {
   for (int i = links_[static_cast<std::size_t>(link)].last_velocity; i >= 0; i = above(i)) {
     impulses[i] += motions_[static_cast<std::size_t>(i)].dot(at_origin);
   }

@@ -29,6 +29,14 @@ class CollisionFilter {
     return !of_a.kinematic && !of_b.kinematic && !(bodies_[a].fixed() && bodies_[b].fixed());
   }
 
+  //! The distance at which one looks for contacts of bodies that bounce, to know when they touch; else 0 [m].
+  double bouncing_reach(std::size_t a, std::size_t b) const {
+    constexpr double fastest = 10.0;  // m/s, of bodies that are not in each other before they bounce
+    return scene_.contact_surface(a, b).restitution > 0.0 ? fastest * scene_.stepping().step : 0.0;
+  }
+
+  bool compliant(std::size_t a, std::size_t b) const { return scene_.contact_surface(a, b).stiffness > 0.0; }
+
  private:
   // What a body is rigid on, in the end: itself, unless a joint holds it that does not move.
   std::size_t carrier(std::size_t body) const {

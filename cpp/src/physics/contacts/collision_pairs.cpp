@@ -186,8 +186,9 @@ void CollisionPairs::find(const std::vector<double>& reaches) {
 
 void CollisionPairs::add(std::size_t a, std::size_t b) {
   const bool swaps = comes_first(*shapes_[b], *shapes_[a]);
-  pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, std::min(reaches_[a], reaches_[b]),
-                    std::min(scene_.contact_friction(a, b), most_friction), gap_of(bounds_[a], bounds_[b])});
+  const double reach = std::max(std::min(reaches_[a], reaches_[b]), filter_.bouncing_reach(a, b));
+  pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, reach, std::min(scene_.contact_friction(a, b), most_friction),
+                    gap_of(bounds_[a], bounds_[b])});
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {
@@ -294,7 +295,8 @@ double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, doubl
     const std::vector<ConvexPiece>&pieces_a = shapes_[pair.a]->pieces, &pieces_b = shapes_[pair.b]->pieces;
     if (pair.pieces.empty()) {
       for (const ConvexPiece& of_a : pieces_a) {
-        for (const ConvexPiece& of_b : pieces_b) pair.pieces.emplace_back(of_a, of_b);
+        for (const ConvexPiece& of_b : pieces_b)
+          pair.pieces.emplace_back(of_a, of_b, filter_.compliant(pair.a, pair.b));
       }
     }
     if (pair.pieces.empty()) continue;

@@ -29,11 +29,12 @@ struct PiecePair::Sweeps {
   const Sweep &a, &b;
 };
 
-PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
+PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b, bool compliant)
     : a_(a),
       b_(b),
       solids_(*a.shape, *b.shape),
-      allowed_(allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)) {}
+      allowed_(compliant ? compliant_penetration(a.half_extent, b.half_extent)
+                         : allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)) {}
 
 double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
   const Sweeps sweeps{a, b};

@@ -14,7 +14,7 @@ namespace energymargin {
 //! from.
 class PiecePair {
  public:
-  PiecePair(const ConvexPiece& a, const ConvexPiece& b);
+  PiecePair(const ConvexPiece& a, const ConvexPiece& b, bool compliant = false);
 
   //! Forgets which direction separated them, for a new rollout.
   void forget() {

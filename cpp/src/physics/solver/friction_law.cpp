@@ -6,37 +6,72 @@
 namespace energymargin {
 namespace {
 
-double squared_slip(const ContactVector& miss) { return miss[0] * miss[0] + miss[1] * miss[1]; }
+// Calls visit(row) for the tangential rows.
+template <typename Visit>
+void for_each_tangential(const FrictionLaw& law, const Visit& visit) {
+  visit(std::size_t{0});
+  visit(std::size_t{1});
+  for (std::size_t row = usual_rows; row < static_cast<std::size_t>(law.rows); ++row) visit(row);
+}
+
+double squared_slip(const FrictionLaw& law, const ContactVector& miss) {
+  double sum = 0.0;
+  for_each_tangential(law, [&](std::size_t row) { sum += miss[row] * miss[row]; });
+  return sum;
+}
 
 void open(ContactResponse& response) {
   response.regime = Regime::open;
   response.impulse = {};
-  response.slope = {};
 }
 
 // The response along the normal.
 void press(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   const double stiffness = 1.0 / law.normal_softness;
   response.impulse[2] = miss[2] * stiffness;
-  response.slope[2] = {0.0, 0.0, stiffness};
+  response.slope[2] = {};
+  response.slope[2][2] = stiffness;
+}
+
+ContactVector scaled(const FrictionLaw& law, const ContactVector& miss, double factor) {
+  ContactVector product{};
+  for_each_tangential(law, [&](std::size_t row) { product[row] = miss[row] * factor; });
+  return product;
 }
 
 void stick(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   const double stiffness = law.friction > 0.0 ? 1.0 / law.tangential_softness : 0.0;
   response.regime = Regime::sticks;
   press(law, miss, response);
-  response.impulse[0] = miss[0] * stiffness;
-  response.impulse[1] = miss[1] * stiffness;
-  response.slope[0] = {stiffness, 0.0, 0.0};
-  response.slope[1] = {0.0, stiffness, 0.0};
+  for_each_tangential(law, [&](std::size_t row) {
+    response.impulse[row] = miss[row] * stiffness;
+    response.slope[row] = {};
+    response.slope[row][row] = stiffness;
+  });
 }
 
-// Friction at its limit along (x, y), which turns towards the miss by that much.
-void slide(const FrictionLaw& law, const ContactVector& miss, double x, double y, double turning,
+// The same law as in two dimensions, below, in as many as it takes: the slope is turning (1 - along along').
+void slide_and_twist(const FrictionLaw& law, const ContactVector& miss, const ContactVector& along, double most,
+                     double turning, ContactResponse& response) {
+  double part = 0.0;
+  for_each_tangential(law, [&](std::size_t row) { part += along[row] * miss[row]; });
+  for_each_tangential(law, [&](std::size_t row) {
+    response.impulse[row] = most * along[row] + turning * (miss[row] - part * along[row]);
+    for_each_tangential(law, [&](std::size_t column) {
+      response.slope[row][column] = turning * ((row == column ? 1.0 : 0.0) - along[row] * along[column]);
+    });
+    response.slope[row][normal_row] = law.friction * response.slope[normal_row][normal_row] * along[row];
+  });
+}
+
+// Friction at its limit along a unit vector, which turns towards the miss by that much.
+void slide(const FrictionLaw& law, const ContactVector& miss, const ContactVector& along, double turning,
            ContactResponse& response) {
   response.regime = Regime::slides;
   press(law, miss, response);
   const double most = law.friction * response.impulse[2];
+  if (law.rows > usual_rows) return slide_and_twist(law, miss, along, most, turning, response);
+  const double x = along[0], y = along[1];
   const double across = turning * (y * miss[0] - x * miss[1]);
   const double by_normal = law.friction * response.slope[2][2];
   response.impulse[0] = most * x + y * across;
@@ -47,11 +82,11 @@ void slide(const FrictionLaw& law, const ContactVector& miss, double x, double y
 
 // Against the slip.
 void slide(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
-  const double slip = std::sqrt(squared_slip(miss));
+  const double slip = std::sqrt(squared_slip(law, miss));
   if (!(slip > 0.0)) return stick(law, miss, response);
   const double inverse = 1.0 / slip;
   const double most = std::max(0.0, law.friction * miss[2] / law.normal_softness);
-  slide(law, miss, miss[0] * inverse, miss[1] * inverse, most * inverse, response);
+  slide(law, miss, scaled(law, miss, inverse), most * inverse, response);
 }
 
 }  // namespace
@@ -59,7 +94,7 @@ void slide(const FrictionLaw& law, const ContactVector& miss, ContactResponse& r
 void coulomb(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   if (!(miss[2] > 0.0)) return open(response);
   const double most = law.friction * miss[2] * law.tangential_softness;
-  const double slips = law.normal_softness * law.normal_softness * squared_slip(miss);
+  const double slips = law.normal_softness * law.normal_softness * squared_slip(law, miss);
   if (slips > most * most && law.friction > 0.0) return slide(law, miss, response);
   stick(law, miss, response);
 }
@@ -71,13 +106,16 @@ void augmented(const FrictionLaw& law, const ContactVector& miss, const ContactV
   if (!(normal > 0.0)) return open(response);
   if (!(law.friction > 0.0)) return stick(law, miss, response);
   const double weight = FrictionLaw::tangential_share / law.tangential_softness;
-  const ContactVector asked{impulse[0] + weight * (miss[0] - law.tangential_softness * impulse[0]),
-                            impulse[1] + weight * (miss[1] - law.tangential_softness * impulse[1]), 0.0};
-  const double length = std::sqrt(squared_slip(asked));
+  ContactVector asked{};
+  for_each_tangential(law, [&](std::size_t row) {
+    asked[row] = impulse[row] + weight * (miss[row] - law.tangential_softness * impulse[row]);
+  });
+  const double length = std::sqrt(squared_slip(law, asked));
   const double most = law.friction * std::max(0.0, impulse[2]);
   if (length <= most) return stick(law, miss, response);
   const double turning = std::min(most * weight / (length - most), 1.0 / law.tangential_softness);
-  slide(law, miss, asked[0] / length, asked[1] / length, turning, response);
+  for_each_tangential(law, [&](std::size_t row) { asked[row] /= length; });
+  slide(law, miss, asked, turning, response);
 }
 
 void respond_as(Regime regime, const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {

@@ -6,10 +6,17 @@
 
 namespace energymargin {
 
-//! Two tangential numbers and the normal one.
-using ContactVector = std::array<double, 3>;
+//! Rows of a contact: two along its plane, its normal, one about the normal and two about the plane's axes. Most have
+//! the first three alone.
+inline constexpr int normal_row = 2;
+inline constexpr int usual_rows = 3;
+inline constexpr int most_rows = 6;
 
-//! impulse = miss / softness within the cone |tangential| <= friction * normal. `miss` is what the velocity should be
+//! A number for each row of a contact.
+using ContactVector = std::array<double, most_rows>;
+
+//! impulse = miss / softness within the cone |tangential| <= friction * normal, where all rows but the normal one are
+//! tangential: those about an axis are scaled so that they share the cone. `miss` is what the velocity should be
 //! minus what it is [m/s]; softness is in m/s per N s.
 struct FrictionLaw {
   //! Softness, as shares of what a unit impulse changes along a row.
@@ -19,6 +26,8 @@ struct FrictionLaw {
   double friction = 0.0;
   double tangential_softness = 0.0;
   double normal_softness = 0.0;
+  int rows = usual_rows;   // that count
+  bool compliant = false;  // its normal softness is a property of the bodies
 };
 
 //! What a contact does.
@@ -27,8 +36,8 @@ enum class Regime { open, sticks, slides };
 //! Impulse at a miss, and how it grows with it. The slope is not symmetric where the contact slides: friction follows
 //! the normal impulse, and not the other way round.
 struct ContactResponse {
-  ContactVector impulse{};               // [N s]
-  std::array<ContactVector, 3> slope{};  // d impulse / d miss [kg]
+  ContactVector impulse{};                       // [N s]
+  std::array<ContactVector, most_rows> slope{};  // d impulse / d miss [kg]; of no use where the contact is open
   Regime regime = Regime::open;
 };
 

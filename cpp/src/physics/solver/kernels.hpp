@@ -27,8 +27,8 @@ inline void add_multiple(double factor, const double* __restrict row, int count,
   for (int j = 0; j < count; ++j) entries[j] += factor * row[j];
 }
 
-//! Numbers in the three rows of the Jacobian of a contact on a free body.
-inline constexpr int contact_size = 3 * usual_count;
+//! Numbers in the usual rows of the Jacobian of a contact on a free body.
+inline constexpr int contact_size = usual_rows * usual_count;
 
 //! Speeds along the rows.
 inline void add_speeds(const double* jacobian, const double* velocities, ContactVector& speeds) {
@@ -48,7 +48,7 @@ inline void take_contact(const double* __restrict jacobian, const double* __rest
 
 //! slope x rows: nothing that friction does presses.
 inline void answer_contact(const ContactResponse& response, const double* __restrict rows, double* __restrict answer) {
-  const auto& [x, y, normal] = response.slope;
+  const ContactVector &x = response.slope[0], &y = response.slope[1], &normal = response.slope[2];
   if (response.regime == Regime::sticks) {
     for (int j = 0; j < usual_count; ++j) {
       answer[j] = x[0] * rows[j];

@@ -37,7 +37,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
     for_each_side(sides, [&](const Mover& mover, const double* jacobian) {
       double* residual = residual_.data() + mover.begin;
       double* turnover = turnover_.data() + mover.begin;
-      if (mover.count == usual_count && rows == 3) return take_contact(jacobian, impulse, residual, turnover);
+      if (mover.count == usual_count && rows == usual_rows) return take_contact(jacobian, impulse, residual, turnover);
       for (int j = 0; j < mover.count; ++j) {
         double sum = 0.0;
         for (int row = 0; row < rows; ++row) sum += impulse[row] * jacobian[row * mover.count + j];
@@ -49,9 +49,12 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
   for (const std::size_t k : island.contacts) {
     ContactRows& rows = contacts_[k];
     const ContactVector speeds_now = speeds(rows, velocities_);
-    for (std::size_t row = 0; row < 3; ++row) rows.miss[row] = rows.target[row] - speeds_now[row];
+    const int count = rows.law.rows;
+    for (std::size_t row = 0; row < static_cast<std::size_t>(count); ++row) {
+      rows.miss[row] = rows.target[row] - speeds_now[row];
+    }
     respond(rows);
-    if (rows.response.regime != Regime::open) take(rows, rows.response.impulse.data(), 3);
+    if (rows.response.regime != Regime::open) take(rows, rows.response.impulse.data(), count);
   }
   for (const std::size_t k : island.limited) {
     LimitedRow& row = limited_[k];
@@ -67,8 +70,11 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
 double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
   stopped_ = false;
   const auto respond = [this, after_step](ContactRows& rows) {
-    const auto& [x, y] = rows.direction;
-    const bool turns_round = after_step && rows.miss[2] > 0.0 && x * rows.miss[0] + y * rows.miss[1] < 0.0;
+    double along = 0.0;  // the normal row of a direction is zero
+    for (std::size_t row = 0; after_step && row < static_cast<std::size_t>(rows.law.rows); ++row) {
+      along += rows.direction[row] * rows.miss[row];
+    }
+    const bool turns_round = after_step && rows.miss[normal_row] > 0.0 && along < 0.0;
     if (!turns_round) return coulomb(rows.law, rows.miss, rows.response);
     stopped_ = true;
     respond_as(Regime::sticks, rows.law, rows.miss, rows.response);
@@ -166,7 +172,8 @@ void NewtonSolver::add_contact_block(const ContactRows& rows) {
     const Mover& to = mover(right);
     const double* const along = numbers_.data() + of_left;
     const double* const jacobian = numbers_.data() + of_right;
-    if (from.count == usual_count && to.count == usual_count) {
+    const auto count = static_cast<std::size_t>(rows.law.rows);
+    if (from.count == usual_count && to.count == usual_count && count == usual_rows) {
       double answer[contact_size];
       answer_contact(rows.response, jacobian, answer);
       for (int i = 0; i < usual_count; ++i) {
@@ -174,9 +181,9 @@ void NewtonSolver::add_contact_block(const ContactRows& rows) {
       }
       return;
     }
-    for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t row = 0; row < count; ++row) {
       changes_.assign(static_cast<std::size_t>(to.count), 0.0);
-      for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t k = 0; k < count; ++k) {
         const double slope = rows.response.slope[row][k];
         const double* const of_row = jacobian + k * static_cast<std::size_t>(to.count);
         if (slope != 0.0) add_multiple(slope, of_row, to.count, changes_.data());

@@ -60,7 +60,7 @@ bool NewtonSolver::harden(const Island& island) {
   for (const std::size_t k : island.contacts) {
     FrictionLaw& law = contacts_[k].law;
     const double gives = law.normal_softness * contacts_[k].response.impulse[2];
-    if (!(gives > most_given)) continue;
+    if (law.compliant || !(gives > most_given)) continue;
     const double share = std::max(0.5 * most_given / gives, 1.0 / most_harder);
     law.normal_softness *= share;
     law.tangential_softness *= share;
@@ -116,8 +116,8 @@ bool NewtonSolver::solve_island(const Island& island, int iterations, double tol
 void NewtonSolver::keep_directions(const Island& island) {
   for (const std::size_t k : island.contacts) {
     ContactRows& rows = contacts_[k];
-    rows.direction = {0.0, 0.0};
-    if (rows.response.regime == Regime::slides) rows.direction = {rows.miss[0], rows.miss[1]};
+    rows.direction = rows.response.regime == Regime::slides ? rows.miss : ContactVector{};
+    rows.direction[normal_row] = 0.0;
   }
 }
 
@@ -140,11 +140,12 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
       ContactRows& rows = contacts_[k];
       ContactVector whole = rows.response.impulse;
       const ContactVector changes = speeds(rows, direction_);
-      for (std::size_t row = 0; row < 3; ++row) {
-        for (std::size_t column = 0; column < 3; ++column)
+      const auto count = static_cast<std::size_t>(rows.law.rows);
+      for (std::size_t row = 0; row < count && rows.response.regime != Regime::open; ++row) {
+        for (std::size_t column = 0; column < count; ++column)
           whole[row] -= rows.response.slope[row][column] * changes[column];
       }
-      for (std::size_t row = 0; row < 3; ++row) rows.predicted[row] += length * (whole[row] - rows.predicted[row]);
+      for (std::size_t row = 0; row < count; ++row) rows.predicted[row] += length * (whole[row] - rows.predicted[row]);
     }
     for (const std::size_t k : island.limited) {
       LimitedRow& row = limited_[k];

@@ -31,7 +31,7 @@ btVector3 rotated(const btVector3& vector, const btVector3& turn) {
 }  // namespace
 
 StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies)
-    : scene_(scene), bodies_(bodies), trees_(bodies.trees().size()) {
+    : scene_(scene), surfaces_(scene.has_surfaces()), bodies_(bodies), trees_(bodies.trees().size()) {
   for (const MimicConstraint& mimic : bodies.mimics()) {
     tree(mimic.follower.tree).couple();
     tree(mimic.followed.tree).couple();

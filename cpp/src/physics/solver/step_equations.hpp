@@ -29,6 +29,9 @@ class StepEquations {
   //! The bodies have these velocities from now on, and the contacts their impulses.
   void commit(const Substep& substep, double share);
 
+  //! The time until the first of those that bounce touches, and not more than `duration` [s].
+  double until_bounce(const std::vector<ContactPoint>& contacts, double duration) const;
+
   //! Its work grows with each substep while it is on.
   ImpulseAudit audit{};
 
@@ -37,7 +40,8 @@ class StepEquations {
     int mover = -1;                   // of the solver; -1: nothing of the tree moves but by its kinematic base
     std::vector<double> pushed, end;  // velocities before and after the tree coasts
   };
-  using Frame = std::array<btVector3, 3>;  // two axes along the plane of contact, and the normal
+  //! Two axes along the plane of contact, the normal, and those of rows that turn, as long as these count [m].
+  using Frame = std::array<btVector3, most_rows>;
   struct End {
     std::size_t body;
     btVector3 point, grip;
@@ -55,6 +59,8 @@ class StepEquations {
   void add_drive(std::size_t tree, const JointControl& control, double position, double duration);
   void add_mimic(const MimicConstraint& mimic);
   bool add_contact(const ContactPoint& point, const Substep& substep);
+  static Frame frame_of(const ContactPoint& point, const Surface& surface);
+  bool set_normal(ContactRows& rows, const ContactPoint& point, const Surface& surface, double duration) const;
   void add_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_free_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
@@ -70,12 +76,15 @@ class StepEquations {
   Articulation& tree(std::size_t index) const { return *bodies_.trees()[index]; }
   btVector3 mean_velocity(std::size_t body, const btVector3& point) const;
   btVector3 prescribed_velocity(std::size_t body, const btVector3& point) const;
+  btVector3 surface_velocity(std::size_t body) const;
   void add_work(const Substep& substep, double share);
   void add_contact_work(const ContactPoint& point);
+  void add_surface_work(const ContactPoint& point);
   void add_limited_work();
   void add_recovery_work(double duration);
 
   const Scene& scene_;
+  bool surfaces_;  // whether a body has one, or a pair of bodies its coefficients
   MovingBodies& bodies_;
   std::vector<TreeMover> trees_;
   NewtonSolver solver_;

@@ -20,6 +20,9 @@ constexpr double least_bend = 1e-6;
 // for long: there a bend would do work [rad].
 constexpr double most_bent = 0.1;
 
+// Rows that turn may be harder than those that slide by so much.
+constexpr double least_turning = 1e-3;
+
 // Motors and stops are soft in the same sense.
 constexpr double softness_share = 1e-5;
 
@@ -34,34 +37,40 @@ constexpr double slow = 1e-3;
 
 }  // namespace
 
-// False where an impulse along the normal moves nothing.
+// False where an impulse along the normal moves nothing, and before bodies bounce.
 bool StepEquations::add_contact(const ContactPoint& point, const Substep& substep) {
-  Frame frame;
-  frame[2] = point.normal;
-  btPlaneSpace1(frame[2], frame[0], frame[1]);
-  ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b));
-  if (point.distance > 0.0) {
-    rows.target[2] = -point.distance / substep.duration;  // up to the touch it may close
-  } else {
-    share_error(-point.distance, rows.target[2], rows.recovery);
-  }
+  const Surface surface = surfaces_ ? scene_.contact_surface(point.a, point.b) : Surface{};
+  const Frame frame = frame_of(point, surface);
+  const bool twists = point.friction > 0.0 && (surface.torsional_friction > 0.0 || surface.rolling_friction > 0.0);
+  ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b), twists ? most_rows : usual_rows);
   add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, substep.duration);
   add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, substep.duration);
   rows.law.friction = point.friction;
   const double inverse_mass = solver_.inverse_mass(rows, 2);
   rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
-  if (!(inverse_mass * std::max(scene_.bodies()[point.a].mass, scene_.bodies()[point.b].mass) > least_mobility)) {
+  if (!(inverse_mass * std::max(scene_.bodies()[point.a].mass, scene_.bodies()[point.b].mass) > least_mobility) ||
+      !set_normal(rows, point, surface, substep.duration)) {
     solver_.drop_contact();
     return false;
   }
   rows.law.tangential_softness =
       0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
-  // What cannot move along the plane of contact has no friction.
+  // What cannot move along the plane of contact has no friction. What turns easily would creep before it slips.
   if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
+  double share = 1.0;
+  for (int row = usual_rows; row < rows.law.rows; ++row) {
+    const double turns = FrictionLaw::tangential_share * solver_.inverse_mass(rows, row);
+    if (turns > 0.0) share = std::min(share, std::max(turns / rows.law.tangential_softness, least_turning));
+  }
+  rows.law.tangential_softness *= share;
   return true;
 }
 
 void StepEquations::add_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  if (surfaces_) {
+    const btVector3 velocity = surface_velocity(end.body) * end.sign;
+    for (std::size_t i = 0; i < normal_row; ++i) rows.target[i] -= frame[i].dot(velocity);
+  }
   if (bodies_.link(end.body)) return add_tree_end(rows, end, frame, duration);
   if (bodies_.free(end.body)) add_free_end(rows, end, frame, duration);
 }
@@ -78,6 +87,9 @@ void StepEquations::add_free_end(ContactRows& rows, const End& end, const Frame&
     const btVector3 at_point = linear + spin.cross(arm);
     const btVector3 at_grip = linear + spin.cross(grip) + bend;
     for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame[i].dot(i < 2 ? at_grip : at_point);
+    for (int i = usual_rows; i < rows.law.rows; ++i) {
+      rows.target[static_cast<std::size_t>(i)] -= end.sign * frame[i].dot(spin);
+    }
     return;
   }
   const auto count = body.axes.size();
@@ -99,6 +111,12 @@ void StepEquations::add_free_end(ContactRows& rows, const End& end, const Frame&
     }
     if (i < 2) rows.target[i] -= along.dot(bend);
   }
+  for (int i = usual_rows; i < rows.law.rows; ++i) {
+    for (std::size_t column = 0; column < count; ++column) {
+      const int axis = body.axes[column];
+      if (axis >= 3) jacobian[static_cast<std::size_t>(i) * count + column] = end.sign * frame[i][axis - 3];
+    }
+  }
 }
 
 // How far the way of a point is off a straight one, over the time [m/s].
@@ -113,7 +131,8 @@ bool StepEquations::update_bends(const Substep& substep) {
   bool counts = false;
   for (std::size_t k = 0; k < contact_points_.size(); ++k) {
     ContactRows& rows = solver_.contacts()[k];
-    const double friction = rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1];
+    double friction = rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1];
+    for (std::size_t i = usual_rows; i < most_rows; ++i) friction += rows.impulse[i] * rows.impulse[i];
     const double most = sticking_share * rows.law.friction * rows.impulse[2];
     if (!(friction < most * most)) continue;
     const ContactPoint& point = substep.contacts[contact_points_[k]];
@@ -150,10 +169,14 @@ void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame&
   btVector3 bend = tree.bend(link, end.grip) * (0.5 * duration);
   if (tree.spin(link) * duration > most_bent) bend.setZero();
   std::vector<double> whole(tree.count());
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(rows.law.rows); ++i) {
     const btVector3 along = frame[i] * end.sign;
     std::fill(whole.begin(), whole.end(), 0.0);
-    tree.add(link, i < 2 ? end.grip : end.point, along, whole.data());
+    if (i < usual_rows) {
+      tree.add(link, i < 2 ? end.grip : end.point, along, whole.data());
+    } else {
+      tree.add(link, {along, {0, 0, 0}}, whole.data());
+    }
     for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * tree.kicked()[k];
     if (i < 2) rows.target[i] -= along.dot(bend);
     if (mover < 0) continue;
@@ -170,6 +193,9 @@ void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {
     btPlaneSpace1(point.normal, x, y);
     point.normal_impulse = rows.impulse[2];
     point.friction_impulse = x * rows.impulse[0] + y * rows.impulse[1];
+    if (rows.law.rows == usual_rows) continue;
+    const Frame frame = frame_of(point, scene_.contact_surface(point.a, point.b));
+    for (std::size_t i = usual_rows; i < most_rows; ++i) point.friction_twist += frame[i] * rows.impulse[i];
   }
 }
 
@@ -253,6 +279,7 @@ void StepEquations::add_contact_work(const ContactPoint& point) {
   const btVector3& friction = point.friction_impulse;
   audit.work.contacts += normal.dot(mean_velocity(point.a, point.on_a) - mean_velocity(point.b, point.on_b));
   audit.work.friction += friction.dot(mean_velocity(point.a, point.grip) - mean_velocity(point.b, point.grip));
+  if (surfaces_) add_surface_work(point);
   audit.work.plan -= normal.dot(prescribed_velocity(point.a, point.on_a) - prescribed_velocity(point.b, point.on_b)) +
                      friction.dot(prescribed_velocity(point.a, point.grip) - prescribed_velocity(point.b, point.grip));
 }

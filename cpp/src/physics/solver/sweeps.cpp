@@ -19,7 +19,7 @@ void Sweeps::start(const Island& island) {
   for (const std::size_t k : island.contacts) {
     ContactRows& rows = system_.contacts()[k];
     rows.swept = rows.inverse_masses = {};
-    answer(rows, 3, rows.inverse_masses.data());
+    answer(rows, rows.law.rows, rows.inverse_masses.data());
   }
   for (const std::size_t k : island.limited) {
     LimitedRow& row = system_.limited()[k];
@@ -104,16 +104,20 @@ void Sweeps::resolve(ContactRows& rows) {
   };
   set(2, std::max(0.0, asked(2, rows.law.normal_softness)));
   if (rows.law.friction == 0.0) return;
-  double x = asked(0, rows.law.tangential_softness);
-  double y = asked(1, rows.law.tangential_softness);
-  const double most = rows.law.friction * rows.swept[2];
-  const double length = std::sqrt(x * x + y * y);
-  if (length > most) {
-    x *= most / length;
-    y *= most / length;
+  ContactVector along{};
+  double squared = 0.0;
+  for (int row = 0; row < rows.law.rows; ++row) {
+    if (row == normal_row) continue;
+    const double impulse = along[static_cast<std::size_t>(row)] = asked(row, rows.law.tangential_softness);
+    squared += impulse * impulse;
   }
-  set(0, x);
-  set(1, y);
+  const double most = rows.law.friction * rows.swept[normal_row];
+  const double length = std::sqrt(squared);
+  for (int row = 0; row < rows.law.rows; ++row) {
+    if (row == normal_row) continue;
+    const double impulse = along[static_cast<std::size_t>(row)];
+    set(row, length > most ? impulse * (most / length) : impulse);
+  }
 }
 
 void Sweeps::resolve(LimitedRow& row) {

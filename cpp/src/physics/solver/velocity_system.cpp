@@ -67,9 +67,10 @@ void VelocitySystem::add_sides(RowSides& sides, int a, int b, int rows) {
   add(sides.b, sides.of_b);
 }
 
-ContactRows& VelocitySystem::add_contact(int a, int b) {
+ContactRows& VelocitySystem::add_contact(int a, int b, int rows) {
   contacts_.emplace_back();
-  add_sides(contacts_.back(), a, b, 3);
+  contacts_.back().law.rows = rows;
+  add_sides(contacts_.back(), a, b, rows);
   return contacts_.back();
 }
 
@@ -101,8 +102,8 @@ ContactVector VelocitySystem::speeds(const ContactRows& rows, const std::vector<
   ContactVector sums{};
   for_each_side(rows, [&](const Mover& mover, const double* jacobian) {
     const double* const of_mover = velocities.data() + mover.begin;
-    if (mover.count == usual_count) return add_speeds(jacobian, of_mover, sums);
-    for (std::size_t row = 0; row < 3; ++row) {
+    if (mover.count == usual_count && rows.law.rows == usual_rows) return add_speeds(jacobian, of_mover, sums);
+    for (std::size_t row = 0; row < static_cast<std::size_t>(rows.law.rows); ++row) {
       sums[row] += dot(jacobian + row * static_cast<std::size_t>(mover.count), of_mover, mover.count);
     }
   });

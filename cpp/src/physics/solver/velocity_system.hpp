@@ -20,7 +20,7 @@ struct RowSides {
   std::size_t answer_a = 0, answer_b = 0;  // among those of the sweeps: how velocities answer to impulses
 };
 
-//! A contact point: three rows, two along the plane of contact and one along its normal.
+//! A contact point: as many rows as its law has.
 struct ContactRows : RowSides {
   FrictionLaw law;
   ContactVector target{};  // of the velocities along the rows [m/s]
@@ -28,12 +28,12 @@ struct ContactRows : RowSides {
   ContactVector impulse{};
 
   // As the solver goes on:
-  ContactVector miss{};               // target less velocity
-  ContactResponse response{};         // to that
-  std::array<double, 2> direction{};  // of the slip before the last step
-  ContactVector predicted{};          // impulse after a linear step
-  ContactVector swept{};              // impulse that belongs to the velocities of the sweeps
-  ContactVector inverse_masses{};     // along the rows
+  ContactVector miss{};            // target less velocity
+  ContactResponse response{};      // to that
+  ContactVector direction{};       // of the slip before the last step
+  ContactVector predicted{};       // impulse after a linear step
+  ContactVector swept{};           // impulse that belongs to the velocities of the sweeps
+  ContactVector inverse_masses{};  // along the rows
 };
 
 //! A row whose impulse is (target - velocity) / softness within its limits: a stop, a drive, a mimic, a servo.
@@ -90,7 +90,7 @@ class VelocitySystem {
 
   //! Rows between two movers, with Jacobians of zero. These movers have their inertias by then. References hold until
   //! the next one.
-  ContactRows& add_contact(int a, int b);
+  ContactRows& add_contact(int a, int b, int rows = usual_rows);
   void drop_contact() { contacts_.pop_back(); }
   LimitedRow& add_limited(int a, int b);
   double* numbers(std::size_t begin) { return numbers_.data() + begin; }
