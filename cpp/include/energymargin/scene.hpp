@@ -119,6 +119,7 @@ struct Joint {
   std::optional<Mimic> mimic{};                                   //!< set: it has no limits and no drive of its own
   //! Inertia of the drive's rotor times the square of the gear ratio: it resists accelerations of the joint [kg m^2].
   double armature = 0.0;
+  double friction = 0.0;  //!< dry friction: torque that resists motion, up to this [N m]
 
   //! Whether its position and velocity are numbers of the state.
   bool moves() const { return type != JointType::fixed && !mimic; }

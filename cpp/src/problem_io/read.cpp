@@ -84,10 +84,12 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
   const RecordReader records(&scene, folder);
   for_each_item(node, "bodies", [&](const JsonNode& body) {
     require_version(body, {"kinematic"}, version_with_friction_rule, version);
+    require_version(body, {"surface", "surface_velocity"}, version_with_newton_solver, version);
     scene.add_body(records.record<Body>(body));
   });
   for_each_item(node, "joints", [&](const JsonNode& joint) {
     require_version(joint, {"armature"}, version_with_friction_rule, version);
+    require_version(joint, {"friction"}, version_with_newton_solver, version);
     scene.add_joint(records.record<Joint>(joint));
   });
   for_each_item(node, "springs", [&](const JsonNode& spring) { scene.add_spring(records.record<Spring>(spring)); });

@@ -147,7 +147,7 @@ constexpr auto describe(Type<Surface>) {
       Field{"stiffness", &Surface::stiffness,
             "Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m].",
             forms::not_negative, Presence::optional},
-      Field{"damping", &Surface::damping, "Beside a stiffness above 0 [N s/m].", Form::not_negative,
+      Field{"damping", &Surface::damping, "Beside a stiffness above 0 [N s/m].", forms::not_negative,
             Presence::optional},
   };
 }
@@ -272,6 +272,8 @@ struct Record<Joint> {
         Field{"mimic", &Joint::mimic, "The joint that it follows, and how; unset: none.", forms::any,
               Presence::optional},
         Field{"armature", &Joint::armature, "Inertia of the drive's rotor times the square of the gear ratio [kg m^2].",
+              forms::not_negative, Presence::optional},
+        Field{"friction", &Joint::friction, "Dry friction: torque that resists motion, up to this [N m].",
               forms::not_negative, Presence::optional},
     };
   }

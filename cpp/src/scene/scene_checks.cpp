@@ -175,8 +175,8 @@ void validate_joint(const Joint& joint) {
   if (joint.type == JointType::fixed && (joint.state.position != 0.0 || joint.state.velocity != 0.0)) {
     reject("position and velocity", "not 0", "0: the joint is fixed");
   }
-  if (joint.armature != 0.0 && !joint.moves()) {
-    reject("armature", text(joint.armature), "0: the joint is fixed, or follows another one");
+  for (const auto& [name, value] : {std::pair{"armature", joint.armature}, std::pair{"friction", joint.friction}}) {
+    if (value != 0.0 && !joint.moves()) reject(name, text(value), "0: the joint is fixed, or follows another one");
   }
   if (joint.type == JointType::fixed && (joint.held || joint.stiffness != 0.0 || joint.damping != 0.0)) {
     reject("stiffness, damping or held", "given", "none of them: the joint is fixed");

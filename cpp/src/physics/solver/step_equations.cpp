@@ -174,7 +174,8 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
     if (mimic.follower.tree == index || mimic.followed.tree == index) return false;
   }
   return std::all_of(tree.controls().begin(), tree.controls().end(), [](const JointControl& control) {
-    return std::isinf(control.joint->lower) && std::isinf(control.joint->upper);
+    const Joint& joint = *control.joint;
+    return std::isinf(joint.lower) && std::isinf(joint.upper) && joint.friction == 0.0;
   });
 }
 
@@ -203,6 +204,7 @@ void StepEquations::add_tree(std::size_t i, const Substep& substep) {
     const double lower = position - control.joint->lower;
     const double upper = control.joint->upper - position;
     if (control.drives() && control.limited()) add_drive(i, control, position, substep.duration);
+    if (control.joint->friction > 0.0) add_dry_friction(i, control, substep.duration);
     if (lower < reach) add_stop(i, control, 1.0, lower, substep.duration);
     if (upper < reach) add_stop(i, control, -1.0, upper, substep.duration);
   }

@@ -56,6 +56,7 @@ class StepEquations {
   void add_motor(const Motor& motor, double duration);
   void drive_kinematic(const Motor& motor);
   void add_stop(std::size_t tree, const JointControl& control, double direction, double gap, double duration);
+  void add_dry_friction(std::size_t tree, const JointControl& control, double duration);
   void add_drive(std::size_t tree, const JointControl& control, double position, double duration);
   void add_mimic(const MimicConstraint& mimic);
   bool add_contact(const ContactPoint& point, const Substep& substep);

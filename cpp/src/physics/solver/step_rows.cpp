@@ -209,6 +209,15 @@ void StepEquations::add_drive(std::size_t tree, const JointControl& control, dou
   row.low = -row.high;
 }
 
+void StepEquations::add_dry_friction(std::size_t tree, const JointControl& control, double duration) {
+  LimitedRow& row = solver_.add_limited(trees_[tree].mover, -1);
+  row.work = &audit.work.joints;
+  solver_.numbers(row.of_a)[static_cast<std::size_t>(control.velocity) - this->tree(tree).prescribed()] = 1.0;
+  row.softness = softness_share * solver_.inverse_mass(row, 0);
+  row.high = duration * control.joint->friction;
+  row.low = -row.high;
+}
+
 // Speed that puts a share of an error right, and how much of that is to be done beside the velocities.
 void StepEquations::share_error(double error, double& target, double& recovery) const {
   const double speed = error_share * error / scene_.stepping().step;
