@@ -12,7 +12,9 @@ RADIUS, MASS = 0.05, 0.2
 INERTIA = 0.4 * MASS * RADIUS**2
 
 
-def ball_on_table(*, step=1 / 240, height=RADIUS, table_friction=1.0, table_velocity=(0, 0, 0), **ball):
+def ball_on_table(
+    *, step=1 / 240, height=RADIUS, table_friction=1.0, table_velocity=(0, 0, 0), **ball
+):
     scene = em.Scene(step=step)
     scene.add_plane("table", friction=table_friction, surface_velocity=table_velocity)
     ball = {"mass": MASS, "friction": 0.5, "position": (0, 0, height)} | ball

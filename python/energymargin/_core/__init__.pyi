@@ -9,7 +9,7 @@ import numpy.typing
 import typing
 from . import regions
 from . import disturbances
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LEAST_GYRATION', 'LowerBound', 'MOST_GYRATION', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'too_many_diverged', 'warn_of_steps']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LEAST_GYRATION', 'LowerBound', 'MOST_GYRATION', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Surface', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'too_many_diverged', 'warn_of_steps']
 class Cancelled(RuntimeError):
     """
     A Cancel ended a long call that had no result yet.
@@ -266,6 +266,47 @@ class Inertial:
         """
         Principal moments about the centre of mass [kg m^2]. Shape (3,).
         """
+class Surface:
+    """
+    How a body meets others, beside its friction; by default as a rigid body does.
+    """
+    def __init__(self, *, torsional_friction: float = 0.0, rolling_friction: float = 0.0, restitution: float = 0.0, stiffness: float = 0.0, damping: float = 0.0) -> None:
+        """
+        torsional_friction: Torque about a contact's normal by its normal force, within the cone of its friction; of two bodies the larger counts [m].
+        rolling_friction: As torsional_friction, about the contact's plane [m].
+        restitution: Share of the speed at which bodies meet that they part with, above .1 m/s; 0 to 1; the larger counts.
+        stiffness: Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m].
+        damping: Beside a stiffness above 0 [N s/m].
+        """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
+    @property
+    def damping(self) -> float:
+        """
+        Beside a stiffness above 0 [N s/m].
+        """
+    @property
+    def restitution(self) -> float:
+        """
+        Share of the speed at which bodies meet that they part with, above .1 m/s; 0 to 1; the larger counts.
+        """
+    @property
+    def rolling_friction(self) -> float:
+        """
+        As torsional_friction, about the contact's plane [m].
+        """
+    @property
+    def stiffness(self) -> float:
+        """
+        Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m].
+        """
+    @property
+    def torsional_friction(self) -> float:
+        """
+        Torque about a contact's normal by its normal force, within the cone of its friction; of two bodies the larger counts [m].
+        """
 class Body:
     """
     One body of a scene.
@@ -345,6 +386,16 @@ class Body:
         Its frame is the body's.
         """
     @property
+    def surface(self) -> Surface | None:
+        """
+        How it meets others, beside its friction; unset: as a rigid body.
+        """
+    @property
+    def surface_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s]. Shape (3,).
+        """
+    @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Of the frame's origin, in the world's axes [m/s]. Shape (3,).
@@ -415,6 +466,11 @@ class Joint:
     def damping(self) -> float:
         """
         [N m s/rad].
+        """
+    @property
+    def friction(self) -> float:
+        """
+        Dry friction: torque that resists motion, up to this [N m].
         """
     @property
     def held(self) -> bool:
@@ -550,7 +606,7 @@ class Scene:
         The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
             cell of a notebook fails for its picture.
         """
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), inertial: Inertial | None = None, kinematic: bool = False) -> None:
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), inertial: Inertial | None = None, kinematic: bool = False) -> None:
         """
         Add a body.
         
@@ -562,6 +618,10 @@ class Scene:
         velocity: Of the frame's origin, in the world's axes [m/s].
         angular_velocity: In the world's axes [rad/s].
         friction: The coefficient of a contact follows from those of its two bodies, by the scene's rule.
+        surface: Unset: none of what it has.
+        surface_velocity: Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].
+        surface: How it meets others, beside its friction; unset: as a rigid body.
+        surface_velocity: Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].
         role: object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment.
         linear_factor: For the world's x, y, z: 1, free along the axis, or 0, locked.
         angular_factor: For the world's x, y, z: 1, free about the axis, or 0, locked.
@@ -569,7 +629,7 @@ class Scene:
         inertial: Its centre of mass and inertia; unset: those of the shape, of even density.
         kinematic: It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.
         """
-    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., held: bool = False, target: float | None = None, origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, start: float = 0.0, start_velocity: float = 0.0, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None, armature: float = 0.0) -> None:
+    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., held: bool = False, target: float | None = None, origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, start: float = 0.0, start_velocity: float = 0.0, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None, armature: float = 0.0, friction: float = 0.0) -> None:
         """
         Hang the body `child` on the body `parent`, which makes it a link.
         
@@ -579,12 +639,12 @@ class Scene:
         say. It is driven by the torque stiffness (target - position) + damping (target_velocity - velocity), at most torque_limit
         [N m]; target is by default the start. held: it keeps the position that it has in the state, whatever the load. mimic: it
         follows another joint, without limits and a drive of its own. armature: inertia of the drive's rotor times the square of the
-        gear ratio [kg m^2].
+        gear ratio [kg m^2]. friction: dry friction, which resists motion by up to this torque [N m].
         
         The parent may be fixed, free or a link; a body has one parent, joints make no loops, and bodies on joints have no locked
         axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
         """
-    def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5) -> None:
+    def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
         Add the fixed half space below a plane; by default z <= 0.
         """
@@ -599,6 +659,10 @@ class Scene:
         """
         Coefficient of the contacts of two bodies: that of the pair, or else by friction_rule.
         """
+    def contact_surface(self, body_a: str, body_b: str) -> Surface:
+        """
+        What the surfaces of two bodies make of their contacts.
+        """
     def disable_collisions(self, body_a: str, body_b: str) -> None:
         """
         From now on the two bodies never collide. Those that a joint connects never do.
@@ -611,12 +675,12 @@ class Scene:
         """
         State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values. Warns of a joint that is beyond its limits.
         """
-    def set_friction(self, body_a: str, body_b: str, friction: float) -> None:
+    def set_friction(self, body_a: str, body_b: str, friction: float, *, torsional_friction: float | None = None, rolling_friction: float | None = None) -> None:
         """
         From now on contacts of the two bodies have this coefficient of friction.
         
-        It counts instead of what friction_rule makes of the bodies' own. Raises ValueError on unknown bodies, one body given twice, and
-        a coefficient that is negative or not finite.
+        It counts instead of what friction_rule makes of the bodies' own; torsional_friction and rolling_friction [m] instead of those
+        of their surfaces. Raises ValueError on unknown bodies, one body given twice, and a coefficient that is negative or not finite.
         """
     def slice(self, name: str) -> slice:
         """

@@ -24,7 +24,6 @@ from energymargin.scenes.mjcf_model import engine
 START = "start"  # the keyframe's name
 TOLERANCE = 1e-8  # of the solver
 CONTACT_STEPS = 2  # time constant of a contact; MuJoCo makes a shorter one so long
-OTHER_FRICTION = "0.005 0.0001 0.0001"  # torsional and rolling, which contacts of three axes ignore
 
 
 def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> str:
@@ -40,13 +39,20 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
     whose control is the target; a body's constant force is an actuator without control. Boxes of
     bodies in a plane are thinner by a share of 1e-4, each by more than that before. Raises
     ValueError on what MJCF cannot express: a body with one locked axis of rotation, a joint with
-    one limit for both ends, a body of the name "world", a kinematic body.
+    one limit for both ends, a body of the name "world", a kinematic body, a surface that moves,
+    gives way or bounces.
     """
     for body in scene.bodies:
         if body.kinematic:
             raise ValueError(
                 f"body {body.name!r} is kinematic, expected none: a mocap body of MuJoCo has no "
                 "velocity in its contacts; a heavy body with a motor, `limits` of a plan, is near"
+            )
+        surface = body.surface
+        if np.any(body.surface_velocity) or (surface and (surface.stiffness or surface.restitution)):
+            raise ValueError(
+                f"body {body.name!r} gives way, bounces or has a surface that moves, expected none: "
+                "contacts of MuJoCo have neither stiffness [N/m] nor restitution"
             )
     at = np.asarray(scene.pack() if state is None else state, dtype=float)
     timestep = positive_number("step", scene.step if step is None else step)
@@ -107,10 +113,11 @@ def _add_contacts(scene: Scene, bodies: Bodies, contacts: xml.Element, step: flo
     for a, b in combinations(bases, 2):
         if frozenset((a, b)) in apart or bases[a] == bases[b]:
             continue
-        friction = repr(scene.contact_friction(a, b))
+        slides, surface = scene.contact_friction(a, b), scene.contact_surface(a, b)
+        torsional, rolling = surface.torsional_friction, surface.rolling_friction
         law = {
-            "condim": "3",
-            "friction": f"{friction} {friction} {OTHER_FRICTION}",
+            "condim": "6" if rolling else "4" if torsional else "3",
+            "friction": (slides, slides, torsional, rolling, rolling),
             "solref": (CONTACT_STEPS * step, 1.0),
         }
         for one, other in product(bodies.geoms[a], bodies.geoms[b]):

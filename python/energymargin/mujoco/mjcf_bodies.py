@@ -120,7 +120,8 @@ class Bodies:
         origin = shift - turn.apply(np.array(joint.child_origin))
         element = self._place(parent, body, origin, turn.as_quat())
         if not rigid(joint):
-            rotor = {"armature": joint.armature} if joint.armature and not joint.mimic else {}
+            rotor = {"armature": joint.armature, "frictionloss": joint.friction}
+            rotor = {name: value for name, value in rotor.items() if value}
             add(
                 element,
                 "joint",

@@ -19,8 +19,6 @@ from energymargin.errors import EnergyMarginError
 from energymargin.limits import Limit
 from energymargin.plausibility import warn
 from energymargin.scenes import reports
-from energymargin.scenes.corners import shape_parts
-from energymargin.scenes.poses import pose
 from energymargin.scenes.reports import Row
 
 # What `joints` may set of a robot's joints; the rest is the file's.
@@ -34,6 +32,7 @@ CONTROL = (
     "damping",
     "torque_limit",
     "armature",
+    "friction",
     "limits",
 )
 Control = Mapping[str, Mapping[str, Any]]
@@ -162,7 +161,7 @@ class Additions:
     bodies: list[dict[str, Any]]
     joints: list[dict[str, Any]]
     disabled: list[Pair]
-    frictions: list[tuple[str, str, float]] = field(default_factory=list)
+    frictions: list[tuple[str, str, float, float, float]] = field(default_factory=list)
     """Coefficients of pairs of bodies."""
     planes: list[dict[str, Any]] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
@@ -181,8 +180,9 @@ class Additions:
         for body_a, body_b in self.disabled:
             limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
             scene.disable_collisions(body_a, body_b)
-        for body_a, body_b, friction in self.frictions:
-            scene.set_friction(body_a, body_b, friction)
+        for body_a, body_b, friction, torsional, rolling in self.frictions:
+            turning = {"torsional_friction": torsional, "rolling_friction": rolling}
+            scene.set_friction(body_a, body_b, friction, **turning)
         return scene
 
 
@@ -205,9 +205,6 @@ def added(
     moving = [joint for joint in new.joints if joint["type"] != "fixed"]
     undriven = [joint["name"] for joint in moving if not any(map(joint.get, DRIVING))]
     rows = [*new.rows, *(Row(reports.UNDRIVEN, name) for name in undriven)]
-    for pair in _held_together(made):
-        new.disabled.append(pair)
-        made.disable_collisions(*pair)
     if self_collision and moving:
         limit.require("links that overlap were looked for")
         world = World(made)
@@ -225,30 +222,6 @@ def added(
     whole = made if scene is None else new.add_to(scene, Limit())
     reports.add_rows(whole, rows)
     return whole
-
-
-def _held_together(made: Scene) -> list[Pair]:
-    """Links that fixed joints hold together, and that may overlap: they cannot collide."""
-    up = {joint.child: joint.parent for joint in made.joints if joint.type == "fixed"}
-    jointed, linked = set(up.items()), {*up, *up.values()}
-    groups: dict[str, list[tuple[str, Any, Any]]] = {}
-    for body in made.bodies:
-        corners = shape_parts(body.shape) if body.name in linked else []
-        if corners:
-            at = pose(body.position, body.orientation)
-            points = np.concatenate(corners) @ at[:3, :3].T + at[:3, 3]
-            low, high = points.min(axis=0), points.max(axis=0)
-            slack = SLACK * (high - low)
-            box = (body.name, low - slack, high + slack)
-            groups.setdefault(base_of(body.name, up), []).append(box)
-    pairs = []
-    for group in groups.values():
-        names = [box[0] for box in group]
-        lows, highs = (np.array([box[end] for box in group]) for end in (1, 2))
-        for i, name in enumerate(names):
-            near = np.all((lows[i] <= highs[i + 1 :]) & (lows[i + 1 :] <= highs[i]), axis=1)
-            pairs += [(name, names[i + 1 + k]) for k in np.flatnonzero(near)]
-    return [(a, b) for a, b in pairs if not {(a, b), (b, a)} & jointed]
 
 
 def check_names(

@@ -104,10 +104,10 @@ class Builder:
             self._of_group[group] = name
             if self.contacts.is_plane(group.geoms[0]):
                 at = self._shift @ self.selection.start.poses[body]
-                of = {"friction": group.friction, **plane(self._model, group.geoms[0], at)}
+                of = {**group.keywords(), **plane(self._model, group.geoms[0], at)}
                 self._planes[name] = {"name": self.prefix + name, **of}
             else:
-                still = {"mass": 0.0, "friction": group.friction, **self._place(body)}
+                still = {"mass": 0.0, **group.keywords(), **self._place(body)}
                 self._add_body(name, body, shape=self._shape(group), **still)
         if body == self.selection.root and self._name(body) not in self._bodies:
             self._static_parent(body, None)
@@ -141,7 +141,7 @@ class Builder:
         main = None if self._splits(body) else self._main(body)
         keywords = {"shape": Compound([]), **self._mass(body)}
         if main is not None:
-            keywords |= {"shape": self._shape(main), "friction": main.friction}
+            keywords |= {"shape": self._shape(main), **main.keywords()}
             self._of_group[main] = name
         free = body in self.selection.free
         if free:
@@ -160,7 +160,7 @@ class Builder:
         return next(iter(self._groups[body]), None)
 
     def _meet(self, a: Group | None, b: Group | None) -> bool:
-        return a is not None and b is not None and self.contacts.coefficient(a, b) is not None
+        return a is not None and b is not None and self.contacts.coefficients(a, b) is not None
 
     def _parent(self, body: int) -> tuple[int, Pose]:
         """The body that carries one, and where in its frame the other's is before its joints."""
@@ -216,7 +216,7 @@ class Builder:
         name = f"{self._name(body)}/{name_of(self._model, 'geom', group.geoms[0])}"
         self._of_group[group] = name
         light = self._negligible(body)
-        self._add_body(name, body, shape=self._shape(group), friction=group.friction, **light)
+        self._add_body(name, body, shape=self._shape(group), **group.keywords(), **light)
         self._add_joint(None, f"{name}/fixed", self._name(body), name, type="fixed")
 
     def _shape(self, group: Group) -> Any:
@@ -251,7 +251,7 @@ class Builder:
 
     def _pairs(
         self, self_collision: bool
-    ) -> tuple[list[tuple[str, str]], list[tuple[str, str, float]]]:
+    ) -> tuple[list[tuple[str, str]], list[tuple[str, str, float, float, float]]]:
         """Bodies that never collide, and those whose friction is not the larger of the two."""
         jointed = {frozenset((j["parent"], j["child"])) for _, j in self._joints}
         disabled, frictions = [], []
@@ -259,13 +259,13 @@ class Builder:
             if self.selection.rigid(a.body, b.body):
                 continue
             names = (self.prefix + self._of_group[a], self.prefix + self._of_group[b])
-            coefficient = self.contacts.coefficient(a, b) if self_collision else None
+            friction = self.contacts.coefficients(a, b) if self_collision else None
             if frozenset(names) in jointed:
                 continue
-            if coefficient is None:
+            if friction is None:
                 disabled.append(names)
-            elif coefficient != max(a.friction, b.friction):
-                frictions.append((*names, coefficient))
+            elif friction != tuple(map(max, a.friction, b.friction)):
+                frictions.append((*names, *friction))
         return disabled, frictions
 
 

@@ -1,4 +1,4 @@
-"""Which geoms of a MuJoCo model collide, and with which coefficient of friction."""
+"""Which geoms of a MuJoCo model collide, and with which coefficients of friction."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin._core import Surface
 from energymargin.scenes.mjcf_model import Features, Selection, disabled, word
 
-FRICTIONLESS = 1  # dimensions of a contact: then sliding friction, torsional, rolling
-SLIDING = 3
+DIMENSIONS = np.array([2, 4, 6])  # of contacts that slide, twist, roll with friction
 SMALL = 2e-3  # m, of a margin; contacts of MuJoCo overlap by as much
+
+
+Friction = tuple[float, float, float]
+"""Coefficients of sliding, and [m] of torsional and of rolling friction."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +26,13 @@ class Group:
 
     body: int
     geoms: tuple[int, ...]
-    friction: float
+    friction: Friction
+
+    def keywords(self) -> dict[str, Any]:
+        """Those of `Scene.add_body` that say how rough it is."""
+        slides, torsional, rolling = self.friction
+        turns = Surface(torsional_friction=torsional, rolling_friction=rolling)
+        return {"friction": slides} | ({"surface": turns} if torsional or rolling else {})
 
 
 class Contacts:
@@ -39,10 +49,10 @@ class Contacts:
         self._coefficients = self._table()
         self.groups = list(self._groups(chosen))
 
-    def coefficient(self, a: Group, b: Group) -> float | None:
-        """Coefficient of the contacts of two groups; None where they do not collide."""
-        value = self._coefficients[self._index[a.geoms[0]], self._index[b.geoms[0]]]
-        return None if np.isnan(value) else float(value)
+    def coefficients(self, a: Group, b: Group) -> Friction | None:
+        """Those of the contacts of two groups; None where they do not collide."""
+        values = self._coefficients[self._index[a.geoms[0]], self._index[b.geoms[0]]]
+        return None if np.isnan(values[0]) else tuple(values.tolist())
 
     def is_plane(self, geom: int) -> bool:
         """Whether it is a half space."""
@@ -65,17 +75,13 @@ class Contacts:
         wide = model.geom_margin[own] > SMALL
         features.add("geom.margin", int(np.sum(wide)))
         features.leave("geom.margin", int(np.sum((model.geom_margin[own] > 0) & ~wide)))
-        condim, friction = model.geom_condim[own], model.geom_friction[own]
-        turning = ((condim > SLIDING) & (friction[:, 1] > 0)) | (
-            (condim > SLIDING + 1) & (friction[:, 2] > 0)
-        )
-        features.add("geom.condim", int(np.sum(turning)))
         if getattr(model, "flg_adhesion", False) or getattr(model, "flg_surfacevel", False):
             features.add("geom.adhesion")
         for pair in self._pairs():
-            rough = np.asarray(model.pair_friction[pair])
-            features.add("pair.friction", int(rough[0] != rough[1] and model.pair_dim[pair] > 1))
-            features.add("geom.condim", int(model.pair_dim[pair] > SLIDING and rough[2:].any()))
+            one, other = _rough(
+                model.pair_friction[pair][[[0, 2, 3], [1, 2, 4]]], model.pair_dim[pair]
+            )
+            features.add("pair.friction", bool(np.any(one != other)))
             features.add("geom.margin", int(model.pair_margin[pair] > SMALL))
             features.leave("geom.margin", int(0 < model.pair_margin[pair] <= SMALL))
 
@@ -88,7 +94,7 @@ class Contacts:
     def _table(self) -> NDArray[np.float64]:
         """Coefficients by two geoms, symmetric; NaN where they do not collide."""
         model, own = self._model, np.asarray(self.geoms, int)
-        table = np.full((own.size, own.size), np.nan)
+        table = np.full((own.size, own.size, 3), np.nan)
         if not own.size or disabled(model, "CONTACT"):
             return table
         meet = (model.geom_contype[own][:, None] & model.geom_conaffinity[own]) != 0
@@ -96,7 +102,7 @@ class Contacts:
         table[meet] = self._mixed(own)[meet]
         for pair in self._pairs():
             a, b = (self._index[int(g[pair])] for g in (model.pair_geom1, model.pair_geom2))
-            rough = model.pair_friction[pair][0] if model.pair_dim[pair] > FRICTIONLESS else 0.0
+            rough = _rough(model.pair_friction[pair][[0, 2, 3]], model.pair_dim[pair])
             table[a, b] = table[b, a] = rough
         bodies = [int(model.geom_bodyid[geom]) for geom in self.geoms]
         table[np.array([[self._selection.rigid(a, b) for b in bodies] for a in bodies])] = np.nan
@@ -119,16 +125,13 @@ class Contacts:
         return meet
 
     def _mixed(self, own: NDArray[np.int64]) -> NDArray[np.float64]:
-        """The larger coefficient of two geoms, or that of the higher priority."""
+        """The larger coefficients of two geoms, or those of the higher priority."""
         priority = self._model.geom_priority[own]
-        dimensions = self._model.geom_condim[own]
-        friction = self._model.geom_friction[own, 0]
-        first, equal = priority[:, None] > priority, priority[:, None] == priority
-        chosen = []
-        for values in (friction, dimensions):
-            one, other = np.broadcast_arrays(values[:, None], values)
-            chosen.append(np.where(equal, np.maximum(one, other), np.where(first, one, other)))
-        return np.where(chosen[1] > FRICTIONLESS, chosen[0], 0.0)
+        values = np.c_[self._model.geom_friction[own], self._model.geom_condim[own]]
+        one, other = np.broadcast_arrays(values[:, None], values)
+        first, equal = (by(priority[:, None], priority)[..., None] for by in (np.greater, np.equal))
+        chosen = np.where(equal, np.maximum(one, other), np.where(first, one, other))
+        return _rough(chosen[..., :3], chosen[..., 3])
 
     def _groups(self, carriers: dict[int, int]) -> Iterator[Group]:
         """By body the largest group first; each plane is a group of its own."""
@@ -136,10 +139,14 @@ class Contacts:
         for i, geom in enumerate(self.geoms):
             body = carriers[int(model.geom_bodyid[geom])]
             alone = geom if self.is_plane(geom) else -1
-            slides = model.geom_condim[geom] > FRICTIONLESS
-            friction = float(model.geom_friction[geom][0]) if slides else 0.0
+            friction = tuple(_rough(model.geom_friction[geom], model.geom_condim[geom]).tolist())
             row = self._coefficients[i].tobytes()
             alike.setdefault((body, alone, friction, row), []).append(geom)
         order = sorted(alike.items(), key=lambda item: (item[0][0], -len(item[1]), item[1][0]))
         for (body, _, friction, _), geoms in order:
             yield Group(body, tuple(geoms), friction)
+
+
+def _rough(friction: Any, dimensions: Any) -> NDArray[np.float64]:
+    """Sliding, torsional and rolling friction (..., 3), without those that contacts do not have."""
+    return np.where(np.asarray(dimensions)[..., None] >= DIMENSIONS, friction, 0.0)

@@ -38,6 +38,7 @@ class Drive:
     stiffness: float = 0.0
     damping: float = 0.0
     armature: float = 0.0
+    friction: float = 0.0
     most: list[float] = field(default_factory=list)
     """The force limit of each actuator."""
     passive_force: bool = False
@@ -63,8 +64,9 @@ class Drive:
             "stiffness": self.stiffness,
             "damping": self.damping,
         }
-        if self.armature > 0:
-            given["armature"] = self.armature
+        given |= {
+            name: value for name in ("armature", "friction") if (value := getattr(self, name))
+        }
         if self.stiffness > 0:
             given["target"] = self.force / self.stiffness
         elif self.damping > 0:
@@ -141,12 +143,20 @@ class _Drives:
             drive.armature += factor**2 * armature
 
     def _spring(
-        self, length: Linear, rest: float, stiffness: float, damping: float, armature: float
+        self,
+        length: Linear,
+        rest: float,
+        stiffness: float,
+        damping: float,
+        other: tuple[float, float],
     ) -> None:
-        """Adds what acts beside actuators."""
+        """Adds what acts beside actuators; `other`: armature and dry friction."""
+        armature, friction = other
         self._push(length, stiffness * rest, stiffness, damping, armature)
-        if length.terms and stiffness:
-            self._on_joint(length)[0].passive_force = True
+        if length.terms:
+            drive, factor = self._on_joint(length)
+            drive.passive_force |= stiffness > 0
+            drive.friction += abs(factor) * friction
 
     def add_joint(self, joint: int, *, stops: bool) -> None:
         """Limits, if it `stops` there, stiffness, damping and armature of a joint."""
@@ -156,8 +166,8 @@ class _Drives:
         rest = float(model.qpos_spring[model.jnt_qposadr[joint]])
         stiffness = self._springs * float(model.jnt_stiffness[joint])
         damping = self._damps * float(model.dof_damping[dof])
-        self._spring(length, rest, stiffness, damping, float(model.dof_armature[dof]))
-        add("joint.frictionloss", model.dof_frictionloss[dof] > 0)
+        other = float(model.dof_armature[dof]), float(model.dof_frictionloss[dof])
+        self._spring(length, rest, stiffness, damping, other)
         add("joint.damping", _number(model, "dof_dampingpoly", dof) != 0)
         nonlinear = ("jnt_springyield", "jnt_stiffnesspoly")
         add("joint.stiffness", any(_number(model, name, joint) for name in nonlinear))
@@ -178,25 +188,24 @@ class _Drives:
         """Limits, springs and dampers of a fixed tendon that depends on one joint."""
         model, add = self._model, self._features.add
         length, names = self._tendon(tendon)
-        limited, losses = model.tendon_limited[tendon], bool(model.tendon_frictionloss[tendon])
+        limited, loss = model.tendon_limited[tendon], float(model.tendon_frictionloss[tendon])
         stiffness, damping = (
             float(model.tendon_stiffness[tendon]),
             float(model.tendon_damping[tendon]),
         )
         armature = _number(model, "tendon_armature", tendon)
-        pulls = bool(stiffness or damping or armature)
+        pulls = bool(stiffness or damping or armature or loss)
         if length is None:
-            acts = limited or losses or pulls
+            acts = limited or pulls
             add("tendon", acts and bool(names or self._near(tendon)), names)
         elif length.terms:
-            add("tendon.frictionloss", losses)
             if len(length.terms) > 1:
                 add("tendon", pulls or not self._within(tendon, length), names)
                 return
             self._stop(length, limited, model.tendon_range[tendon])
             low, high = map(float, model.tendon_lengthspring[tendon])
             add("tendon", bool(stiffness) and low != high)
-            self._spring(length, low, stiffness, damping, armature)
+            self._spring(length, low, stiffness, damping, (armature, loss))
 
     def _near(self, tendon: int) -> bool:
         """Whether a spatial tendon passes a body with joints of the selection, or below one."""

@@ -25,7 +25,7 @@ from energymargin.scenes.poses import moved, place, pose
 from energymargin.scenes.reports import Row
 from energymargin.scenes.urdf_elements import MIMIC
 from energymargin.scenes.urdf_inertias import moving_inertials, warn_of_links
-from energymargin.scenes.urdf_model import Joint, Link, MeshFile, Robot, read
+from energymargin.scenes.urdf_model import Joint, Link, MeshFile, Robot, read, surface_of
 
 UNLIMITED = (-math.inf, math.inf)
 MeshOf = Callable[[MeshFile], Compound]
@@ -180,8 +180,10 @@ def from_urdf(
     warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
     for name, link in robot.links.items():
-        default = friction if link.friction is None else link.friction
+        default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
+        if surface := surface_of(link):
+            bodies[name]["surface"] = surface
     if not self_collision:
         together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
@@ -270,9 +272,11 @@ def joint_keywords(
         if joint.mimic is None:
             own = control.get(name, {})
             # Those that follow resist here: the same power at the same motion.
-            resisting = [m.multiplier**2 * j.damping for j, m in followers.get(name, ())]
+            following = followers.get(name, ())
+            damping = sum((m.multiplier**2 * j.damping for j, m in following), joint.damping)
+            friction = sum((abs(m.multiplier) * j.friction for j, m in following), joint.friction)
             with mistakes.listed():
-                drive = _drive(joint, sum(resisting, joint.damping), own)
+                drive = _drive(joint, damping, friction, own)
                 keywords[name] = {**_joint_frames(joint, prefix), **drive, **own}
     for joint in joints.values():
         if joint.mimic and joint.mimic.joint in keywords:
@@ -309,7 +313,7 @@ def _joint_frames(joint: Joint, prefix: str) -> dict[str, Any]:
     return {**keywords, "axis": joint.axis / length}
 
 
-def _drive(joint: Joint, damping: float, own: Mapping[str, Any]) -> dict[str, Any]:
+def _drive(joint: Joint, damping: float, friction: float, own: Mapping[str, Any]) -> dict[str, Any]:
     """Limits, start, and what resists."""
     if joint.type == "fixed":
         return {}
@@ -318,6 +322,7 @@ def _drive(joint: Joint, damping: float, own: Mapping[str, Any]) -> dict[str, An
         "limits": (lower, upper),
         "start": min(max(0.0, lower), upper),
         "damping": damping,
+        "friction": friction,
         "torque_limit": _torque_limit(joint, own),
     }
 

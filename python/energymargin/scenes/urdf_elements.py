@@ -34,13 +34,12 @@ MOVES_NOTHING = (
 )
 # What asks for nothing at this value.
 NOTHING = {
-    ("dynamics", "friction"): 0.0,
     ("axis", "rpy"): 0.0,
-    ("rolling_friction", "value"): 0.0,
-    ("spinning_friction", "value"): 0.0,
-    ("restitution", "value"): 0.0,
 }
 MIMIC = "joint/mimic"
+# Of Bullet.
+SURFACE = ("rolling_friction", "spinning_friction", "restitution", "stiffness", "damping")
+CONTACT = ("lateral_friction", "inertia_scaling", *SURFACE)
 MAX_DEPTH = 100  # of nested elements; a shape is the fifth
 TURN = 6.2832  # rad; a full turn, with room for a rounded 2 pi
 FARTHEST = 20.0  # m; no part of a robot is farther from the one before it
@@ -74,9 +73,8 @@ GRAMMAR = {
     "sphere": _Element(("radius",)),
     "cylinder": _Element(("radius", "length")),
     "mesh": _Element(("filename",), ("scale",)),
-    "contact": _Element(maybe=("lateral_friction", "inertia_scaling")),
-    "lateral_friction": _Element(("value",)),
-    "inertia_scaling": _Element(("value",)),
+    "contact": _Element(maybe=CONTACT),
+    **dict.fromkeys(CONTACT, _Element(("value",))),
     "joint": _Element(
         ("name", "type"),
         one=("parent", "child"),
@@ -86,7 +84,7 @@ GRAMMAR = {
     "child": _Element(("link",)),
     "axis": _Element(("xyz",)),
     "limit": _Element(takes=("lower", "upper", "effort", "velocity")),
-    "dynamics": _Element(takes=("damping",)),
+    "dynamics": _Element(takes=("damping", "friction")),
     "mimic": _Element(("joint",), ("multiplier", "offset")),
 }
 

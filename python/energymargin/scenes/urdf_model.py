@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Box, Cylinder, Mimic, Sphere
+from energymargin._core import Box, Cylinder, Mimic, Sphere, Surface
 from energymargin.limits import Limit
 from energymargin.scenes.additions import Mistakes
 from energymargin.scenes.poses import Pose, from_rpy
-from energymargin.scenes.urdf_elements import MIMIC, checked, end_of, reached
+from energymargin.scenes.urdf_elements import MIMIC, SURFACE, checked, end_of, reached
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 NO_MASS = 1e-6  # kg; a link of at most that, and without inertia, has none
@@ -57,7 +57,8 @@ class Link:
     inertia: Any
     """Matrix (3, 3) about the centre of mass [kg m^2]; None if the file has none."""
     geometries: tuple[Geometry, ...]
-    friction: float | None
+    contact: dict[str, float]
+    """What Bullet's <contact> has, by tag."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +80,8 @@ class Joint:
     """[N m]."""
     damping: float = 0.0
     """[N m s/rad]."""
+    friction: float = 0.0
+    """Dry [N m]."""
     mimic: Mimic | None = None
 
 
@@ -164,15 +167,15 @@ class Robot:
             frame, into = self.links.pop(name), self.merged[name]
             link = self.links[into]
             if frame.geometries:
-                if (link.geometries or into in shapes) and link.friction != frame.friction:
+                if (link.geometries or into in shapes) and link.contact != frame.contact:
                     mistakes.add(
                         f"link {name!r} has no mass and is part of {into!r}, which has another "
-                        "friction; ignore=('contact/lateral_friction',) and frictions={...} say "
+                        "friction; ignore=('link/contact',) and frictions={...} say "
                         "which one holds"
                     )
                 own = shapes.setdefault(into, list(link.geometries))
                 own += [Geometry(shape, at @ pose) for shape, pose in frame.geometries]
-                self.links[into] = replace(link, friction=frame.friction)
+                self.links[into] = replace(link, contact=frame.contact)
         for name, geometries in shapes.items():
             self.links[name] = replace(self.links[name], geometries=tuple(geometries))
 
@@ -237,20 +240,30 @@ def _link(element: ET.Element) -> Link:
     inertia = _inertia(element.find("inertial/inertia"))
     if mass <= NO_MASS and (inertia is None or not inertia.any()):
         mass = 0.0
-    scaling = _number(element.find("contact/inertia_scaling"), "value", 1.0)  # Bullet's
+    contact = {of.tag: _number(of, "value", 0.0) for of in element.iterfind("contact/*")}
+    scaling = contact.pop("inertia_scaling", 1.0)
     geometries = [
         Geometry(_shape(next(collision.iterfind("geometry/*"))), _pose(collision.find("origin")))
         for collision in element.findall("collision")
     ]
-    friction = element.find("contact/lateral_friction")
     return Link(
         name,
         mass,
         _pose(element.find("inertial/origin")),
         None if inertia is None else scaling * inertia,
         tuple(geometries),
-        None if friction is None else _number(friction, "value", 0.0),
+        contact,
     )
+
+
+def surface_of(link: Link) -> Surface | None:
+    """What Bullet's <contact> says of it beside friction, if that is anything."""
+    contact = {name: value for name in SURFACE if (value := link.contact.get(name, 0.0))}
+    if "stiffness" not in contact:
+        contact.pop("damping", None)
+    if "spinning_friction" in contact:
+        contact["torsional_friction"] = contact.pop("spinning_friction")
+    return Surface(**contact) if contact else None
 
 
 def _shape(shape: ET.Element) -> Box | Sphere | Cylinder | MeshFile:
@@ -283,6 +296,7 @@ def _joint(element: ET.Element) -> Joint:
         limits,
         _number(limit, "effort", math.inf),
         _number(element.find("dynamics"), "damping", 0.0),
+        _number(element.find("dynamics"), "friction", 0.0),
         _mimic(element.find("mimic")),
     )
 

@@ -10,8 +10,8 @@
 
 namespace energymargin {
 
-//! All pairs can, except two bodies that no contact can move, two bodies that a joint connects, which are in each other
-//! there, and those that the scene disables. The scene outlives this.
+//! All pairs can, except two bodies that no contact can move, or that are rigid on one, two bodies that a joint
+//! connects, which are in each other there, and those that the scene disables. The scene outlives this.
 class CollisionFilter {
  public:
   explicit CollisionFilter(const Scene& scene) : scene_(scene), bodies_(scene.bodies()) {
@@ -22,7 +22,7 @@ class CollisionFilter {
 
   //! `a` and `b` are indices in the scene.
   bool operator()(std::size_t a, std::size_t b) const {
-    if (excluded_.count(std::minmax(a, b)) != 0) return false;
+    if (carriers_[a] == carriers_[b] || excluded_.count(std::minmax(a, b)) != 0) return false;
     const Body& of_a = bodies_[carriers_[a]];
     const Body& of_b = bodies_[carriers_[b]];
     if (of_a.dynamic() || of_b.dynamic()) return true;
