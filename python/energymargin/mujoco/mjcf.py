@@ -49,9 +49,10 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
                 "velocity in its contacts; a heavy body with a motor, `limits` of a plan, is near"
             )
         surface = body.surface
-        if np.any(body.surface_velocity) or (surface and (surface.stiffness or surface.restitution)):
+        acts = surface and (surface.stiffness or surface.restitution)
+        if acts or np.any(body.surface_velocity):
             raise ValueError(
-                f"body {body.name!r} gives way, bounces or has a surface that moves, expected none: "
+                f"the surface of {body.name!r} gives way, bounces or moves, expected none that does: "
                 "contacts of MuJoCo have neither stiffness [N/m] nor restitution"
             )
     at = np.asarray(scene.pack() if state is None else state, dtype=float)

@@ -38,7 +38,7 @@ CONTROL = (
 Control = Mapping[str, Mapping[str, Any]]
 
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
-SLACK = 0.01  # of a link's extent; corners of round shapes are a little inside of them
+
 POSES = 50  # of a robot's joints, at random: links that overlap in all of them always do
 DRIVING = ("held", "stiffness", "target_velocity", "mimic")
 OVERLAPPING = "overlapping"
