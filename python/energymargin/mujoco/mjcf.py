@@ -52,7 +52,7 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
         acts = surface and (surface.stiffness or surface.restitution)
         if acts or np.any(body.surface_velocity):
             raise ValueError(
-                f"the surface of {body.name!r} gives way, bounces or moves, expected none that does: "
+                f"the surface of {body.name!r} gives way, bounces or moves, expected none such: "
                 "contacts of MuJoCo have neither stiffness [N/m] nor restitution"
             )
     at = np.asarray(scene.pack() if state is None else state, dtype=float)
