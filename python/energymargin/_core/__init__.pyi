@@ -606,7 +606,7 @@ class Scene:
         The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
             cell of a notebook fails for its picture.
         """
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), inertial: Inertial | None = None, kinematic: bool = False) -> None:
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), inertial: Inertial | None = None, kinematic: bool = False) -> None:
         """
         Add a body.
         
@@ -618,8 +618,6 @@ class Scene:
         velocity: Of the frame's origin, in the world's axes [m/s].
         angular_velocity: In the world's axes [rad/s].
         friction: The coefficient of a contact follows from those of its two bodies, by the scene's rule.
-        surface: Unset: none of what it has.
-        surface_velocity: Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].
         surface: How it meets others, beside its friction; unset: as a rigid body.
         surface_velocity: Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].
         role: object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment.
