@@ -180,6 +180,7 @@ OrderedJson schema_definitions() {
   define<Part>(definitions);
   define<MassProperties>(definitions);
   define<Inertial>(definitions);
+  define<Surface>(definitions);
   define<Body>(definitions);
   define<Joint>(definitions);
   define<Mimic>(definitions);

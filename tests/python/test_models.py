@@ -12,12 +12,12 @@ from energymargin_paper.evidence import models
 
 FILES = {
     "arm.urdf": (1, ""),
-    "rough_hand.urdf": (2, "rolling_friction, joints"),
+    "rough_hand.urdf": (2, "adhesion, joints"),
     "gripper.urdf": (2, "mimic_limits"),
     "loop.urdf": (0, "joint 'second' is 'ball', expected one of revolute, continuous"),
     "slider.xml": (1, ""),
 }
-ROUGH = '<contact><rolling_friction value="0.1"/></contact></link>'
+ROUGH = '<contact><adhesion value="0.1"/></contact></link>'
 FOLLOWS = chain(joint("a", "a", "b"), joint("b", "b", "c", follower("a", 2.0, 0.0)), links="abc")
 SLIDER = """<mujoco><worldbody><body name="a"><joint name="j" type="slide" range="0 1"/>
   <geom size="0.1"/></body></worldbody><actuator><motor joint="j"/></actuator></mujoco>"""
@@ -51,7 +51,7 @@ def test_tries_are_those_of_a_user_who_does_what_the_errors_say(found):
 def test_the_table_counts_files_by_source_and_lists_those_that_never_load(found):
     text = found.to_markdown()
     assert re.search(r"\| robots0? \| 2 \| 0 \| 2 \| 0 \| 0 \|", text)
-    assert "- rolling_friction: 1 files" in text and "loop.urdf: joint 'second' is 'ball'" in text
+    assert "- adhesion: 1 files" in text and "loop.urdf: joint 'second' is 'ball'" in text
     assert found.to_csv().count("\n") == 1 + len(FILES)
 
 

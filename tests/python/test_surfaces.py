@@ -87,7 +87,6 @@ def test_ball_bounces(restitution, ground):
         right = drop * restitution ** (2 * np.arange(1, len(tops) + 1))
         errors.append(np.abs(tops / right - 1).max())
         assert len(tops) == 2
-    print(ground, restitution, errors)
     assert errors[0] < 0.02
     assert errors[1] < 0.6 * errors[0] or errors[1] < 1e-3
 
@@ -152,3 +151,119 @@ def test_cube_turns_in_soft_fingertips_beyond_their_torsional_friction():
     assert cube_in_fingertips(0.98 * most, 0.004) < 1e-2
     assert cube_in_fingertips(1.02 * most, 0.004) > 1.0
     assert cube_in_fingertips(0.02 * most, 0.0) > 1.0
+
+
+def test_a_problem_file_keeps_surfaces_and_frictions(tmp_path):
+    scene = ball_on_table(
+        table_velocity=(0.1, 0, 0),
+        surface=em.Surface(
+            torsional_friction=0.01,
+            rolling_friction=2e-3,
+            restitution=0.4,
+            stiffness=2e3,
+            damping=3,
+        ),
+    )
+    scene.add_body("cup", em.Box((0.1,) * 3), mass=0.1, position=(1, 0, 0.05))
+    scene.set_friction("cup", "ball", 0.3, torsional_friction=0.02, rolling_friction=0)
+    captured = em.regions.Ball("ball", center=(0, 0, RADIUS), radius=0.1)
+    state = scene.pack()
+    problem = em.Problem(
+        scene, state, force=(1, 1, 1), torque=(0, 0, 0), duration=0.1, captured=captured
+    )
+    path = tmp_path / "ball.json"
+    problem.save(path)
+    read = em.Problem.load(path).scene
+    for pair in (("ball", "table"), ("cup", "ball"), ("cup", "table")):
+        before, after = (of.contact_surface(*pair) for of in (scene, read))
+        names = ("torsional_friction", "rolling_friction", "restitution", "stiffness", "damping")
+        assert [getattr(before, name) for name in names] == [getattr(after, name) for name in names]
+    assert read.contact_surface("cup", "ball").rolling_friction == 0
+    assert read.bodies[0].surface_velocity.tolist() == [0.1, 0, 0]
+    runs = [np.asarray(em.World(of).simulate(state, 60).states) for of in (scene, read)]
+    assert np.array_equal(*runs)
+
+
+def test_work_of_belts_and_of_friction_that_turns_is_in_the_audit():
+    surface = em.Surface(torsional_friction=0.01, rolling_friction=0.002)
+    scene = ball_on_table(
+        table_velocity=(0.5, 0.2, 0), surface=surface, angular_velocity=(0, 0, 20)
+    )
+    audit = em.World(scene).rollout(scene.pack(), np.zeros(6), 30, audit=True).audit
+    assert audit.friction < 0 < audit.plan
+    assert abs(audit.leftover) < 1e-3 * audit.turnover
+
+
+@pytest.mark.parametrize("mass", [0.1, 2.0])
+def test_dry_friction_stops_a_hinge(mass):
+    """A wheel on a hinge slows down evenly, and stays."""
+    friction, radius = 0.05, 0.1
+    inertia = 0.5 * mass * radius**2
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("post", em.Box((0.01,) * 3), mass=0)
+    wheel = em.Cylinder(radius, 0.02)
+    scene.add_body("wheel", wheel, mass=mass, role="effector")
+    start = 0.5 * friction / inertia
+    scene.add_joint("hinge", parent="post", child="wheel", friction=friction, start_velocity=start)
+    states = np.asarray(em.World(scene).simulate(scene.pack(), 240).states)
+    layout = [scene.unpack(state)["joints"]["hinge"] for state in states]
+    speeds = np.array([joint["velocity"] for joint in layout])
+    times = np.arange(1, 241) / 240
+    assert time_to_rest(times, speeds) == pytest.approx(0.5, rel=0.02)
+    assert speeds[:100] == pytest.approx(start - friction / inertia * times[:100], rel=1e-3)
+    assert abs(layout[-1]["velocity"]) < 1e-9 * start
+
+
+@pytest.mark.parametrize(
+    ("surface", "message"),
+    [
+        ({"restitution": 1.2}, "restitution is 1.2, expected at most 1"),
+        ({"damping": 3.0}, "stiffness is 0, expected a stiffness above 0"),
+        ({"rolling_friction": -1.0}, "rolling_friction is -1"),
+        ({"stiffness": math.nan}, "stiffness is nan"),
+    ],
+)
+def test_a_surface_that_cannot_be_is_refused(surface, message):
+    with pytest.raises(ValueError, match=message):
+        ball_on_table(surface=em.Surface(**surface))
+
+
+def test_what_a_proof_does_not_know_of_surfaces_it_tells():
+    scene = ball_on_table(surface=em.Surface(stiffness=2e3))
+    scene.add_body("wall", em.Box((0.01, 0.1, 0.1)), mass=0, position=(0.07, 0, 0.05))
+    captured = em.regions.Ball("ball", center=(0, 0, RADIUS), radius=0.1)
+    problem = em.Problem(
+        scene, scene.pack(), force=(1, 1, 1), torque=(0, 0, 0), duration=0.1, captured=captured
+    )
+    assert "gives way" in em.effort_lower_bound(problem).reason
+
+
+def test_a_robot_of_bullet_has_its_contacts(tmp_path):
+    path = tmp_path / "robot.urdf"
+    path.write_text(
+        """<robot name="r"><link name="a"><contact><lateral_friction value="0.8"/>
+        <spinning_friction value="0.02"/><rolling_friction value="0.001"/><restitution value="0.3"/>
+        <stiffness value="1000"/><damping value="5"/></contact>
+        <inertial><mass value="1"/>
+        <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+        <link name="b"><inertial><mass value="1"/>
+        <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+        <dynamics friction="0.4"/></joint></robot>"""
+    )
+    scene = em.scenes.from_urdf(path)
+    surface = scene.bodies[0].surface
+    assert scene.bodies[0].friction == 0.8 and scene.joints[0].friction == 0.4
+    assert (surface.torsional_friction, surface.rolling_friction) == (0.02, 0.001)
+    assert (surface.restitution, surface.stiffness, surface.damping) == (0.3, 1000, 5)
+
+
+def test_mujoco_gets_what_turns_and_refuses_what_bounces():
+    mujoco = pytest.importorskip("mujoco")
+    rough = ball_on_table(surface=em.Surface(torsional_friction=0.01))
+    model = mujoco.MjModel.from_xml_string(em.mujoco.to_mjcf(rough))
+    assert model.pair_dim.tolist() == [4]
+    assert model.pair_friction[0, 2] == 0.01
+    with pytest.raises(ValueError, match="'ball' gives way, bounces or moves"):
+        em.mujoco.to_mjcf(ball_on_table(surface=em.Surface(restitution=0.5)))

@@ -44,8 +44,8 @@ def bullets_pose(robot, index):
 
 
 NOT_SIMULATED = {
-    "panda": ("safety_controller", "friction_anchor", "stiffness", "damping", "spinning_friction"),
-    "xarm": ("gazebo", "transmission", "dynamics.friction"),
+    "panda": ("safety_controller", "friction_anchor"),
+    "xarm": ("gazebo", "transmission"),
 }
 
 
@@ -53,7 +53,7 @@ NOT_SIMULATED = {
 @pytest.mark.parametrize(
     ("file", "moving", "options"),
     [
-        ("pr2_gripper.urdf", 2, {"ignore": ("spinning_friction",)}),
+        ("pr2_gripper.urdf", 2, {}),
         ("kuka_iiwa/model.urdf", 7, {}),
         ("franka_panda/panda.urdf", 8, {"ignore": NOT_SIMULATED["panda"]}),
         ("xarm/xarm6_with_gripper.urdf", 7, {"ignore": NOT_SIMULATED["xarm"], "inertia": "shapes"}),
@@ -367,7 +367,8 @@ def test_without_self_collision_no_two_links_collide(tmp_path):
 
 def test_links_that_fixed_joints_hold_together_do_not_collide(tmp_path):
     fixed = [near(*pair).replace("revolute", "fixed") for pair in ("ab", "bc")]
-    assert built(tmp_path, chain(*fixed, links="abc")).disabled_collisions == [("a", "c")]
+    scene = built(tmp_path, chain(*fixed, links="abc"))
+    assert em.World(scene).contacts(scene.pack()) == []
 
 
 # Meshes

@@ -63,8 +63,7 @@ def test_a_mistake_in_the_file_is_refused_by_name(tmp_path, old, new, message):
     [
         ("robot", "<loop_joint/>", "loop_joint"),
         ("joint", "<compliance/>", "compliance"),
-        ("link", '<contact><rolling_friction value="0.1"/></contact>', "rolling_friction"),
-        ("link", '<contact><stiffness value="300"/></contact>', "stiffness"),
+        ("link", '<contact><adhesion value="0.1"/></contact>', "adhesion"),
     ],
 )
 def test_what_is_not_simulated_is_refused_unless_it_is_to_be_ignored(
@@ -79,13 +78,13 @@ def test_what_is_not_simulated_is_refused_unless_it_is_to_be_ignored(
 
 
 def test_all_that_is_not_simulated_is_listed_at_once(tmp_path):
-    text = ARM.replace('damping="0.3"', 'damping="0.3" friction="0.2"').replace(
+    text = ARM.replace('damping="0.3"', 'damping="0.3" spring="0.2"').replace(
         "</robot>", "<loop/><loop/></robot>"
     )
-    message = r"dynamics\.friction \(1\), loop \(2\); ignore=\('dynamics\.friction', 'loop'\)"
+    message = r"dynamics\.spring \(1\), loop \(2\); ignore=\('dynamics\.spring', 'loop'\)"
     with pytest.raises(ValueError, match=message):
         built(tmp_path, text)
-    assert built(tmp_path, text, ignore=("dynamics.friction", "loop")).joints[0].damping == 0.3
+    assert built(tmp_path, text, ignore=("dynamics.spring", "loop")).joints[0].damping == 0.3
 
 
 def test_an_error_names_all_that_is_wrong_before_a_mesh_is_read(tmp_path):
