@@ -85,6 +85,7 @@ struct Text {
   std::string operator()(const Primitive& set) const {
     return class_name(Record<Primitive>::type) + "('" + set.body + "')";
   }
+  std::string operator()(const regions::Joint& set) const { return "Joint('" + set.joint + "')"; }
   std::string operator()(const regions::Predicate&) const { return "Predicate"; }
   std::string operator()(const regions::Intersection& set) const { return all(set.of, " & "); }
   std::string operator()(const regions::Union& set) const { return all(set.of, " | "); }
@@ -140,6 +141,7 @@ void bind_regions(py::module_& module) {
   def_region<regions::HalfSpace>(primitives, {4});
   def_region<regions::Speed>(primitives, {6, {"point"}});
   def_region<regions::Tilt>(primitives, {5});
+  def_region<regions::Joint>(primitives, {1});
   primitives.def(
       "Predicate",
       [](const Given<StatesPredicate>& function) -> Region { return python_predicate(given("function", function)); },

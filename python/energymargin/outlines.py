@@ -72,10 +72,18 @@ def axis_numbers(plane: Sequence[str]) -> list[int]:
     return [AXES.index(axis) for axis in plane]
 
 
-def object_centers(scene: Scene, axes: Sequence[str] = AXES) -> list[list[int]]:
-    """Where a state holds the positions of the objects' centres along these axes."""
-    starts = [scene.slice(body.name).start for body in scene.bodies if body.role == "object"]
-    return [[start + number for number in axis_numbers(axes)] for start in starts]
+def object_centers(
+    scene: Scene, states: NDArray[np.float64], axes: Sequence[str] = AXES
+) -> NDArray[np.float64]:
+    """Where the objects' frames are along these axes in states (N, n), shape (N, k, len(axes))."""
+    links = {joint.child for joint in scene.joints}
+    places = []
+    for name in (body.name for body in scene.bodies if body.role == "object"):
+        if name in links:
+            places.append(np.array([scene.unpack(state)[name]["position"] for state in states]))
+        else:
+            places.append(states[:, scene.slice(name)][:, :3])
+    return np.stack(places, axis=1)[..., axis_numbers(axes)]
 
 
 def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
@@ -90,8 +98,7 @@ def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
     locked = np.array([np.asarray(body.linear_factor) == 0.0 for body in moving]).all(axis=0)
     if locked.sum() == 1:
         return ACROSS[int(locked.argmax())]
-    starts = [scene.slice(body.name).start for body in moving if body.role == "object"]
-    spread = np.max([states[:, start : start + 3].std(axis=0) for start in starts], axis=0)
+    spread = object_centers(scene, states).std(axis=0).max(axis=0)
     if spread.max() < STILL:
         names = {body.name for body in moving if body.role != "none"}
         corners = _corners(scene, states[0], AXES, names)

@@ -19,7 +19,14 @@ from energymargin import (
     regions,
     tasks,
 )
-from energymargin.outlines import REACH, object_centers, outlines_of, plane_for, view_of
+from energymargin.outlines import (
+    REACH,
+    axis_numbers,
+    object_centers,
+    outlines_of,
+    plane_for,
+    view_of,
+)
 from energymargin.plots.scenes import sets_of
 from energymargin.tasks.base import plane_of
 
@@ -70,7 +77,7 @@ def test_the_path_drawn_goes_from_the_start_to_the_escape_node(drawn):
     states = escape.tree.states[escape.path]
     assert not problem.captured.contains(problem.scene, states[-1])
     plane = ax.get_xlabel()[0], ax.get_ylabel()[0]
-    possible = [states[:, center] for center in object_centers(problem.scene, plane)]
+    possible = object_centers(problem.scene, states, plane).swapaxes(0, 1)
     assert ways(ax)
     for line in ways(ax):
         assert any(np.array_equal(line.get_xydata(), way) for way in possible)
@@ -86,7 +93,7 @@ def test_the_path_of_a_capture_score_ends_at_its_cheapest_node_outside(drawn):
         return
     cost = score.tree.costs[outside].min()
     cheapest = int(np.flatnonzero(outside & (score.tree.costs == cost))[0])
-    ends = score.tree.states[cheapest][object_centers(problem.scene, ("x", "y"))]
+    ends = object_centers(problem.scene, score.tree.states[[cheapest]], ("x", "y"))[0]
     for line in ways(ax):
         assert line.get_xydata()[-1].tolist() in ends.tolist()
     assert f"{cost:.3g} J" in ax.get_title()
@@ -108,8 +115,8 @@ def test_a_set_is_filled_where_the_region_contains_the_objects_place(drawn):
             state = problem.state.copy()
             x = left + (column + 0.5) * (right - left) / cells.shape[1]
             y = bottom + (row + 0.5) * (top - bottom) / cells.shape[0]
-            for center in object_centers(problem.scene, plane):
-                state[center] = x, y
+            for body in (body for body in problem.scene.bodies if body.role == "object"):
+                state[problem.scene.slice(body.name)][axis_numbers(plane)] = x, y
             assert region.contains(problem.scene, state) == cells[row, column]
             compared += 1
     assert compared or "all of the view" in legend(problem) or "nowhere" in legend(problem)
@@ -168,7 +175,7 @@ def test_the_start_the_captured_nodes_and_the_escape_are_in_view(drawn):
     plane = ax.get_xlabel()[0], ax.get_ylabel()[0]
     captured = problem.captured.contains(problem.scene, score.tree.states)
     shown = [score.tree.states[captured | ~captured[0]], escape.tree.states[escape.path]]
-    points = np.concatenate(shown)[:, object_centers(problem.scene, plane)].reshape(-1, 2)
+    points = object_centers(problem.scene, np.concatenate(shown), plane).reshape(-1, 2)
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
     assert ((points > low) & (points < high)).all()
 
@@ -176,7 +183,7 @@ def test_the_start_the_captured_nodes_and_the_escape_are_in_view(drawn):
 def test_nodes_that_are_not_lost_are_in_view_and_those_out_of_it_are_counted(block):
     tree = capture_score(block, nodes=100, seed=0)
     ax = plots.plot_state(block, tree, ax=Figure().subplots(), path=False, legend=True)
-    x = tree.tree.states[:, object_centers(block.scene, ("x", "y"))[0][0]]
+    x = object_centers(block.scene, tree.tree.states, "x").ravel()
     low, high = ax.get_xlim()
     captured = block.captured.contains(block.scene, tree.tree.states)
     assert np.abs(x[captured]).max() > 0.2

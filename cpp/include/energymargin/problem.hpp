@@ -65,9 +65,12 @@ std::optional<Timing> timing_of(const Problem& problem);
 //! Throws std::invalid_argument, in the name of `metric`, if the problem has a clock.
 void require_no_clock(const Problem& problem, const std::string& metric);
 
+//! Throws std::invalid_argument, in the name of `metric`, if an object is on a joint.
+void require_free_object(const Problem& problem, std::size_t object, const std::string& metric);
+
 //! Throws std::invalid_argument on a bad state, bounds that are negative or not finite, a duration shorter than a step,
 //! a plan that does not fit the scene or is shorter than the horizon, times that are not whole steps, a plan with
-//! "drive", regions on unknown bodies, no object or one on joints, "drive" without an effector that can move, or
+//! "drive", regions on unknown bodies, no object, "drive" without an effector that can move, or
 //! a start state in which a moving body is deeper in another than half of the smaller one's smallest half extent.
 void validate(const Problem& problem);
 

@@ -2,6 +2,7 @@
 // Sets of states: capture set, success set, bounds. Small predicates that combine with & | ~.
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -128,6 +129,13 @@ struct Tilt {
   std::string frame{};
 };
 
+//! The position of a joint that moves is from `lower` to `upper`.
+struct Joint {
+  std::string joint;
+  double lower = -std::numeric_limits<double>::infinity();  //!< [rad] or [m]
+  double upper = std::numeric_limits<double>::infinity();   //!< [rad] or [m]
+};
+
 //! A user's own function of N states, one a row. It has no file format.
 struct Predicate {
   std::function<Mask(const States&)> contains;
@@ -154,7 +162,7 @@ struct Complement {
 class Region {
  public:
   using Expression = std::variant<regions::Ball, regions::Box, regions::Disc, regions::AnnularSector, regions::Swept,
-                                  regions::HalfSpace, regions::Speed, regions::Tilt, regions::Predicate,
+                                  regions::HalfSpace, regions::Speed, regions::Tilt, regions::Joint, regions::Predicate,
                                   regions::Intersection, regions::Union, regions::Complement>;
 
   //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, NaN, or more

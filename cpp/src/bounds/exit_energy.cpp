@@ -231,6 +231,7 @@ class Reader {
       return at_most(tilt.limit, {std::max(angle - at.turn, 0.0), std::min(angle + at.turn, pi)});
     });
   }
+  ExitEnergy of(const regions::Joint&) const { return unknown("the capture set is one of a joint"); }
   ExitEnergy of(const regions::Predicate&) const { return unknown("the capture set has a Predicate"); }
   ExitEnergy of(const regions::Intersection& all) const { return combined(all.of, true); }
   ExitEnergy of(const regions::Union& any) const { return combined(any.of, false); }

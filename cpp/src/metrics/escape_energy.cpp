@@ -50,6 +50,7 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   validate(problem);
   require_no_clock(problem, "escape_energy");
   const std::size_t object = escaping_object(problem.scene, options.object);
+  require_free_object(problem, object, "escape_energy");
   if (!std::isfinite(problem.scene.smallest_half_extent(object))) {
     reject("object", "'" + problem.scene.bodies()[object].name + "', which has no parts",
            "one that can collide with something");

@@ -51,6 +51,7 @@ LowerBound effort_lower_bound(const Problem& problem, const LowerBoundOptions& o
   const std::vector<std::size_t> objects = problem.scene.with_role(Role::object);
   std::vector<LowerBound> bounds;
   for (std::size_t i = 0; i < objects.size(); ++i) {
+    require_free_object(problem, objects[i], "effort_lower_bound");
     const bool all = options.captured == Captured::all;
     bounds.push_back(bound_of(problem, all && !sets.empty() ? sets[i] : captured, objects[i], options));
   }

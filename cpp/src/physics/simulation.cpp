@@ -92,6 +92,7 @@ void carry_along(const Scene& scene, MovingBodies& bodies, const std::vector<Con
 
 Simulation::Simulation(const Scene& scene)
     : scene_(scene),
+      objects_(scene.with_role(Role::object)),
       layout_(scene),
       step_(scene.stepping().step),
       bodies_(scene_),
@@ -102,10 +103,24 @@ Simulation::Simulation(const Scene& scene)
 
 int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
 
-const std::vector<std::size_t>& Simulation::objects() const {
-  const std::vector<std::size_t>& objects = bodies_.objects();
-  if (objects.empty()) reject("scene", "without a free object", "a body of role \"object\" that is on no joint");
-  return objects;
+LoadedMotion Simulation::before(const Load& load) const {
+  if (const FreeBody* free = bodies_.free(load.body)) return {free->velocity};
+  const auto [index, link] = *bodies_.link(load.body);
+  const Articulation& tree = *bodies_.trees()[index];
+  const btVector3 arm = bodies_.poses()[load.body].getOrigin() - tree.origin();
+  LoadedMotion motion;
+  motion.along.resize(tree.count());
+  tree.add(link, {load.torque + arm.cross(load.force), load.force}, motion.along.data());
+  for (std::size_t i = 0; i < tree.count(); ++i) motion.power += motion.along[i] * tree.velocities()[i];
+  return motion;
+}
+
+double Simulation::power(const Load& load, const LoadedMotion& before) const {
+  if (const FreeBody* free = bodies_.free(load.body)) return load.power(before.of_body, free->pushed);
+  const std::vector<double>& pushed = equations_.pushed(bodies_.link(load.body)->tree);
+  double power = before.power;
+  for (std::size_t i = 0; i < pushed.size(); ++i) power += before.along[i] * pushed[i];
+  return 0.5 * power;
 }
 
 void Simulation::restore(const State& state) {

@@ -17,6 +17,13 @@ struct SubstepResult {
   bool converged;   // whether the velocities satisfy their equations
 };
 
+//! How a loaded body moves: of a link, its tree along what the load is of the tree's velocities.
+struct LoadedMotion {
+  Velocity of_body{};
+  std::vector<double> along{};
+  double power = 0.0;  // [W]
+};
+
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.
 class Simulation {
  public:
@@ -28,8 +35,8 @@ class Simulation {
   const StateLayout& layout() const { return layout_; }
   int whole_steps(double duration) const;
 
-  //! Free bodies of role "object", in the scene's order; throws std::invalid_argument if there is none.
-  const std::vector<std::size_t>& objects() const;
+  //! Bodies of role "object", in the scene's order.
+  const std::vector<std::size_t>& objects() const { return objects_; }
 
   //! Sets anew everything that could carry the past into the next rollout.
   void restore(const State& state);
@@ -63,7 +70,12 @@ class Simulation {
   ImpulseAudit& impulses() { return equations_.audit; }
 
   //! A free body as it moves.
-  const FreeBody& free(std::size_t body) const { return *bodies_.free(body); }
+  //! What a load acts on, as a substep begins.
+  LoadedMotion before(const Load& load) const;
+
+  //! Mean power of a load in the last substep, from what it was before to after its impulses and before it coasted: the
+  //! work on a free body is exactly its gain of kinetic energy [W].
+  double power(const Load& load, const LoadedMotion& before) const;
 
   //! They have the forces of the last substep.
   std::vector<Contact> contacts() const;
@@ -75,6 +87,7 @@ class Simulation {
   void load_bodies();
 
   Scene scene_;
+  std::vector<std::size_t> objects_;
   StateLayout layout_;
   double step_;
   MovingBodies bodies_;

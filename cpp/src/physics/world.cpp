@@ -93,9 +93,9 @@ struct Engine {
   Simulation simulation;
   Energy energy;
   std::optional<Robot> robot;
-  std::vector<Velocity> before{};  // of the loaded bodies, as a substep begins
+  std::vector<LoadedMotion> before{};  // as a substep begins
 
-  // One step under loads on free bodies; its work, effort, lost time and convergence are added to `result`.
+  // One step under loads; its work, effort, lost time and convergence are added to `result`.
   void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor);
 };
 
@@ -105,10 +105,10 @@ void Engine::step(const std::vector<Load>& loads, Rollout& result, Auditor* audi
   for (int substeps = 0; left > 0.0; ++substeps) {
     if (auditor) auditor->begin();
     before.clear();
-    for (const Load& load : loads) before.push_back(simulation.free(load.body).velocity);
+    for (const Load& load : loads) before.push_back(simulation.before(load));
     const SubstepResult substep = simulation.advance(left, substeps);
     for (std::size_t i = 0; i < loads.size(); ++i) {
-      const double work = loads[i].power(before[i], simulation.free(loads[i].body).pushed) * substep.duration;
+      const double work = simulation.power(loads[i], before[i]) * substep.duration;
       result.effort += std::abs(work);
       result.work += work;
     }
@@ -146,6 +146,7 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
                        double time) {
   validate(scene(), state);
   const std::size_t objects = engine_->simulation.objects().size();
+  if (objects == 0) reject("scene", "without an object", "a body of role \"object\"");
   if (wrenches.size() != objects) {
     reject("wrenches", std::to_string(wrenches.size()) + " wrenches", std::to_string(objects) + ", one an object");
   }

@@ -150,7 +150,7 @@ void check_floating(Warnings& warnings, const Problem& problem) {
   std::optional<World> world;
   for (const std::size_t index : scene.with_role(Role::object)) {
     const Body& object = scene.bodies()[index];
-    if (!would_fall(scene, object, kinematics(problem.state.data(), index))) continue;
+    if (scene.joint_to(index) || !would_fall(scene, object, kinematics(problem.state.data(), index))) continue;
     if (!world) world.emplace(scene);
     const auto [other, distance] = nearest_body(*world, problem.state, object);
     if (!std::isfinite(distance) || distance < plausible::gap) continue;

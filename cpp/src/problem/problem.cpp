@@ -29,6 +29,12 @@ void require_no_clock(const Problem& problem, const std::string& metric) {
          metric + " of one without: problem.replace(horizon=None, plan=None)");
 }
 
+void require_free_object(const Problem& problem, std::size_t object, const std::string& metric) {
+  if (!problem.scene.jointed(object)) return;
+  reject("scene", "with the object '" + problem.scene.bodies()[object].name + "' on a joint",
+         "a free body as the object of " + metric);
+}
+
 const Region& capture_set(const Problem& problem, Captured captured) {
   if (captured == Captured::all) return problem.captured;
   if (!problem.captured_any)

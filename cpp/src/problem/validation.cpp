@@ -22,12 +22,7 @@ void require_free(const std::string& name, const Vector3& bounds, const Vector3&
 }
 
 void require_roles(const Scene& scene, Effector effector) {
-  const std::vector<std::size_t> objects = scene.with_role(Role::object);
-  if (objects.empty()) reject("scene", "without a body of role \"object\"", "at least one");
-  for (const std::size_t object : objects) {
-    if (!scene.jointed(object)) continue;
-    reject("scene", "with the object '" + scene.bodies()[object].name + "' on a joint", "objects that are free bodies");
-  }
+  if (scene.with_role(Role::object).empty()) reject("scene", "without a body of role \"object\"", "at least one");
   const std::vector<std::size_t> effectors = scene.with_role(Role::effector);
   const bool moves =
       std::any_of(effectors.begin(), effectors.end(), [&](std::size_t body) { return !scene.bodies()[body].fixed(); });

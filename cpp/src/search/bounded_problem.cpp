@@ -116,6 +116,8 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
     : most_nodes_(nodes),
       limit_(limit),
       step_(problem.scene.stepping().step),
+      kinematics_(problem.scene),
+      objects_(problem.scene.with_role(Role::object)),
       times_{0},
       escaped_{false},
       counts_(1),
@@ -126,7 +128,6 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   simulations_ = std::make_unique<Simulations>(problem, captured, threads);
   if (simulations_->horizon) horizon_ = simulations_->horizon->end();
   const StateLayout layout(problem.scene);
-  for (const std::size_t object : problem.scene.with_role(Role::object)) objects_.push_back(layout.offset(object));
   if (captured) {
     captured_.emplace(*captured, problem.scene);
     problem_ = problem;
@@ -174,7 +175,7 @@ void BoundedProblem::lower_bound(double cost) { space_->lower_bound(cost); }
 void BoundedProblem::describe(int node, ompl::base::State* state) const {
   CostSpace::Values& values = *state->as<CostSpace::StateType>();
   const double* const numbers = tree_.states.row(node).data();
-  for (std::size_t i = 0; i < objects_.size(); ++i) values.objects[i] = StateLayout::read(numbers + objects_[i]);
+  for (std::size_t i = 0; i < objects_.size(); ++i) values.objects[i] = kinematics_(numbers, objects_[i]);
   values.cost = cost(node);
   values.time = horizon_ ? time(node) * step_ : 0.0;
   values.node = node;

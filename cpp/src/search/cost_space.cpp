@@ -178,9 +178,9 @@ CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
     : bound_(std::numeric_limits<double>::infinity()), seed_(seed), duration_(problem.duration) {
   setName("StateCost");
   if (const auto timing = timing_of(problem)) horizon_ = timing->horizon * problem.scene.stepping().step;
-  const StateLayout layout(problem.scene);
+  const Kinematics kinematics(problem.scene);
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
-    starts_.push_back(StateLayout::read(problem.state.data() + layout.offset(object)));
+    starts_.push_back(kinematics(problem.state.data(), object));
     scales_.emplace_back(problem, object);
   }
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "energymargin/kinematics.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/tree.hpp"
 #include "scene/energy.hpp"
@@ -226,10 +227,11 @@ class SlowMotion {
  public:
   //! `largest` bounds the edges, and has to outlive this.
   SlowMotion(const Problem& problem, const Edge& largest)
-      : energy_(problem.scene), largest_(largest), step_(problem.scene.stepping().step) {
-    const StateLayout layout(problem.scene);
-    for (const std::size_t object : problem.scene.with_role(Role::object)) objects_.push_back(layout.offset(object));
-  }
+      : energy_(problem.scene),
+        kinematics_(problem.scene),
+        objects_(problem.scene.with_role(Role::object)),
+        largest_(largest),
+        step_(problem.scene.stepping().step) {}
 
   //! The edges at the `slowdown`-th part of the speed that a frame sees which moves with the velocities of `frame`. The
   //! first push does `surplus` times more work, relative to that.
@@ -271,9 +273,9 @@ class SlowMotion {
     const double time = passage.edge.steps * step_;
     double work = 0.0;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
-      const BodyState from = StateLayout::read(passage.from.data() + objects_[i]);
-      const BodyState to = StateLayout::read(passage.to.data() + objects_[i]);
-      const BodyState moving = StateLayout::read(frame.data() + objects_[i]);
+      const BodyState from = kinematics_(passage.from.data(), objects_[i]);
+      const BodyState to = kinematics_(passage.to.data(), objects_[i]);
+      const BodyState moving = kinematics_(frame.data(), objects_[i]);
       const auto wrench = wrenches.segment<wrench_axes>(static_cast<Eigen::Index>(i) * wrench_axes);
       work += wrench.head<3>().dot(to.position - from.position - time * moving.velocity);
       work += wrench.tail<3>().dot(rotation(from, to) - time * moving.angular_velocity);
@@ -282,9 +284,10 @@ class SlowMotion {
   }
 
   Energy energy_;
+  Kinematics kinematics_;
+  std::vector<std::size_t> objects_;  // by their indices in the scene
   const Edge& largest_;
-  double step_;               // [s]
-  std::vector<int> objects_;  // where their numbers begin in a state
+  double step_;  // [s]
 };
 
 }  // namespace energymargin::search

@@ -40,6 +40,13 @@ inline std::optional<regions::AnnularSector> swept_sector(const regions::Swept& 
   return sector;
 }
 
+//! The joint of a set, by its index. Throws std::invalid_argument unless its position is a number of the state.
+inline std::size_t moving_joint(const Scene& scene, const regions::Joint& set) {
+  const std::size_t joint = scene.joint_index(set.joint);
+  if (!scene.joints()[joint].moves()) reject("joint", "'" + set.joint + "'", "one that moves and follows no other");
+  return joint;
+}
+
 //! Where a point of a body is, in the body's frame [m]. Throws std::invalid_argument on the centre of mass of a body
 //! that is fixed, and has none.
 inline Vector3 position_in_body(const Scene& scene, const std::string& name, regions::Point point) {

@@ -73,6 +73,12 @@ class Compiler {
       return contains(primitive, body, state);
     };
   }
+  Test operator()(const regions::Joint& set) const {
+    return [set, layout = StateLayout(scene_), joint = moving_joint(scene_, set)](const double* state) {
+      const double position = layout.joint(state, joint).position;
+      return set.lower <= position && position <= set.upper;
+    };
+  }
   Test operator()(const regions::Predicate& predicate) const {
     return [predicate, size = size_](const double* state) {
       const Mask mask = predicate.contains(Eigen::Map<const States>(state, 1, size));

@@ -14,6 +14,10 @@ void validate(const Primitive& primitive) {
     if (primitive.ahead <= 0.0 || !primitive.frame.empty()) return;
     reject("ahead", text(primitive.ahead), "0 without a frame, whose motion it is about");
   }
+  if constexpr (std::is_same_v<Primitive, regions::Joint>) {
+    if (primitive.lower <= primitive.upper) return;
+    reject("lower", text(primitive.lower), "a number up to upper, " + text(primitive.upper));
+  }
 }
 
 void validate(const regions::Predicate& predicate) {

@@ -94,6 +94,12 @@ class DistanceCompiler {
       return std::atan2(now.cross(tilt.reference).norm(), now.dot(tilt.reference)) - tilt.limit;
     });
   }
+  Distance operator()(const regions::Joint& set) {
+    return add_scalar([set, layout = StateLayout(scene_), joint = moving_joint(scene_, set)](const double* state) {
+      const double position = layout.joint(state, joint).position;
+      return std::max(set.lower - position, position - set.upper);
+    });
+  }
   Distance operator()(const regions::Predicate&) {
     reject("captured", "a Predicate, which has no distance to its edge",
            "other regions, or level=, a function of the state that rises towards the edge");

@@ -7,7 +7,7 @@ import energymargin._core
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AnnularSector', 'Ball', 'Box', 'Disc', 'HalfSpace', 'Predicate', 'Speed', 'Swept', 'Tilt']
+__all__: list[str] = ['AnnularSector', 'Ball', 'Box', 'Disc', 'HalfSpace', 'Joint', 'Predicate', 'Speed', 'Swept', 'Tilt']
 def AnnularSector(body: str, center: numpy.typing.ArrayLike, radius: float, half_width: float, start_angle: float, sweep: float, frame: str | None = None, *, point: str = 'origin') -> energymargin._core.Region:
     """
     What an arc of some width sweeps in x and y.
@@ -56,6 +56,14 @@ def HalfSpace(body: str, normal: numpy.typing.ArrayLike, offset: float, frame: s
     offset: [m]
     ahead: It reaches further by what the frame's body covers along the normal in this time [s]; with a frame alone.
     point: Of the body: "origin" of its frame, as when left out, or "center_of_mass".
+    """
+def Joint(joint: str, *, lower: float = ..., upper: float = ...) -> energymargin._core.Region:
+    """
+    The position of a joint that moves is from lower to upper.
+    
+    joint: By its name.
+    lower: [rad] or [m]; -inf: without it.
+    upper: [rad] or [m]; inf: without it.
     """
 def Predicate(function: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], numpy.typing.ArrayLike]) -> energymargin._core.Region:
     """

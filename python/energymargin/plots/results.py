@@ -214,8 +214,8 @@ def _draw_future(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -
     draw_ghost(ax, problem.scene, future.states[-1], plane)
     leaves, left = future.exit_moment, leaving_objects(problem, future)
     lines = []
-    for number, center in enumerate(object_centers(problem.scene, plane)):
-        path = future.states[:, center]
+    centers = object_centers(problem.scene, future.states, plane)
+    for number, path in enumerate(centers.swapaxes(0, 1)):
         lines += ax.plot(*path.T, label="undisturbed path", gid="undisturbed", **FUTURE_PATH)
         if left[number]:
             lines += ax.plot(*path[leaves], label="where it leaves", gid="exit", **EXIT_MARK)

@@ -19,7 +19,6 @@ from energymargin.outlines import (
     Plan,
     axis_numbers,
     body_poses,
-    object_centers,
     outlines_of,
     placed,
     spring_ends,
@@ -197,11 +196,15 @@ def inside_at(
     problem: Problem, region: Region, places: NDArray[np.float64], axes: Sequence[str]
 ) -> NDArray[np.bool_]:
     """Whether the state, else unchanged, is in a set with the objects' centres at each of N places
-    along some axes, shape (N, len(axes)); shape (N,)."""
-    blocks = []
+    along some axes, shape (N, len(axes)); shape (N,). Nowhere if one is on a joint."""
+    scene, blocks = problem.scene, []
+    objects = {body.name for body in scene.bodies if body.role == "object"}
+    if objects & {joint.child for joint in scene.joints}:
+        return np.zeros(len(places), dtype=bool)
+    columns = [scene.slice(name).start + np.array(axis_numbers(axes)) for name in objects]
     for some in np.array_split(places, 1 + places.shape[0] * problem.scene.dimension // BLOCK):
         states = np.tile(problem.state, (len(some), 1))
-        for center in object_centers(problem.scene, axes):
-            states[:, center] = some
+        for column in columns:
+            states[:, column] = some
         blocks.append(np.atleast_1d(region.contains(problem.scene, states)))
     return np.concatenate(blocks)

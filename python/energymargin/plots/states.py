@@ -112,7 +112,7 @@ def plot_state(
     title = state_title(result, escaping, way)
     ax = axes_or_new(ax, WIDTH, _height(limits, title))
 
-    centers = states[:, object_centers(scene, plane)]
+    centers = object_centers(scene, states, plane)
     seen = states[in_view(centers, limits).all(axis=1)]
     notes = _draw_sets(ax, problem, plane, limits, seen=seen, detail=detail)
     draw_bodies(ax, scene, problem.state, plane, limits)

@@ -35,7 +35,7 @@ def draw_tree(
     ax: Axes, problem: Problem, tree: Tree, plane: Plan, costs: Normalize
 ) -> NDArray[np.float64]:
     """Edges, nodes by cost, and a cross at each object that is lost; where these are, (N, 2)."""
-    points = tree.states[:, object_centers(problem.scene, plane)]  # (M + 1, k, 2)
+    points = object_centers(problem.scene, tree.states, plane)
     edges = np.stack([points[tree.parents[1:]], points[1:]], axis=2).reshape(-1, 2, 2)
     ax.add_collection(
         LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
@@ -118,7 +118,6 @@ def draw_escape(ax: Axes, problem: Problem, escape: Escape, plane: Plan) -> None
     lost = lost_objects(problem, escape.states[-1:])[0]
     gone = [number for number in range(len(names)) if lost[number] or not lost.any()]
     draw_lost(ax, scene, escape.states[-1], plane, {names[number] for number in gone})
-    centers = object_centers(scene, plane)
+    centers = object_centers(scene, escape.states, plane)
     for number in gone:
-        way = escape.states[:, centers[number]]
-        ax.add_line(Line2D(*way.T, **ESCAPE, label="_nolegend_"))
+        ax.add_line(Line2D(*centers[:, number].T, **ESCAPE, label="_nolegend_"))

@@ -190,8 +190,8 @@ def is_flat(problem: Problem, states: NDArray[np.float64], view: View) -> bool:
     disturbance."""
     if problem.force[2] != 0.0 or np.any(problem.torque[:2] != 0.0):
         return False
-    heights = [states[:, place[2]] for place in object_centers(problem.scene)]
-    return all(float(np.ptp(height)) < LEVEL * view.size for height in heights)
+    heights = object_centers(problem.scene, states, "z")
+    return bool(np.all(np.ptp(heights, axis=0) < LEVEL * view.size))
 
 
 def region_surface(

@@ -8,7 +8,6 @@ ten times slower.
 
 from __future__ import annotations
 
-from itertools import compress
 from typing import Any, cast
 
 import matplotlib
@@ -43,9 +42,9 @@ def draw_nodes(layer: Layer, problem: Problem, scored: Scored, nodes: int, size:
 
     Nodes in which an object is out of its capture set are diamonds. size: of the view [m].
     """
-    first, places, tree = slice(0, nodes + 1), object_centers(problem.scene), scored.tree
-    points = np.concatenate([tree.states[first, place] for place in places])
-    costs = np.tile(tree.costs[first], len(places))
+    first, tree = slice(0, nodes + 1), scored.tree
+    centers = object_centers(problem.scene, tree.states[first]).swapaxes(0, 1)
+    points, costs = centers.reshape(-1, 3), np.tile(tree.costs[first], len(centers))
     outside = scored.lost[first].T.ravel()
     dots = one_a_spot(points, outside, costs, size, MOST_POINTS)
     shares = np.clip(costs / max(scored.most, 1e-12), 0.0, 1.0)
@@ -59,13 +58,10 @@ def draw_nodes(layer: Layer, problem: Problem, scored: Scored, nodes: int, size:
 def draw_edges(layer: Layer, problem: Problem, scored: Scored, nodes: int, size: float) -> int:
     """The edges to the first `nodes` nodes, as many as it returns; those are red that lead to where
     an object is out of its capture set. size: of the view [m]."""
-    places, tree = object_centers(problem.scene), scored.tree
-    ends = slice(1, nodes + 1)
-    starts = tree.states[tree.parents[ends], :]
-    edges = np.concatenate(
-        [np.stack([starts[:, place], tree.states[ends, place]], axis=1) for place in places]
-    )
-    outside, costs = scored.lost[ends].T.ravel(), np.tile(tree.costs[ends], len(places))
+    tree, ends = scored.tree, slice(1, nodes + 1)
+    centers = object_centers(problem.scene, tree.states).swapaxes(0, 1)
+    edges = np.stack([centers[:, tree.parents[ends]], centers[:, ends]], axis=2).reshape(-1, 2, 3)
+    outside, costs = scored.lost[ends].T.ravel(), np.tile(tree.costs[ends], len(centers))
     lines = one_a_spot(edges.reshape(-1, 6), outside, costs, size, MOST_EDGES)
     if len(lines):
         colors = np.where(outside[lines, None], rgb(LOST_COLOR), EDGE_COLOR).astype(np.uint8)
@@ -79,8 +75,8 @@ def draw_path(
     """A line for each object's centre along these states, shape (K, n); none of a single state."""
     if len(states) < 2:
         return
-    for number, place in enumerate(object_centers(problem.scene)):
-        ends = np.stack([states[:-1, place], states[1:, place]], axis=1)
+    for number, way in enumerate(object_centers(problem.scene, states).swapaxes(0, 1)):
+        ends = np.stack([way[:-1], way[1:]], axis=1)
         add_lines(layer, str(number), ends, color, PATH_WIDTH)
 
 
@@ -88,8 +84,8 @@ def draw_future(layer: Layer, problem: Problem, future: Undisturbed, size: float
     """The paths of the objects' centres, and diamonds where they leave. size: of the view [m]."""
     draw_path(layer, problem, future.states, rgb(FUTURE_COLOR))
     if future.exit_moment is not None:
-        places = compress(object_centers(problem.scene), leaving_objects(problem, future))
-        points = np.array([future.states[future.exit_moment, place] for place in places])
+        centers = object_centers(problem.scene, future.states[[future.exit_moment]])[0]
+        points = centers[leaving_objects(problem, future)]
         _add_dots(layer, "diamond", points, rgb(LOST_COLOR), EXIT * size)
 
 

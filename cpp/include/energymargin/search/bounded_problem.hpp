@@ -14,6 +14,7 @@
 #include <set>
 #include <vector>
 
+#include "energymargin/kinematics.hpp"
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
@@ -153,8 +154,9 @@ class BoundedProblem {
   std::shared_ptr<CostSpace> space_;
   std::unique_ptr<Simulations> simulations_;
   std::optional<int> horizon_;
-  double step_;               // [s]
-  std::vector<int> objects_;  // where their numbers begin in a state
+  double step_;  // [s]
+  Kinematics kinematics_;
+  std::vector<std::size_t> objects_;  // by their indices in the scene
   ompl::control::SpaceInformationPtr si_;
   ompl::base::ProblemDefinitionPtr definition_;
   std::optional<Membership> captured_;

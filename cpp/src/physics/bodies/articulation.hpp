@@ -84,6 +84,7 @@ class Articulation {
 
   std::size_t count() const { return velocities_.size(); }
   std::vector<double>& velocities() { return velocities_; }
+  const std::vector<double>& velocities() const { return velocities_; }
 
   //! The velocities at which it goes in this substep.
   std::vector<double>& ways() { return ways_; }

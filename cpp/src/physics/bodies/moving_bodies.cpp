@@ -36,7 +36,6 @@ void MovingBodies::add_free(std::size_t index, int offset) {
     const double factor = axis < 3 ? body.linear_factor[axis] : body.angular_factor[axis - 3];
     if (factor != 0.0) free_.back().axes.push_back(axis);
   }
-  if (body.role == Role::object) objects_.push_back(index);
 }
 
 // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one

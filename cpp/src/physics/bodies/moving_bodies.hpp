@@ -60,7 +60,6 @@ class MovingBodies {
   FreeBody* free(std::size_t body) const { return free_of_[body]; }
 
   //! Free bodies of role "object", in the scene's order.
-  const std::vector<std::size_t>& objects() const { return objects_; }
 
   const std::vector<std::unique_ptr<Articulation>>& trees() const { return trees_; }
   const std::vector<MimicConstraint>& mimics() const { return mimics_; }
@@ -115,7 +114,6 @@ class MovingBodies {
   std::vector<btTransform> poses_;
   std::vector<FreeBody> free_;
   std::vector<FreeBody*> free_of_;  // of all bodies; null: fixed, or on a tree
-  std::vector<std::size_t> objects_;
   std::vector<std::unique_ptr<Articulation>> trees_;
   std::vector<std::optional<TreeLink>> links_;  // of all bodies
   std::vector<Load> link_loads_;                // constant forces on bodies of trees

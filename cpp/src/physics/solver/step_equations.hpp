@@ -32,6 +32,9 @@ class StepEquations {
   //! The time until the first of those that bounce touches, and not more than `duration` [s].
   double until_bounce(const std::vector<ContactPoint>& contacts, double duration) const;
 
+  //! Velocities of a tree after the loads and impulses of the substep, before it coasted.
+  const std::vector<double>& pushed(std::size_t tree) const { return trees_[tree].pushed; }
+
   //! Its work grows with each substep while it is on.
   ImpulseAudit audit{};
 

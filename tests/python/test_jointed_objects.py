@@ -1,0 +1,117 @@
+"""Objects on joints: a drawer, a door, a lid; and sets of positions of joints."""
+
+import numpy as np
+import pytest
+
+import energymargin as em
+
+STIFFNESS = 6.0  # N m/rad, of the door's spring
+OPEN = 0.4  # rad
+
+
+def door(stiffness=STIFFNESS, **options):
+    """A door on a hinge, which a spring keeps closed."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("frame", em.Box((0.02, 0.02, 0.5)), mass=0)
+    scene.add_body("door", em.Box((0.4, 0.02, 0.5)), mass=1.0, role="object")
+    scene.add_joint(
+        "hinge",
+        parent="frame",
+        child="door",
+        origin=(0.02, 0, 0),
+        child_origin=(-0.2, 0, 0),
+        stiffness=stiffness,
+        damping=0.01,
+        limits=(-0.05, 1.5),
+    )
+    captured = em.regions.Joint("hinge", upper=OPEN)
+    torque = {"force": (0, 0, 0), "torque": (0, 0, 3.0)}
+    return em.Problem(scene, scene.pack(), **torque, duration=0.1, captured=captured, **options)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_effort_to_open_a_door_is_the_energy_of_its_spring(seed):
+    effort = em.escape_effort(door(), nodes=40_000, seed=seed)
+    right = 0.5 * STIFFNESS * OPEN**2
+    assert right <= 1.001 * effort.effort
+    assert effort.effort <= 1.12 * right
+
+
+def test_work_on_a_door_is_its_gain_of_energy():
+    """Without a spring all work becomes kinetic energy: exactly, as for a free body."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("frame", em.Box((0.02, 0.02, 0.5)), mass=0)
+    scene.add_body("door", em.Box((0.4, 0.02, 0.5)), mass=1.0, role="object")
+    scene.add_joint(
+        "hinge", parent="frame", child="door", child_origin=(-0.2, 0, 0), origin=(0.02, 0, 0)
+    )
+    wrench = np.array([0.3, 1.0, 0.2, 0.0, 0.1, 0.4])
+    rollout = em.World(scene).rollout(scene.pack(), wrench, 0.5, audit=True)
+    speed = scene.unpack(rollout.state)["joints"]["hinge"]["velocity"]
+    inertia = (0.4**2 + 0.02**2) / 12 + 0.2**2
+    assert rollout.work == pytest.approx(0.5 * inertia * speed**2, rel=1e-9)
+    assert abs(rollout.audit.leftover) < 1e-9 * rollout.audit.turnover
+
+
+def drawer(friction=0.5):
+    """A drawer on a rail; a hand holds it by its knob, with two fingers."""
+    scene = em.Scene()
+    scene.add_body("cabinet", em.Box((0.3, 0.4, 0.3)), mass=0, position=(-0.2, 0, 0))
+    box = em.Box((0.25, 0.3, 0.1))
+    scene.add_body("drawer", box, mass=1.5, role="object", friction=friction)
+    scene.add_joint(
+        "slide", parent="cabinet", child="drawer", type="prismatic", axis=(1, 0, 0),
+        origin=(0.05, 0, 0), limits=(0.0, 0.4), start=0.1, friction=1.0,
+    )  # fmt: skip
+    scene.disable_collisions("cabinet", "drawer")
+    captured = em.regions.Joint("slide", lower=0.05, upper=0.3)
+    return em.Problem(
+        scene, scene.pack(), force=(8, 0, 0), torque=(0, 0, 0), duration=0.2, captured=captured
+    )
+
+
+def test_a_drawer_is_scored_saved_and_drawn(tmp_path):
+    problem = drawer()
+    score = em.capture_score(problem, nodes=200, seed=3)
+    effort = em.escape_effort(problem, nodes=400, seed=3)
+    assert 0 < score.capture < 1 and effort.effort > 0.04  # N m: its friction, over 5 cm at least
+    path = tmp_path / "drawer.json"
+    problem.save(path)
+    read = em.Problem.load(path)
+    assert repr(read.captured) == "Region(Joint('slide'))"
+    assert em.capture_score(read, nodes=200, seed=3).capture == score.capture
+    probability = em.capture_probability(problem.replace(horizon=0.5), rollouts=50, seed=1)
+    low, high = probability.interval()
+    assert 0 <= low < high <= 1
+    em.plots.plot_state(problem)
+
+
+def test_scores_of_a_free_body_refuse_one_on_a_joint():
+    for score in (em.escape_energy, em.effort_lower_bound):
+        with pytest.raises(
+            ValueError, match=f"'drawer' on a joint, expected a free body .* {score.__name__}"
+        ):
+            score(drawer())
+
+
+def test_a_set_of_a_joint_is_about_one_that_moves():
+    scene = door().scene
+    inside = em.regions.Joint("hinge", lower=-0.1, upper=0.2)
+    for angle, within in ((0.1, True), (0.3, False)):
+        state = scene.pack(joints={"hinge": {"position": angle}})
+        assert inside.contains(scene, state) is within
+    with pytest.raises(ValueError, match="'hinge'"):
+        em.regions.Joint("none").contains(scene, scene.pack())
+    with pytest.raises(ValueError, match="lower is 1, expected a number up to upper, 0"):
+        em.regions.Joint("hinge", lower=1, upper=0)
+
+
+def test_a_replay_in_mujoco_agrees_on_a_door():
+    mujoco = pytest.importorskip("mujoco")
+    problem = door()
+    model = em.mujoco.model_of(problem.scene, problem.state)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    effort = em.escape_effort(problem, nodes=1500, seed=2)
+    replayed = em.mujoco.replay(model, data, problem, effort)
+    assert replayed.escaped or replayed.least_scale <= 1.05
