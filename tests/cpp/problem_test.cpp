@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "energymargin/metrics/escape_energy.hpp"
 #include "expect.hpp"
 #include "mechanisms.hpp"
 
@@ -138,14 +139,15 @@ TEST(Problem, EffectorMayBeAHandOfManyBodies) {
   EXPECT_NO_THROW(validate(grasp(Effector::drive)));
 }
 
-TEST(Problem, ObjectOnAJointIsRejectedByName) {
+TEST(Problem, ObjectMayBeOnAJointButNotForScoresOfAFreeBody) {
   Scene scene(Vector3::Zero());
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
   scene.add_body(body("door", Box{}, 1.0, Vector3::Zero(), Role::object));
   scene.add_joint(joint("hinge", JointType::revolute, "post", "door", Vector3::UnitZ(), {1.0, 0.0, 0.0}));
-  const Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"door"});
-  EXPECT_TRUE(rejects([&] { validate(problem); }, {"'door'", "on a joint", "free bodies"}));
-  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), Wrench{}, 0.1); }, {"object", "no joint"}));
+  const Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Joint{"hinge", -1.0, 1.0});
+  EXPECT_NO_THROW(validate(problem));
+  EXPECT_TRUE(rejects([&] { escape_energy(problem, {}); }, {"'door'", "on a joint", "escape_energy"}));
+  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), Disturbance{}, 0.1); }, {"wrenches", "one an object"}));
 }
 
 TEST(Problem, UnderDriveAnEdgeStartsWithTheVelocitiesOfAllEffectorBodiesAndNothingElse) {

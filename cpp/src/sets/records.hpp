@@ -199,15 +199,21 @@ struct Record<regions::Tilt> {
   }
 };
 
-constexpr auto describe(Type<regions::Joint>) {
-  return Alternative{
-      "joint",
-      "The position of a joint that moves is from lower to upper.",
-      Field{"joint", &regions::Joint::joint, "By its name."},
-      Field{"lower", &regions::Joint::lower, "[rad] or [m]; -inf: without it.", forms::lower_limit, Presence::optional},
-      Field{"upper", &regions::Joint::upper, "[rad] or [m]; inf: without it.", forms::upper_limit, Presence::optional},
-  };
-}
+template <>
+struct Record<regions::Joint> {
+  static constexpr const char* name = "joint_region";
+  static constexpr const char* type = "joint";
+  static constexpr const char* description = "The position of a joint that moves is from lower to upper.";
+  static auto fields() {
+    return std::tuple{
+        Field{"joint", &regions::Joint::joint, "By its name."},
+        Field{"lower", &regions::Joint::lower, "[rad] or [m]; -inf: without it.", forms::lower_limit,
+              Presence::optional},
+        Field{"upper", &regions::Joint::upper, "[rad] or [m]; inf: without it.", forms::upper_limit,
+              Presence::optional},
+    };
+  }
+};
 
 template <>
 struct Record<regions::Intersection> {

@@ -32,10 +32,6 @@ MOVES_NOTHING = (
     *("geometry.name", "mesh.name", "collision.concave", "joint.dont_collapse"),
     *("friction_anchor", "contact_cfm", "contact_erp", "limit.acceleration", "limit.jerk"),
 )
-# What asks for nothing at this value.
-NOTHING = {
-    ("axis", "rpy"): 0.0,
-}
 MIMIC = "joint/mimic"
 # Of Bullet.
 SURFACE = ("rolling_friction", "spinning_friction", "restitution", "stiffness", "damping")
@@ -166,8 +162,7 @@ def _strip(
             element.remove(child)
             continue
         _strip(child, element.tag, names, declared, left_out)
-        neutral = (child.tag, "value") in NOTHING and not child.attrib and not len(child)
-        if neutral or (shaped and child.find("geometry/*") is None):
+        if shaped and child.find("geometry/*") is None:
             element.remove(child)
 
 
@@ -176,11 +171,8 @@ def _prefix(name: str) -> str:
 
 
 def _nothing(element: ET.Element, name: str) -> bool:
-    neutral = NOTHING.get((element.tag, name))
-    if neutral is None:
-        return False
-    values = _floats(element.attrib[name])
-    return values is not None and all(value == neutral for value in values)
+    """Whether it is an axis that is not turned."""
+    return (element.tag, name) == ("axis", "rpy") and not any(_floats(element.attrib[name]) or "?")
 
 
 def _floats(text: str) -> list[float] | None:
