@@ -587,6 +587,9 @@ def test_friction_that_turns_is_that_of_the_dimensions_of_contacts():
         assert (surface.torsional_friction, surface.rolling_friction) == turning
         assert scene.contact_friction(a, b) == 0.9
     assert scene.bodies[[body.name for body in scene.bodies].index("a")].surface is None
+    sliding = built("".join(inside), ignore=("geom.condim",))
+    assert sliding.report.names("left out") == ["geom.condim"]
+    assert all(body.surface is None for body in sliding.bodies)
 
 
 def test_a_pair_has_its_own_friction_that_turns():

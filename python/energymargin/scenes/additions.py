@@ -23,17 +23,8 @@ from energymargin.scenes.reports import Row
 
 # What `joints` may set of a robot's joints; the rest is the file's.
 CONTROL = (
-    "start",
-    "start_velocity",
-    "held",
-    "target",
-    "target_velocity",
-    "stiffness",
-    "damping",
-    "torque_limit",
-    "armature",
-    "friction",
-    "limits",
+    *("start", "start_velocity", "held", "target", "target_velocity", "limits"),
+    *("stiffness", "damping", "torque_limit", "armature", "friction"),
 )
 Control = Mapping[str, Mapping[str, Any]]
 
@@ -180,9 +171,8 @@ class Additions:
         for body_a, body_b in self.disabled:
             limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
             scene.disable_collisions(body_a, body_b)
-        for body_a, body_b, friction, torsional, rolling in self.frictions:
-            turning = {"torsional_friction": torsional, "rolling_friction": rolling}
-            scene.set_friction(body_a, body_b, friction, **turning)
+        for a, b, slides, torsional, rolling in self.frictions:
+            scene.set_friction(a, b, slides, torsional_friction=torsional, rolling_friction=rolling)
         return scene
 
 

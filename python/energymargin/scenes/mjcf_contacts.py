@@ -41,6 +41,10 @@ class Contacts:
     def __init__(self, selection: Selection, features: Features) -> None:
         """Counts geoms and contacts that are not simulated."""
         self._selection, self._model = selection, selection.model
+        most = 3 if "geom.condim" in features.ignored else DIMENSIONS[-1]
+        features.leave("geom.condim", int(np.sum(self._model.geom_condim > most)))
+        self._dimensions = np.minimum(self._model.geom_condim, most)
+        self._pair_dimensions = np.minimum(self._model.pair_dim, most)
         chosen = {body: selection.carrier[body] for body in selection.bodies}
         self.geoms = [g for g in self._colliding() if int(self._model.geom_bodyid[g]) in chosen]
         self._count(features)
@@ -79,7 +83,7 @@ class Contacts:
             features.add("geom.adhesion")
         for pair in self._pairs():
             one, other = _rough(
-                model.pair_friction[pair][[[0, 2, 3], [1, 2, 4]]], model.pair_dim[pair]
+                model.pair_friction[pair][[[0, 2, 3], [1, 2, 4]]], self._pair_dimensions[pair]
             )
             features.add("pair.friction", bool(np.any(one != other)))
             features.add("geom.margin", int(model.pair_margin[pair] > SMALL))
@@ -102,7 +106,7 @@ class Contacts:
         table[meet] = self._mixed(own)[meet]
         for pair in self._pairs():
             a, b = (self._index[int(g[pair])] for g in (model.pair_geom1, model.pair_geom2))
-            rough = _rough(model.pair_friction[pair][[0, 2, 3]], model.pair_dim[pair])
+            rough = _rough(model.pair_friction[pair][[0, 2, 3]], self._pair_dimensions[pair])
             table[a, b] = table[b, a] = rough
         bodies = [int(model.geom_bodyid[geom]) for geom in self.geoms]
         table[np.array([[self._selection.rigid(a, b) for b in bodies] for a in bodies])] = np.nan
@@ -127,7 +131,7 @@ class Contacts:
     def _mixed(self, own: NDArray[np.int64]) -> NDArray[np.float64]:
         """The larger coefficients of two geoms, or those of the higher priority."""
         priority = self._model.geom_priority[own]
-        values = np.c_[self._model.geom_friction[own], self._model.geom_condim[own]]
+        values = np.c_[self._model.geom_friction[own], self._dimensions[own]]
         one, other = np.broadcast_arrays(values[:, None], values)
         first, equal = (by(priority[:, None], priority)[..., None] for by in (np.greater, np.equal))
         chosen = np.where(equal, np.maximum(one, other), np.where(first, one, other))
@@ -139,7 +143,7 @@ class Contacts:
         for i, geom in enumerate(self.geoms):
             body = carriers[int(model.geom_bodyid[geom])]
             alone = geom if self.is_plane(geom) else -1
-            friction = tuple(_rough(model.geom_friction[geom], model.geom_condim[geom]).tolist())
+            friction = tuple(_rough(model.geom_friction[geom], self._dimensions[geom]).tolist())
             row = self._coefficients[i].tobytes()
             alike.setdefault((body, alone, friction, row), []).append(geom)
         order = sorted(alike.items(), key=lambda item: (item[0][0], -len(item[1]), item[1][0]))

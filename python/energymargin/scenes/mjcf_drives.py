@@ -166,7 +166,8 @@ class _Drives:
         rest = float(model.qpos_spring[model.jnt_qposadr[joint]])
         stiffness = self._springs * float(model.jnt_stiffness[joint])
         damping = self._damps * float(model.dof_damping[dof])
-        other = float(model.dof_armature[dof]), float(model.dof_frictionloss[dof])
+        counts = "joint.frictionloss" not in self._features.ignored
+        other = float(model.dof_armature[dof]), counts * float(model.dof_frictionloss[dof])
         self._spring(length, rest, stiffness, damping, other)
         add("joint.damping", _number(model, "dof_dampingpoly", dof) != 0)
         nonlinear = ("jnt_springyield", "jnt_stiffnesspoly")

@@ -172,7 +172,7 @@ class Features:
 
     def __init__(self, ignore: Collection[str]) -> None:
         """`ignore`: names of what is left out; docs/guides/robots.md has all of them."""
-        self._ignored = frozenset(ignore)
+        self.ignored = frozenset(ignore)
         self.found: Counter[str] = Counter()
         self._left_out: Counter[str] = Counter()
         self._bodies: dict[str, str] = {}
@@ -183,7 +183,7 @@ class Features:
     ) -> None:
         """Something that is not simulated is there. `loose`, `bodies`: the joints and bodies that
         it moves or holds, by name, which nothing does without it."""
-        if name in self._ignored:
+        if name in self.ignored:
             self.leave(name, count, loose, bodies)
         elif count:
             self.found[name] += int(count)
@@ -207,7 +207,7 @@ class Features:
     def warn(self, source: str, held: Collection[str], fingerprint: str) -> None:
         """Warns, once for a fingerprint, of what is left out, and of what nothing drives or holds
         without what is ignored; `held` are the joints that something else does."""
-        left = {name: n for name, n in self._left_out.items() if name not in self._ignored}
+        left = {name: n for name, n in self._left_out.items() if name not in self.ignored}
         text = f"{source}: left out, as it moves nothing here, or next to nothing: {counted(left)}."
         warn([(text, text)] if left else [], fingerprint)
         for name, loose in self._loose.items():

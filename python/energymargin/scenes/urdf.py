@@ -182,8 +182,7 @@ def from_urdf(
     for name, link in robot.links.items():
         default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
-        if surface := surface_of(link):
-            bodies[name]["surface"] = surface
+        bodies[name] |= surface_of(link)
     if not self_collision:
         together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]

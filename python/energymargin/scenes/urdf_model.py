@@ -256,14 +256,14 @@ def _link(element: ET.Element) -> Link:
     )
 
 
-def surface_of(link: Link) -> Surface | None:
-    """What Bullet's <contact> says of it beside friction, if that is anything."""
+def surface_of(link: Link) -> dict[str, Surface]:
+    """What Bullet's <contact> says of it beside friction, as a keyword of `Scene.add_body`."""
     contact = {name: value for name in SURFACE if (value := link.contact.get(name, 0.0))}
     if "stiffness" not in contact:
         contact.pop("damping", None)
     if "spinning_friction" in contact:
         contact["torsional_friction"] = contact.pop("spinning_friction")
-    return Surface(**contact) if contact else None
+    return {"surface": Surface(**contact)} if contact else {}
 
 
 def _shape(shape: ET.Element) -> Box | Sphere | Cylinder | MeshFile:

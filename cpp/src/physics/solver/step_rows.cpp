@@ -20,8 +20,8 @@ constexpr double least_bend = 1e-6;
 // for long: there a bend would do work [rad].
 constexpr double most_bent = 0.1;
 
-// Rows that turn may be harder than those that slide by so much.
-constexpr double least_turning = 1e-3;
+// Where a contact twists more easily than it slides, its friction is as much harder, but not more than this.
+constexpr double least_twisting = 0.05;
 
 // Motors and stops are soft in the same sense.
 constexpr double softness_share = 1e-5;
@@ -55,14 +55,14 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   }
   rows.law.tangential_softness =
       0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
-  // What cannot move along the plane of contact has no friction. What turns easily would creep before it slips.
+  // What cannot move along the plane of contact has no friction. What hardly resists a twist would creep before it
+  // slips.
   if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
-  double share = 1.0;
-  for (int row = usual_rows; row < rows.law.rows; ++row) {
-    const double turns = FrictionLaw::tangential_share * solver_.inverse_mass(rows, row);
-    if (turns > 0.0) share = std::min(share, std::max(turns / rows.law.tangential_softness, least_turning));
+  const double twisting = rows.law.rows > usual_rows ? solver_.inverse_mass(rows, usual_rows) : 0.0;
+  if (twisting > 0.0 && rows.law.tangential_softness > 0.0) {
+    const double share = FrictionLaw::tangential_share * twisting / rows.law.tangential_softness;
+    rows.law.tangential_softness *= std::clamp(share, least_twisting, 1.0);
   }
-  rows.law.tangential_softness *= share;
   return true;
 }
 
