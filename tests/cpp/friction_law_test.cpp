@@ -14,7 +14,7 @@ namespace {
 const FrictionLaw rough{0.5, 2e-5, 1e-5};
 
 ContactResponse response_of(const FrictionLaw& law, const ContactVector& miss) {
-  ContactResponse response;
+  ContactResponse response{};
   coulomb(law, miss, response);
   return response;
 }
@@ -69,6 +69,33 @@ TEST(FrictionLaw, SlopeIsTheDerivativeOfTheImpulseInEachRegime) {
       for (std::size_t row = 0; row < 3; ++row) {
         const double expected = (above[row] - below[row]) / (2.0 * off);
         EXPECT_NEAR(at.slope[row][column], expected, 1e-3) << i << ": " << row << ", " << column;  // of 1e5
+      }
+    }
+  }
+}
+
+TEST(FrictionLaw, RowsThatTurnShareTheConeAndTheSlopeIsTheirDerivativeToo) {
+  for (const int rows : {4, 6}) {
+    FrictionLaw law = rough;
+    law.rows = rows;
+    for (const double size : {1e-5, 1.0}) {  // it sticks, it slides
+      const ContactVector miss{0.3 * size, -0.2 * size, 1e-3, 0.4 * size, -0.1 * size, 0.5 * size};
+      const ContactResponse at = response_of(law, miss);
+      ASSERT_EQ(at.regime, size < 1.0 ? Regime::sticks : Regime::slides);
+      double friction = 0.0;
+      for (int row = 0; row < rows; ++row) friction += row == normal_row ? 0.0 : std::pow(at.impulse[row], 2);
+      EXPECT_LE(std::sqrt(friction), law.friction * at.impulse[normal_row] * (1.0 + 1e-12));
+      for (int column = 0; column < rows; ++column) {
+        const double off = 1e-4 * size;
+        ContactVector more = miss, less = miss;
+        more[column] += column == normal_row ? 1e-7 : off;
+        less[column] -= column == normal_row ? 1e-7 : off;
+        const ContactVector above = response_of(law, more).impulse, below = response_of(law, less).impulse;
+        for (int row = 0; row < rows; ++row) {
+          const double expected = (above[row] - below[row]) / (more[column] - less[column]);
+          EXPECT_NEAR(at.slope[row][column], expected, 1e-6 * std::abs(expected) + 1e-3)
+              << rows << ": " << row << ", " << column;
+        }
       }
     }
   }

@@ -25,11 +25,17 @@ void open(ContactResponse& response) {
   response.impulse = {};
 }
 
+// Only the rows that count; most contacts have few.
+void clear(const FrictionLaw& law, ContactVector& slope) {
+  slope[0] = slope[1] = slope[2] = 0.0;
+  for (std::size_t row = usual_rows; row < static_cast<std::size_t>(law.rows); ++row) slope[row] = 0.0;
+}
+
 // The response along the normal.
 void press(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   const double stiffness = 1.0 / law.normal_softness;
   response.impulse[2] = miss[2] * stiffness;
-  response.slope[2] = {};
+  clear(law, response.slope[2]);
   response.slope[2][2] = stiffness;
 }
 
@@ -45,7 +51,7 @@ void stick(const FrictionLaw& law, const ContactVector& miss, ContactResponse& r
   press(law, miss, response);
   for_each_tangential(law, [&](std::size_t row) {
     response.impulse[row] = miss[row] * stiffness;
-    response.slope[row] = {};
+    clear(law, response.slope[row]);
     response.slope[row][row] = stiffness;
   });
 }
@@ -76,8 +82,12 @@ void slide(const FrictionLaw& law, const ContactVector& miss, const ContactVecto
   const double by_normal = law.friction * response.slope[2][2];
   response.impulse[0] = most * x + y * across;
   response.impulse[1] = most * y - x * across;
-  response.slope[0] = {turning * y * y, -turning * x * y, by_normal * x};
-  response.slope[1] = {-turning * x * y, turning * x * x, by_normal * y};
+  ContactVector &of_x = response.slope[0], &of_y = response.slope[1];
+  of_x[0] = turning * y * y;
+  of_x[1] = of_y[0] = -turning * x * y;
+  of_x[2] = by_normal * x;
+  of_y[1] = turning * x * x;
+  of_y[2] = by_normal * y;
 }
 
 // Against the slip.

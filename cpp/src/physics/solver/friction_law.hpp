@@ -36,8 +36,8 @@ enum class Regime { open, sticks, slides };
 //! Impulse at a miss, and how it grows with it. The slope is not symmetric where the contact slides: friction follows
 //! the normal impulse, and not the other way round.
 struct ContactResponse {
-  ContactVector impulse{};                       // [N s]
-  std::array<ContactVector, most_rows> slope{};  // d impulse / d miss [kg]; of no use where the contact is open
+  ContactVector impulse{};                     // [N s]
+  std::array<ContactVector, most_rows> slope;  // d impulse / d miss [kg]; unset where the contact is open
   Regime regime = Regime::open;
 };
 

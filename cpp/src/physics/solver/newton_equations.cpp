@@ -14,6 +14,15 @@ namespace {
 // An error is relative to the impulses, or to this share of the momenta where the impulses are nearly zero.
 constexpr double least_turnover = 1e-3;
 
+// The normal row of a direction is zero.
+double slip_along(const ContactRows& rows) {
+  double along = rows.direction[0] * rows.miss[0] + rows.direction[1] * rows.miss[1];
+  for (std::size_t row = usual_rows; row < static_cast<std::size_t>(rows.law.rows); ++row) {
+    along += rows.direction[row] * rows.miss[row];
+  }
+  return along;
+}
+
 }  // namespace
 
 // Residual of the equations, turnover of its terms, and responses, at the velocities.
@@ -50,9 +59,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
     ContactRows& rows = contacts_[k];
     const ContactVector speeds_now = speeds(rows, velocities_);
     const int count = rows.law.rows;
-    for (std::size_t row = 0; row < static_cast<std::size_t>(count); ++row) {
-      rows.miss[row] = rows.target[row] - speeds_now[row];
-    }
+    for (std::size_t row = 0; row < most_rows; ++row) rows.miss[row] = rows.target[row] - speeds_now[row];
     respond(rows);
     if (rows.response.regime != Regime::open) take(rows, rows.response.impulse.data(), count);
   }
@@ -70,11 +77,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
 double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
   stopped_ = false;
   const auto respond = [this, after_step](ContactRows& rows) {
-    double along = 0.0;  // the normal row of a direction is zero
-    for (std::size_t row = 0; after_step && row < static_cast<std::size_t>(rows.law.rows); ++row) {
-      along += rows.direction[row] * rows.miss[row];
-    }
-    const bool turns_round = after_step && rows.miss[normal_row] > 0.0 && along < 0.0;
+    const bool turns_round = after_step && rows.miss[normal_row] > 0.0 && slip_along(rows) < 0.0;
     if (!turns_round) return coulomb(rows.law, rows.miss, rows.response);
     stopped_ = true;
     respond_as(Regime::sticks, rows.law, rows.miss, rows.response);

@@ -27,13 +27,15 @@ struct ContactRows : RowSides {
   double recovery = 0.0;   // by how much more the bodies are to be moved apart, and not sped up [m/s]
   ContactVector impulse{};
 
-  // As the solver goes on:
-  ContactVector miss{};            // target less velocity
-  ContactResponse response{};      // to that
-  ContactVector direction{};       // of the slip before the last step
-  ContactVector predicted{};       // impulse after a linear step
-  ContactVector swept{};           // impulse that belongs to the velocities of the sweeps
-  ContactVector inverse_masses{};  // along the rows
+  // As the solver goes on, and sets them:
+  ContactVector miss;            // target less velocity
+  ContactResponse response;      // to that
+  ContactVector direction;       // of the slip before the last step
+  ContactVector predicted;       // impulse after a linear step
+  ContactVector swept;           // impulse that belongs to the velocities of the sweeps
+  ContactVector inverse_masses;  // along the rows
+
+  ContactRows() {}  // NOLINT: zeros of all that would take as long as the rest of a contact
 };
 
 //! A row whose impulse is (target - velocity) / softness within its limits: a stop, a drive, a mimic, a servo.
