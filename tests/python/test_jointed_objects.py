@@ -115,3 +115,19 @@ def test_a_replay_in_mujoco_agrees_on_a_door():
     effort = em.escape_effort(problem, nodes=1500, seed=2)
     replayed = em.mujoco.replay(model, data, problem, effort)
     assert replayed.escaped or replayed.least_scale <= 1.05
+
+
+def test_a_drawer_of_a_mujoco_model_is_an_object():
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><body name="cabinet"><geom type="box" size=".2 .2 .02" pos="0 0 -.2"/>
+        <body name="drawer"><joint name="slide" type="slide" axis="1 0 0" range="0 .4"
+        limited="true" frictionloss="1"/><geom type="box" size=".15 .15 .05" mass="1.5"/>
+        </body></body></worldbody></mujoco>"""
+    )
+    scene = em.scenes.from_mjcf(model, object="drawer")
+    captured = em.regions.Joint("slide", lower=0.05, upper=0.3)
+    at = scene.pack(joints={"slide": 0.1})
+    pull = {"force": (8, 0, 0), "torque": (0, 0, 0), "duration": 0.2}
+    effort = em.escape_effort(em.Problem(scene, at, captured=captured, **pull), nodes=5000).effort
+    assert 0.05 <= 1.01 * effort and effort < 0.08  # 1 N over 5 cm
