@@ -209,6 +209,20 @@ TEST(NewtonSolver, TowerUnderABlowObeysCoulombsLawToTheTolerance) {
   }
 }
 
+TEST(NewtonSolver, RowsWithoutLimitsRecoverFromErrorsOfBothSigns) {
+  for (const double recovery : {0.2, -0.2}) {
+    NewtonSolver solver;
+    const int cart = add_mover(solver, Eigen::VectorXd::Constant(1, 4.0), Eigen::VectorXd::Constant(1, 0.5));
+    LimitedRow& row = solver.add_limited(cart, -1);
+    solver.numbers(row.of_a)[0] = 1.0;
+    row.softness = 1e-7 / 4.0;
+    row.recovery = recovery;
+    EXPECT_TRUE(solver.solve(50, to_rounding));
+    EXPECT_NEAR(solver.recovery(cart)[0], recovery, 1e-6);
+    EXPECT_NEAR(velocities_of(solver, cart)[0], 0.0, 1e-6);
+  }
+}
+
 TEST(NewtonSolver, RowsWithLimitsReachTheirTargetOrPushAsHardAsTheyMay) {
   const auto driven = [](double limit) {
     NewtonSolver solver;

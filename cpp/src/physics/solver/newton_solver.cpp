@@ -205,7 +205,7 @@ void NewtonSolver::balance(const Island& island) {
 // How the velocities would answer if bodies in each other were asked to part by their `recovery` faster, while
 // everything that presses or sticks goes on doing so. It moves them, and speeds up nothing.
 void NewtonSolver::recover(const Island& island) {
-  const auto penetrates = [](const auto& rows) { return rows.recovery > 0.0; };
+  const auto penetrates = [](const auto& rows) { return rows.recovery != 0.0; };
   const bool any =
       std::any_of(island.contacts.begin(), island.contacts.end(),
                   [&](std::size_t k) { return penetrates(contacts_[k]); }) ||
@@ -231,7 +231,7 @@ void NewtonSolver::recover(const Island& island) {
   }
   for (const std::size_t k : island.limited) {
     LimitedRow& row = limited_[k];
-    if (row.recovery <= 0.0) continue;
+    if (row.recovery == 0.0) continue;
     row.slope = 1.0 / row.softness;
     press(row, 0, row.recovery / row.softness);
   }
