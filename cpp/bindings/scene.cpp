@@ -31,7 +31,7 @@ Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step, const
 constexpr const char* set_friction_doc = R"(From now on contacts of the two bodies have this coefficient of friction.
 
 It counts instead of what friction_rule makes of the bodies' own; torsional_friction and rolling_friction [m] instead of those
-of their surfaces. Raises ValueError on unknown bodies, one body given twice, and a coefficient that is negative or not finite.)";
+of their surfaces. With None these stay what they were. Raises ValueError on unknown bodies, one body given twice, and a coefficient that is negative or not finite.)";
 
 std::map<std::pair<std::string, std::string>, double> pair_frictions(const Scene& scene) {
   std::map<std::pair<std::string, std::string>, double> frictions;

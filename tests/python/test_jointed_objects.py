@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import energymargin as em
+from energymargin.searches import SearchSettings
+from energymargin.viewer import guard, view
+from energymargin.viewer.search import score_state
 
 STIFFNESS = 6.0  # N m/rad, of the door's spring
 OPEN = 0.4  # rad
@@ -131,3 +134,47 @@ def test_a_drawer_of_a_mujoco_model_is_an_object():
     pull = {"force": (8, 0, 0), "torque": (0, 0, 0), "duration": 0.2}
     effort = em.escape_effort(em.Problem(scene, at, captured=captured, **pull), nodes=5000).effort
     assert 1.01 * effort >= 0.05 and effort < 0.08  # 1 N over 5 cm
+
+
+def with_a_cup():
+    """A drawer that carries a free cup: both are objects, each with a set of its own."""
+    scene = drawer().scene
+    at = scene.unpack(scene.pack())["drawer"]["position"] + (0, 0, 0.08)
+    scene.add_body("cup", em.Box((0.06,) * 3), mass=0.2, position=at, role="object")
+    scene.disable_collisions("cabinet", "cup")
+    stays = em.regions.Ball("cup", center=(0, 0, 0.08), radius=0.03, frame="drawer")
+    captured = {"drawer": em.regions.Joint("slide", lower=0.05, upper=0.3), "cup": stays}
+    bounds = {"force": (8, 0, 0), "torque": (0, 0, 0), "duration": 0.2}
+    return em.Problem(scene, scene.pack(), captured=captured, **bounds)
+
+
+def test_one_object_on_a_joint_and_a_free_one_have_the_same_bits_on_any_thread():
+    problem = with_a_cup()
+    score = em.capture_score(problem, nodes=150, seed=2)
+    assert 0 < score.capture <= score.capture_any <= 1
+    efforts = [
+        em.escape_effort(problem, nodes=150, seed=2, captured=captured).effort
+        for captured in ("all", "any")
+    ]
+    assert 0 < efforts[0] <= efforts[1]
+    ahead = problem.replace(horizon=0.3, force=(2.5, 0, 0))
+    one, two = (
+        em.capture_probability(ahead, rollouts=40, seed=1, threads=threads, by_object=True)
+        for threads in (1, 2)
+    )
+    assert [each.captured for each in one.by_object] == [each.captured for each in two.by_object]
+    both = [each.captured for each in one.by_object]
+    assert 0 < one.captured <= min(both) and max(both) <= one.any.captured
+
+
+def test_the_viewer_draws_an_object_on_a_joint_its_tree_and_its_way(monkeypatch):
+    monkeypatch.setattr(guard, "PORT", 9300)  # other tests look for ports at the same time
+    problem = with_a_cup()
+    with view(problem, nodes=60) as viewer:
+        viewer.page.wait()
+        stage, scored = viewer.page._stage, score_state(problem, SearchSettings(nodes=60))
+        dots, lines = stage.draw_tree(scored, 60)
+        stage.draw_way(scored)
+        assert dots > 60 and lines > 60  # of two objects
+        drawn = set(viewer._server.scene._handle_from_node_name)
+    assert {"/objects/1", "/objects/2", "/edges/lines"} <= drawn

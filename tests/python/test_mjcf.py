@@ -211,6 +211,11 @@ def test_a_ball_joint_is_named_and_without_it_the_body_is_fixed():
 def test_dry_friction_is_of_joints_and_that_of_a_free_joint_is_named():
     dry = link("a", joint='<joint name="a" frictionloss="1"/>')
     assert joint(built(dry), "a").friction == 1
+    ignored = built(dry, ignore=("joint.frictionloss",))
+    assert joint(ignored, "a").friction == 0
+    assert ignored.report.names("left out") == ["joint.frictionloss"]
+    off = built(dry, sections={"option": '<flag frictionloss="disable"/>'})
+    assert joint(off, "a").friction == 0
     free = link("b", joint='<joint type="free" damping="0.1" frictionloss="1"/>')
     with pytest.raises(ValueError, match=r"joint.damping \(1\), joint.frictionloss \(1\)"):
         built(free)

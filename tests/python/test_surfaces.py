@@ -87,7 +87,7 @@ def test_ball_bounces(restitution, ground):
         right = drop * restitution ** (2 * np.arange(1, len(tops) + 1))
         errors.append(np.abs(tops / right - 1).max())
         assert len(tops) == 2
-    assert errors[0] < 0.02
+    assert errors[0] < 2e-3  # 2 % would do
     assert errors[1] < 0.6 * errors[0] or errors[1] < 1e-3
 
 
@@ -182,6 +182,71 @@ def test_a_problem_file_keeps_surfaces_and_frictions(tmp_path):
     assert read.bodies[0].surface_velocity.tolist() == [0.1, 0, 0]
     runs = [np.asarray(em.World(of).simulate(state, 60).states) for of in (scene, read)]
     assert np.array_equal(*runs)
+
+
+def test_a_pair_keeps_what_another_coefficient_says_nothing_of():
+    """As a belief about the pair's sliding friction does."""
+    scene = ball_on_table()
+    scene.set_friction("ball", "table", 0.3, torsional_friction=0.02)
+    captured = em.regions.Ball("ball", center=(0, 0, RADIUS), radius=0.1)
+    bounds = {"force": (1, 1, 1), "torque": (0, 0, 0), "duration": 0.1, "captured": captured}
+    problem = em.Problem(scene, scene.pack(), **bounds)
+    belief = em.Belief(problem, friction={"ball": {"table": 0.1}})
+    for particle in belief.particles(4, seed=0).problems:
+        surface = particle.scene.contact_surface("ball", "table")
+        assert surface.torsional_friction == 0.02
+        assert particle.scene.contact_friction("ball", "table") != 0.3
+
+
+@pytest.mark.parametrize(
+    "ball",
+    [
+        {"height": 0.4, "surface": em.Surface(restitution=0.8)},
+        {"surface": em.Surface(torsional_friction=0.01), "angular_velocity": (0, 0, 9)},
+        {"height": 0.06, "surface": em.Surface(stiffness=2e3, damping=3)},
+    ],
+)
+def test_a_rollout_in_two_halves_is_the_one_in_one_go(ball):
+    scene = ball_on_table(**ball)
+    world = em.World(scene)
+    whole = np.asarray(world.simulate(scene.pack(), 200).states)
+    rest = np.asarray(world.simulate(whole[99], 100).states)
+    assert np.abs(whole[-1] - rest[-1]).max() < 1e-10
+
+
+@pytest.mark.parametrize("count", [5, 40])
+def test_many_balls_bounce_each_at_its_time(count):
+    """Of up to 32 bodies all pairs are kept, of more those that are near."""
+    scene = em.Scene()
+    scene.add_plane("ground")
+    drops = 0.3 + 0.5 * np.random.default_rng(0).random(count)
+    surface = em.Surface(restitution=0.9)
+    for i, drop in enumerate(drops):
+        at = (0.3 * i, 0, RADIUS + drop)
+        scene.add_body(f"ball {i}", em.Sphere(RADIUS), mass=MASS, position=at, surface=surface)
+    states = np.asarray(em.World(scene).simulate(scene.pack(), 200).states)
+    for i, drop in enumerate(drops):
+        heights = states[:, scene.slice(f"ball {i}")][:, 2]
+        assert heights.min() > RADIUS - 3e-4
+        assert peaks(heights)[0] == pytest.approx(0.81 * drop, rel=0.006)
+
+
+def test_bouncing_adds_no_energy():
+    drop = 0.7
+    scene = ball_on_table(height=RADIUS + drop, surface=em.Surface(restitution=1.0))
+    _, positions, _, _ = motion(scene, 20.0)
+    assert peaks(positions[:, 2]).max() < drop * (1 + 2e-4)
+
+
+def test_two_balls_part_with_a_share_of_their_speed():
+    scene = em.Scene(gravity=(0, 0, 0))
+    for name, x, speed in (("a", -0.5, 2.0), ("b", 0.0, 0.0)):
+        at = {"position": (x, 0, 0), "velocity": (speed, 0, 0), "friction": 0.0}
+        surface = em.Surface(restitution=0.8)
+        scene.add_body(name, em.Sphere(RADIUS), mass=MASS, surface=surface, **at)
+    end = scene.unpack(np.asarray(em.World(scene).simulate(scene.pack(), 120).states)[-1])
+    assert end["a"]["velocity"][0] == pytest.approx(0.2, rel=1e-3)
+    assert end["b"]["velocity"][0] == pytest.approx(1.8, rel=1e-3)
 
 
 def test_work_of_belts_and_of_friction_that_turns_is_in_the_audit():

@@ -187,7 +187,7 @@ class Scene {
   //! From now on two bodies never collide; those that a joint connects never do.
   void disable_collisions(const std::string& body_a, const std::string& body_b);
 
-  //! From now on contacts of two bodies have these coefficients.
+  //! From now on contacts of two bodies have these coefficients; one that is unset stays what it was.
   void set_friction(const PairFriction& pair);
 
   const Vector3& gravity() const { return gravity_; }  //!< [m/s^2]

@@ -186,9 +186,10 @@ void Scene::set_friction(const PairFriction& pair) {
   require_not_negative("friction", pair.friction);
   require_not_negative("torsional_friction", pair.torsional_friction.value_or(0.0));
   require_not_negative("rolling_friction", pair.rolling_friction.value_or(0.0));
-  PairFriction& set = pair_frictions_[{a, b}] = pair;
-  set.body_a = bodies_[a].name;
-  set.body_b = bodies_[b].name;
+  PairFriction& set = pair_frictions_[{a, b}];
+  set = {bodies_[a].name, bodies_[b].name, pair.friction,
+         pair.torsional_friction ? pair.torsional_friction : set.torsional_friction,
+         pair.rolling_friction ? pair.rolling_friction : set.rolling_friction};
 }
 
 std::vector<PairFriction> Scene::pair_frictions() const {

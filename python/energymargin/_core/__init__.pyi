@@ -678,7 +678,7 @@ class Scene:
         From now on contacts of the two bodies have this coefficient of friction.
         
         It counts instead of what friction_rule makes of the bodies' own; torsional_friction and rolling_friction [m] instead of those
-        of their surfaces. Raises ValueError on unknown bodies, one body given twice, and a coefficient that is negative or not finite.
+        of their surfaces. With None these stay what they were. Raises ValueError on unknown bodies, one body given twice, and a coefficient that is negative or not finite.
         """
     def slice(self, name: str) -> slice:
         """
@@ -945,7 +945,7 @@ class Audit:
     @property
     def joints(self) -> float:
         """
-        Work of joint stops, negative where a joint hits one, and of the coupling of mimic joints [J].
+        Work of joint stops, negative where a joint hits one, of dry friction of joints, and of the coupling of mimic joints [J].
         """
     @property
     def leftover(self) -> float:

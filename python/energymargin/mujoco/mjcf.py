@@ -52,8 +52,9 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
         acts = surface and (surface.stiffness or surface.restitution)
         if acts or np.any(body.surface_velocity):
             raise ValueError(
-                f"the surface of {body.name!r} gives way, bounces or moves, expected none such: "
-                "contacts of MuJoCo have neither stiffness [N/m] nor restitution"
+                f"the surface of {body.name!r} gives way, bounces or moves, expected none such, as "
+                "contacts of MuJoCo have no stiffness [N/m]: leave out `surface`, or in from_urdf "
+                "ignore=('contact/stiffness', 'contact/damping', 'contact/restitution')"
             )
     at = np.asarray(scene.pack() if state is None else state, dtype=float)
     timestep = positive_number("step", scene.step if step is None else step)

@@ -42,7 +42,6 @@ class Contacts:
         """Counts geoms and contacts that are not simulated."""
         self._selection, self._model = selection, selection.model
         most = 3 if "geom.condim" in features.ignored else DIMENSIONS[-1]
-        features.leave("geom.condim", int(np.sum(self._model.geom_condim > most)))
         self._dimensions = np.minimum(self._model.geom_condim, most)
         self._pair_dimensions = np.minimum(self._model.pair_dim, most)
         chosen = {body: selection.carrier[body] for body in selection.bodies}
@@ -76,6 +75,8 @@ class Contacts:
         kinds = [self._kind(geom) for geom in self.geoms]
         for kind in ("hfield", "sdf"):
             features.add(f"geom/{kind}", kinds.count(kind))
+        lost = model.geom_condim[own] > self._dimensions[own]
+        features.leave("geom.condim", int(np.sum(lost)))
         wide = model.geom_margin[own] > SMALL
         features.add("geom.margin", int(np.sum(wide)))
         features.leave("geom.margin", int(np.sum((model.geom_margin[own] > 0) & ~wide)))

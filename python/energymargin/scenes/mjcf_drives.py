@@ -112,8 +112,9 @@ class _Drives:
         self._own = selection.all_joints()
         self._free = selection.free - ({selection.root} if selection.root is not None else set())
         self._coupled = coupled
-        self._stops, self._damps, self._springs = (
-            not disabled(self._model, what) for what in ("LIMIT", "DAMPER", "SPRING")
+        self._stops, self._damps, self._springs, self._dry = (
+            not disabled(self._model, what)
+            for what in ("LIMIT", "DAMPER", "SPRING", "FRICTIONLOSS")
         )
         self.drives = {joint: Drive() for joint in self._own if joint not in coupled}
 
@@ -143,15 +144,10 @@ class _Drives:
             drive.armature += factor**2 * armature
 
     def _spring(
-        self,
-        length: Linear,
-        rest: float,
-        stiffness: float,
-        damping: float,
-        other: tuple[float, float],
+        self, length: Linear, law: tuple[float, float, float], *, armature: float, friction: float
     ) -> None:
-        """Adds what acts beside actuators; `other`: armature and dry friction."""
-        armature, friction = other
+        """Adds what acts beside actuators; `law`: length at rest, stiffness, damping."""
+        rest, stiffness, damping = law
         self._push(length, stiffness * rest, stiffness, damping, armature)
         if length.terms:
             drive, factor = self._on_joint(length)
@@ -166,12 +162,17 @@ class _Drives:
         rest = float(model.qpos_spring[model.jnt_qposadr[joint]])
         stiffness = self._springs * float(model.jnt_stiffness[joint])
         damping = self._damps * float(model.dof_damping[dof])
-        counts = "joint.frictionloss" not in self._features.ignored
-        other = float(model.dof_armature[dof]), counts * float(model.dof_frictionloss[dof])
-        self._spring(length, rest, stiffness, damping, other)
+        friction = self._friction("joint.frictionloss", model.dof_frictionloss[dof])
+        law, armature = (rest, stiffness, damping), float(model.dof_armature[dof])
+        self._spring(length, law, armature=armature, friction=friction)
         add("joint.damping", _number(model, "dof_dampingpoly", dof) != 0)
         nonlinear = ("jnt_springyield", "jnt_stiffnesspoly")
         add("joint.stiffness", any(_number(model, name, joint) for name in nonlinear))
+
+    def _friction(self, name: str, loss: float) -> float:
+        """Dry friction, unless the model disables it or it is ignored."""
+        self._features.leave(name, name in self._features.ignored and loss > 0)
+        return float(loss) if self._dry and name not in self._features.ignored else 0.0
 
     def _tendon(self, tendon: int) -> tuple[Linear | None, list[str]]:
         """Length of a tendon, by joints that lead, and the joints here that it depends on, by name.
@@ -189,7 +190,8 @@ class _Drives:
         """Limits, springs and dampers of a fixed tendon that depends on one joint."""
         model, add = self._model, self._features.add
         length, names = self._tendon(tendon)
-        limited, loss = model.tendon_limited[tendon], float(model.tendon_frictionloss[tendon])
+        limited = model.tendon_limited[tendon]
+        loss = self._friction("tendon.frictionloss", model.tendon_frictionloss[tendon])
         stiffness, damping = (
             float(model.tendon_stiffness[tendon]),
             float(model.tendon_damping[tendon]),
@@ -206,7 +208,7 @@ class _Drives:
             self._stop(length, limited, model.tendon_range[tendon])
             low, high = map(float, model.tendon_lengthspring[tendon])
             add("tendon", bool(stiffness) and low != high)
-            self._spring(length, low, stiffness, damping, (armature, loss))
+            self._spring(length, (low, stiffness, damping), armature=armature, friction=loss)
 
     def _near(self, tendon: int) -> bool:
         """Whether a spatial tendon passes a body with joints of the selection, or below one."""

@@ -50,8 +50,8 @@ bool StepEquations::set_normal(ContactRows& rows, const ContactPoint& point, con
   if (point.distance > touch * speed * step) return false;
   // Velocities are those of the middle of the step before: they lack half a step of what pulls the bodies together.
   const double pull = (still - solver_.speed(rows, normal_row, solver_.all_free()) - speed) / duration;
-  const double parting = surface.restitution * (speed + 0.5 * step * pull) + pull * (0.5 * step - duration);
-  rows.target[normal_row] = std::max(rows.target[normal_row], still + parting);
+  const double separation = surface.restitution * (speed + 0.5 * step * pull) + pull * (0.5 * step - duration);
+  rows.target[normal_row] = std::max(rows.target[normal_row], still + separation);
   if (!rows.law.compliant) rows.law.normal_softness *= bouncing_softness;
   return true;
 }
