@@ -38,7 +38,8 @@ inline constexpr AuditEntry audit_entries[] = {
      "Work of the normal impulses at contacts [J]. Impacts lose energy: negative. Positive where links overlap "
      "something, which Bullet recovers from by a change of velocity."},
     {"joints", &Audit::joints,
-     "Work of joint stops, negative where a joint hits one, of dry friction of joints, and of the coupling of mimic joints [J]."},
+     "Work of joint stops, negative where a joint hits one, of dry friction of joints, and of the coupling of mimic "
+     "joints [J]."},
     {"damping", &Audit::damping, "Work of the damping of joints and springs; negative [J]."},
     {"drives", &Audit::drives,
      "Work of drives to a target velocity: damping * target velocity, within the torque limit [J]."},
