@@ -10,14 +10,17 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.cli.fields import changed, in_words, keyword, option
-from energymargin.cli.options import OverwriteFolderOption, ThreadsOption
+from energymargin.cli.fields import changed, described, in_words, keyword, option
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
 from energymargin.settings import flag_of
 from energymargin_paper.study import Study
 
 __all__ = ["command", "make"]
+
+ARGS = """Args:
+    overwrite: Take a folder that has files of others too, and replace those of the same names.
+"""
 
 
 def command(study: Study[Any, Any]) -> Any:
@@ -42,15 +45,15 @@ def command(study: Study[Any, Any]) -> Any:
 
     parameters = [
         *(option(study.settings, own) for own in fields(study.settings) if "help" in own.metadata),
-        *([keyword("threads", ThreadsOption)] if study.threaded else []),
+        *([keyword("threads", int | None)] if study.threaded else []),
         keyword("output", _folder(study)),
         keyword("quick", _quick(study), default=False),
-        keyword("overwrite", OverwriteFolderOption, default=False),
+        keyword("overwrite", bool, default=False),
     ]
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    run.__doc__ = study.__doc__
+    run.__doc__ = f"{inspect.getdoc(study)}\n\n{ARGS}"
     app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
-    app.command(study.name)(run)
+    app.command(study.name)(described(run))
     return typer.main.get_command(app)
 
 

@@ -18,8 +18,7 @@ import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
-from energymargin.cli.fields import split
-from energymargin.cli.options import OverwriteFolderOption, ThreadsOption
+from energymargin.cli.fields import described, split
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, say
 from energymargin.replacing import replace_text
@@ -75,14 +74,13 @@ def _studies() -> None:
     """Makes the app a group, though it has one command of its own."""
 
 
-@app.command("all")
 def everything(
     *,
     only: Annotated[
         str | None,
         typer.Option(help="Which studies, separated by commas.", show_default="all but published"),
     ] = None,
-    threads: ThreadsOption = None,
+    threads: int | None = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -94,7 +92,7 @@ def everything(
     quick: Annotated[
         bool, typer.Option("--quick", help="A first picture of everything, in some minutes.")
     ] = False,
-    overwrite: OverwriteFolderOption = False,
+    overwrite: bool = False,
 ) -> None:
     """Every study of this list, into one folder with an index page (index.html, index.md).
 
@@ -103,6 +101,10 @@ def everything(
     half; stop it with Ctrl-C: the same command goes on from there.
 
     Example: `energymargin reproduce all --only table1,table2`
+
+    Args:
+        overwrite: Take a folder that has files of others too, and replace those of the same
+            names.
     """
     from energymargin.checks import core_count
 
@@ -124,6 +126,9 @@ def everything(
             times.add(name, time.monotonic() - begun)
         write_index(folder, {name: STUDIES[name] for name in TOGETHER}, times, count)
     say(f"In {escape(str(folder))}/: index.html, index.md, and a folder for each study")
+
+
+app.command("all")(described(everything))
 
 
 def write_index(folder: Path, studies: Mapping[str, str], times: Times, threads: int) -> None:

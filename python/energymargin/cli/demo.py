@@ -11,7 +11,7 @@ from rich.markup import escape
 from energymargin.bars import bar
 from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import changed, options_of
-from energymargin.cli.options import OverwriteFolderOption, ThreadsOption, chosen_executor
+from energymargin.cli.options import chosen_executor
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import say
@@ -28,8 +28,8 @@ def demo(
     *,
     output: Path = Path("out"),
     trajectories: int = 50,
-    threads: ThreadsOption = None,
-    overwrite: OverwriteFolderOption = False,
+    threads: int | None = None,
+    overwrite: bool = False,
     **given: Any,
 ) -> None:
     """The whole way on planar pushing: scores, table, pictures. Stopped, it goes on from there.
@@ -39,6 +39,8 @@ def demo(
     Args:
         output: Folder for all files.
         trajectories: How many trajectories.
+        overwrite: Take a folder that has files of others too, and replace those of the same
+            names.
     """
     from energymargin import tasks
     from energymargin.datasets.generation import load_or_generate

@@ -6,14 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from energymargin.cli.options import (
-    BootstrapSeedOption,
-    DrawsOption,
-    LastOption,
-    OverwriteOption,
-    RunOption,
-    ScoresArgument,
-)
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, out
 from energymargin.replacing import replace_text
@@ -24,17 +16,17 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    scores: ScoresArgument,
+    scores: Path,
     *,
     output: list[Path] | None = None,
-    run: RunOption = None,
+    run: int | None = None,
     frames: list[int] | None = None,
-    last: LastOption = 5,
+    last: int = 5,
     among: Literal["all", "captured"] | None = None,
     clipped: bool = False,
-    draws: DrawsOption = 1000,
-    seed: BootstrapSeedOption = 0,
-    overwrite: OverwriteOption = False,
+    draws: int = 1000,
+    seed: int = 0,
+    overwrite: bool = False,
 ) -> None:
     """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
 
@@ -48,6 +40,7 @@ def evaluate(
         frames: How many frames the label looks ahead, 0 to 5 if not given; may be repeated.
         among: Compare all states, or those that are captured now; if not given, a table of each.
         clipped: Let a horizon end with its trajectory, instead of leaving such states out.
+        seed: Seed of the bootstrap intervals.
     """
     from energymargin.store import ScoreStore
 

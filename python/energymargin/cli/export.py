@@ -6,17 +6,16 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from energymargin.cli.options import OverwriteOption, RunOption, ScoresArgument
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import out, say
 
 
 def export(
-    scores: ScoresArgument,
+    scores: Path,
     *,
     output: Path | None = None,
-    run: RunOption = None,
-    overwrite: OverwriteOption = False,
+    run: int | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
 

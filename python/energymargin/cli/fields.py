@@ -1,7 +1,7 @@
 """Options of a command: its own, from its signature and docstring, and the fields of its settings.
 
-A docstring says what an option does below `Args:`, as that of any function. Other headings are
-those of the command's help:
+A docstring says what an option does below `Args:`, as that of any function, and SHARED what those
+of several commands do. Other headings are those of the command's help:
 
     Args:
         data: A dataset, from `energymargin generate`.
@@ -16,23 +16,24 @@ import inspect
 from collections.abc import Callable
 from dataclasses import Field, fields, replace
 from types import NoneType
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import typer
 
+from energymargin.cli.options import SHARED
 from energymargin.settings import flag_of
 
 Command = TypeVar("Command", bound=Callable[..., None])
 Settings = TypeVar("Settings")
 
-SHORT = {"output": "-o"}
+SHORT = {"output": "-o", "parameter": "-p"}
 
 
 def described(command: Command) -> Command:
-    """A command whose options have the help in its docstring."""
+    """A command whose options have the help in its docstring, or that of SHARED."""
     text, _, entries = (inspect.getdoc(command) or "").partition("\n\nArgs:\n")
-    helps: dict[str, str] = {}
-    panels: dict[str, str] = {}
+    helps = {name: text for shared in SHARED.values() for name, text in shared.items()}
+    panels = {name: heading or "" for heading, shared in SHARED.items() for name in shared}
     panel = name = ""
     for line in entries.splitlines():
         if not line.startswith(" "):
@@ -44,7 +45,9 @@ def described(command: Command) -> Command:
             panels[name] = panel
     signature = inspect.signature(command, eval_str=True)
     parameters = [
-        _own(each, helps[each.name], panels[each.name] or None) if each.name in helps else each
+        _own(each, helps[each.name], panels[each.name] or None)
+        if each.name in helps and get_origin(each.annotation) is not Annotated
+        else each
         for each in signature.parameters.values()
     ]
     command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]

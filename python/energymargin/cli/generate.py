@@ -12,11 +12,6 @@ from rich.markup import escape
 from energymargin.bars import bar
 from energymargin.cli.options import (
     PICTURE_NODES,
-    OverwriteOption,
-    ParameterOption,
-    SchedulerOption,
-    SeedOption,
-    TimeoutOption,
     cluster,
     parsed,
     require_one,
@@ -34,13 +29,13 @@ def generate(
     output: Path | None = None,
     trajectories: int = 50,
     frames: int = 10,
-    seed: SeedOption = 0,
-    parameter: ParameterOption = None,
-    overwrite: OverwriteOption = False,
+    seed: int = 0,
+    parameter: list[str] | None = None,
+    overwrite: bool = False,
     picture: Path | None = None,
     processes: int | None = None,
-    scheduler: SchedulerOption = None,
-    timeout: TimeoutOption = None,
+    scheduler: str | None = None,
+    timeout: float | None = None,
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
     command goes on from there.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 
 from energymargin.cli.generate import say_written
-from energymargin.cli.options import OverwriteOption, ParameterOption, parsed, require_one
+from energymargin.cli.options import parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import say, warn
 
@@ -26,7 +26,7 @@ def import_recordings(
     problem: Path | None = None,
     labels: Path | None = None,
     output: Path | None = None,
-    parameter: ParameterOption = None,
+    parameter: list[str] | None = None,
     columns: Path | None = None,
     object_topic: str | None = None,
     effector_topic: str | None = None,
@@ -36,7 +36,7 @@ def import_recordings(
     smoothing: float = 0.06,
     causal: bool = False,
     most_overlap: float = 0.01,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
 ) -> None:
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 

@@ -1,12 +1,10 @@
-"""Options of several commands: their types, and what their words mean."""
+"""Options of several commands: their help, and what their words mean."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
-
-import typer
+from typing import TYPE_CHECKING, Any, Literal
 
 from energymargin.cli.terminal import warn
 
@@ -16,67 +14,26 @@ if TYPE_CHECKING:
     from energymargin.executors import Dask, Executor
 
 PlanWord = Literal["script", "hold", "none"]
-WHERE = "Where it runs"
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
-ScoresArgument = Annotated[
-    Path, typer.Argument(help="A file of scores, from `energymargin score`.")
-]
-SeedOption = Annotated[
-    int, typer.Option(help="The same seed gives the same numbers, to the last bit.")
-]
-ThreadsOption = Annotated[
-    int | None,
-    typer.Option(
-        help="Threads; all cores if not given. Scores do not depend on it.", rich_help_panel=WHERE
-    ),
-]
-ParameterOption = Annotated[
-    list[str] | None,
-    typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
-]
-OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Replace the file if it exists.")
-]
-OverwriteFolderOption = Annotated[
-    bool,
-    typer.Option(
-        "--overwrite",
-        help="Take a folder that has files of others too, and replace those of the same names.",
-    ),
-]
-RunOption = Annotated[
-    int | None,
-    typer.Option(
-        "--run", help="Which run, if there are several; `energymargin export` lists them."
-    ),
-]
-LastOption = Annotated[
-    int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
-]
-DrawsOption = Annotated[
-    int, typer.Option(help="Bootstrap resamples of each interval: with many states, fewer do.")
-]
-BootstrapSeedOption = Annotated[int, typer.Option(help="Seed of the bootstrap intervals.")]
-ProcessesOption = Annotated[
-    int | None,
-    typer.Option(
-        help="So many processes instead of threads: a crash costs little.", rich_help_panel=WHERE
-    ),
-]
-TimeoutOption = Annotated[
-    float | None,
-    typer.Option(
-        help="Seconds after which it ends with what is done; exit code 124.", rich_help_panel=WHERE
-    ),
-]
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(
-        help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
-        rich_help_panel=WHERE,
-    ),
-]
+# The help of options that several commands have, by its heading in the commands' help.
+SHARED: dict[str | None, dict[str, str]] = {
+    None: {
+        "scores": "A file of scores, from `energymargin score`.",
+        "seed": "The same seed gives the same numbers, to the last bit.",
+        "parameter": "A parameter of the task: NAME=VALUE.",
+        "overwrite": "Replace the file if it exists.",
+        "run": "Which run, if there are several; `energymargin export` lists them.",
+        "last": "Frames of a trajectory whose success scores count: k-bar.",
+        "draws": "Bootstrap resamples of each interval: with many states, fewer do.",
+    },
+    "Where it runs": {
+        "threads": "Threads; all cores if not given. Scores do not depend on it.",
+        "processes": "So many processes instead of threads: a crash costs little.",
+        "timeout": "Seconds after which it ends with what is done; exit code 124.",
+        "scheduler": "The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
+    },
+}
 
 
 def chosen_executor(

@@ -11,11 +11,6 @@ from rich.markup import escape
 from energymargin.bars import bar
 from energymargin.cli.fields import options_of
 from energymargin.cli.options import (
-    OverwriteOption,
-    ProcessesOption,
-    SchedulerOption,
-    ThreadsOption,
-    TimeoutOption,
     chosen_executor,
     chosen_sampling,
 )
@@ -43,11 +38,11 @@ def rank(
     tolerance: float = 0.05,
     race: bool = True,
     output: Path | None = None,
-    overwrite: OverwriteOption = False,
-    threads: ThreadsOption = None,
-    processes: ProcessesOption = None,
-    scheduler: SchedulerOption = None,
-    timeout: TimeoutOption = None,
+    overwrite: bool = False,
+    threads: int | None = None,
+    processes: int | None = None,
+    scheduler: str | None = None,
+    timeout: float | None = None,
     **given: Any,
 ) -> None:
     """Rank problems: which plan, grasp or push holds best, and how sure is that?

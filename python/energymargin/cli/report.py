@@ -9,31 +9,23 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from energymargin.cli.options import (
-    BootstrapSeedOption,
-    DrawsOption,
-    LastOption,
-    OverwriteOption,
-    RunOption,
-    ScoresArgument,
-)
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, loading, say
 
 
 def report(
-    scores: ScoresArgument,
+    scores: Path,
     *,
     output: Path | None = None,
-    run: RunOption = None,
+    run: int | None = None,
     data: Path | None = None,
     trajectories: int = 30,
     pictures: int = 2,
     frames: int | None = None,
-    last: LastOption = 5,
-    draws: DrawsOption = 1000,
-    seed: BootstrapSeedOption = 0,
-    overwrite: OverwriteOption = False,
+    last: int = 5,
+    draws: int = 1000,
+    seed: int = 0,
+    overwrite: bool = False,
 ) -> None:
     """Make one page of a file of scores, to be opened in a browser without a network: tables,
     scores along trajectories, ROC, histograms, pictures of the states that the scores get most
@@ -50,6 +42,7 @@ def report(
         pictures: How many states of each score and label are drawn, whose trees are grown again.
         frames: Frames that the label looks ahead in histograms and pictures; if not given 2, or
             fewer if no trajectory has as many.
+        seed: Seed of the bootstrap intervals.
     """
     with loading():
         from energymargin.cli.progress import share_bar

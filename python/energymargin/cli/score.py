@@ -15,10 +15,6 @@ from energymargin.bars import bar
 from energymargin.cli.fields import changed, options_of, split
 from energymargin.cli.options import (
     PlanWord,
-    ProcessesOption,
-    SchedulerOption,
-    ThreadsOption,
-    TimeoutOption,
     chosen_executor,
     chosen_future,
     chosen_sampling,
@@ -55,10 +51,10 @@ def score(
     dwell: float | None = None,
     belief: str | None = None,
     particles: int | None = None,
-    threads: ThreadsOption = None,
-    processes: ProcessesOption = None,
-    scheduler: SchedulerOption = None,
-    timeout: TimeoutOption = None,
+    threads: int | None = None,
+    processes: int | None = None,
+    scheduler: str | None = None,
+    timeout: float | None = None,
     **given: Any,
 ) -> None:
     """Score every state of a dataset that is not scored yet. Stopped in any way, the same command

@@ -14,10 +14,7 @@ from rich.markup import escape
 from energymargin.bars import bar
 from energymargin.cli.fields import as_number
 from energymargin.cli.options import (
-    OverwriteOption,
-    ParameterOption,
     PlanWord,
-    RunOption,
     chosen_future,
     parsed,
 )
@@ -38,11 +35,11 @@ def view_command(
     frame: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
-    parameter: ParameterOption = None,
+    parameter: list[str] | None = None,
     frames: int | None = None,
     plan: PlanWord | None = None,
     scores: Path | None = None,
-    run: RunOption = None,
+    run: int | None = None,
     host: str = "127.0.0.1",
     port: int | None = None,
     open_browser: Annotated[
@@ -51,7 +48,7 @@ def view_command(
     ] = False,
     output: Path | None = None,
     size: str = SIZE,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
     score what you see. Ctrl-C ends it.

@@ -6,12 +6,11 @@ Heavy modules are imported where they are used, so that --help answers at once.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import OverwriteOption
+from energymargin.cli.fields import described
 from energymargin.cli.places import require_free
 from energymargin.cli.progress import progress_bar
 from energymargin.cli.terminal import err, say
@@ -20,23 +19,20 @@ __all__ = ["app"]
 
 app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
 
-DataArgument = Annotated[Path, typer.Argument(help="The folder of the authors' data.")]
-FolderOption = Annotated[
-    Path,
-    typer.Option("--output", "-o", help="A dataset of each part, with its scores beside it."),
-]
 
-
-@app.command()
 def import_published(
+    data: Path,
     *,
-    data: DataArgument,
-    output: FolderOption = Path("published"),
-    overwrite: OverwriteOption = False,
+    output: Path = Path("published"),
+    overwrite: bool = False,
 ) -> None:
     """Read the data that the paper's authors published: a dataset of each part, and their scores.
 
     Example: `energymargin import-published dynamicCageForMPPI-data`
+
+    Args:
+        data: The folder of the authors' data.
+        output: A dataset of each part, with its scores beside it.
     """
     from energymargin.datasets.dataset import left_out_text
     from energymargin_paper.paper import authors
@@ -63,3 +59,6 @@ def import_published(
         f"states, of which {left_out} cannot be simulated. Next: "
         f"[bold]energymargin evaluate {one}-scores.db[/], or [bold]energymargin score {one}.h5[/]"
     )
+
+
+app.command()(described(import_published))
