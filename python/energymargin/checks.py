@@ -95,6 +95,12 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
     raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
 
 
+def check_type(name: str, value: object, kind: Any, expected: str) -> None:
+    """Raises a ValueError with `name` unless the value is of this kind, a type or several."""
+    if not isinstance(value, kind):
+        raise ValueError(f"{name} is {shown(value)}, expected {expected}")
+
+
 def check_shape(
     name: str, array: NDArray[Any], shape: tuple[int, ...], kind: type | None = None
 ) -> None:

@@ -1,4 +1,21 @@
-"""The base of the package's own errors, and those of them that no module of its own has."""
+"""The base of the package's own errors, those of them that no module of its own has, and what a
+missing package says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def needs_extra(what: str, extra: str) -> Iterator[None]:
+    """An import in the `with` block that fails raises ImportError with what brings the package."""
+    try:
+        yield
+    except ImportError as error:
+        way = f"pip install 'energymargin[{extra}]'"
+        raise ImportError(f"{what} needs {error.name}: {way}") from error
 
 
 class EnergyMarginError(Exception):

@@ -6,7 +6,7 @@ import time
 from typing import TypedDict
 
 from energymargin._core import Cancel, Cancelled
-from energymargin.checks import positive_number
+from energymargin.checks import check_type, positive_number
 
 SOON = 1e-6  # s; the shortest time that is left
 
@@ -26,8 +26,7 @@ class Limit:
         another cancel than a Cancel."""
         if timeout is not None:
             positive_number("timeout", timeout)
-        if not (cancel is None or isinstance(cancel, Cancel)):
-            raise ValueError(f"cancel is {cancel!r}, expected an em.Cancel or None")
+        check_type("cancel", cancel, Cancel | None, "an em.Cancel or None")
         self._end = None if timeout is None else time.monotonic() + timeout
         self._cancel = cancel
 

@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from importlib import import_module
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import energymargin._core as compiled
@@ -181,8 +180,6 @@ def _small(text: str) -> str:
 
 def _drawn(picture: Picture) -> str | None:
     """A PNG as a data URI; None without matplotlib, or if it cannot be drawn."""
-    if find_spec("matplotlib") is None:
-        return None
     try:
         from matplotlib.figure import Figure
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from energymargin.actions.trials import Disturbance
 from energymargin.disturbances import ActuationNoise, Gaussian, Uniform, of_plan
+from energymargin.errors import needs_extra
 
 LEAST_POPULATION = 12  # draws are random: more points average more of that out than CMA-ES's own
 SIGMA = 0.2  # of the unit cube's edge, at the start
@@ -36,12 +37,8 @@ def population_of(dimension: int) -> int:
 
 def cma_package() -> Any:
     """The package cma; ImportError with the extra that brings it."""
-    try:
+    with needs_extra("em.improve", "improve"):
         import cma
-    except ImportError as error:
-        raise ImportError(
-            "em.improve needs the package cma: pip install 'energymargin[improve]'"
-        ) from error
     return cma
 
 

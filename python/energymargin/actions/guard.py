@@ -22,6 +22,7 @@ from energymargin.actions.choosing import (
 )
 from energymargin.actions.trials import check_disturbance
 from energymargin.checks import (
+    check_type,
     core_count,
     function_of,
     function_or_none,
@@ -176,8 +177,7 @@ class Guard(Closing):
         says why; without a fallback the error is raised. Raises ValueError on bad arguments.
         """
         self._policy = function_of("policy", policy, "observation")
-        if not isinstance(monitor, Monitor):
-            raise ValueError(f"monitor is {monitor!r}, expected an em.Monitor")
+        check_type("monitor", monitor, Monitor, "an em.Monitor")
         if monitor.rule is None:
             raise ValueError("monitor has no alarm, expected one with alarm=")
         self.monitor = monitor

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
 from energymargin.actions.trials import Question
-from energymargin.checks import function_of, shown
+from energymargin.checks import check_type, function_of, shown
 from energymargin.plans import in_steps
 
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]
@@ -73,8 +73,7 @@ class Maker:
             )
         for number, one in enumerate(self.constraints):
             function_of(f"constraints[{number}]", one, "values")
-        if not isinstance(self.problem, Problem):
-            raise ValueError(f"problem is {shown(self.problem)}, expected a Problem")
+        check_type("problem", self.problem, Problem, "a Problem")
         function_of("make_plan", self.make_plan, "values")
         values = self.box.values(self.box.start)
         for number, value in enumerate(self._constrained(values)):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World
 from energymargin.actions.trials import Disturbance, Draw, Draws, Question, Trials
-from energymargin.checks import function_or_none, shown, whole_number, yes_or_no
+from energymargin.checks import check_type, function_or_none, whole_number, yes_or_no
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
@@ -245,11 +245,9 @@ def margin_profile(
 
 def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
     """The problem with a plan and a horizon; ValueError if it has no horizon."""
-    if not isinstance(problem, Problem):
-        raise ValueError(f"problem is {shown(problem)}, expected a Problem")
+    check_type("problem", problem, Problem, "a Problem")
     if plan is not None:
-        if not isinstance(plan, Plan):
-            raise ValueError(f"plan is {shown(plan)}, expected a Plan")
+        check_type("plan", plan, Plan, "a Plan")
         fitting = in_steps(plan, problem.scene.step)
         return problem.replace(
             plan=fitting, horizon=fitting.duration, effector="coast", start_outside=True

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.beliefs import Uncertainty
-from energymargin.checks import function_of, one_of, shown
+from energymargin.checks import check_type, function_of, one_of, shown
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, too_many_diverged
 from energymargin.errors import DivergedError
@@ -86,8 +86,7 @@ class Question:
 
     def check(self, name: str, problem: Problem) -> None:
         """Raises ValueError if a problem lacks what the question is about."""
-        if not isinstance(problem, Problem):
-            raise ValueError(f"{name} is {shown(problem)}, expected a Problem")
+        check_type(name, problem, Problem, "a Problem")
         if not self.is_effort and problem.horizon is None:
             raise ValueError(
                 f"{name} is without a horizon, expected one with: problem.replace(horizon=...)"
@@ -110,10 +109,7 @@ def check_disturbance(disturbance: Any) -> None:
 
 def check_uncertainty(uncertainty: Uncertainty | None) -> None:
     """Raises ValueError on another thing."""
-    if not (uncertainty is None or isinstance(uncertainty, Uncertainty)):
-        raise ValueError(
-            f"uncertainty is {uncertainty!r}, expected an em.beliefs.Uncertainty or None"
-        )
+    check_type("uncertainty", uncertainty, Uncertainty | None, "an em.beliefs.Uncertainty or None")
 
 
 class Draw(NamedTuple):

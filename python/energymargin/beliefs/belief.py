@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Problem, World
 from energymargin.beliefs.uncertainty import ERRORS, Source, Uncertainty
-from energymargin.checks import whole_number
+from energymargin.checks import check_type, whole_number
 from energymargin.plausibility import PlausibilityWarning
 from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
@@ -103,8 +103,7 @@ class Belief:
         question: Question | None = None,
     ) -> None:
         """As the class."""
-        if not isinstance(problem, Problem):
-            raise ValueError(f"problem is {problem!r}, expected a Problem")
+        check_type("problem", problem, Problem, "a Problem")
         own = {"friction": friction, "mass": mass, "pose": pose, "velocity": velocity}
         given = [name for name, value in own.items() if value is not None]
         if uncertainty is None:

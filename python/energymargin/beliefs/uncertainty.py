@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Body, Scene
-from energymargin.checks import not_negative_number, shown, whole_number
+from energymargin.checks import check_type, not_negative_number, shown, whole_number
 from energymargin.metrics import TIMED
 
 QUANTITIES = ("friction", "mass", "pose", "velocity")
@@ -378,10 +378,7 @@ class Sampling:
 
     def __post_init__(self) -> None:
         """Raises ValueError on what cannot be."""
-        if not isinstance(self.uncertainty, Uncertainty):
-            raise ValueError(
-                f"uncertainty is {self.uncertainty!r}, expected an em.beliefs.Uncertainty"
-            )
+        check_type("uncertainty", self.uncertainty, Uncertainty, "an em.beliefs.Uncertainty")
         count = whole_number("particles", self.particles, 1, MOST_PARTICLES)
         object.__setattr__(self, "particles", count)
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact
-from energymargin.checks import whole_number
+from energymargin.checks import check_type, whole_number
 from energymargin.reprs import short_repr
 from energymargin.trajectories import Trajectory
 
@@ -93,8 +93,7 @@ class Block:
             for name, (counter, _) in COLUMNS.items()
         }
         params = json.loads(columns["params"].tobytes())
-        if not isinstance(params, dict):
-            raise ValueError(f"params is {params!r}, expected a table of numbers by their names")
+        check_type("params", params, dict, "a table of numbers by their names")
         absent = columns["captured_any"] == NO_LABEL
         if absent.any() and not absent.all():
             raise ValueError("some of its frames have a label of at least one object, others none")

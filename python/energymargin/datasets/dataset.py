@@ -23,7 +23,7 @@ from energymargin import tasks
 from energymargin._core import Problem
 from energymargin.beliefs.belief import Belief
 from energymargin.beliefs.uncertainty import Uncertainty
-from energymargin.checks import whole_number
+from energymargin.checks import check_type, whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import files
 from energymargin.datasets.columns import (
@@ -237,8 +237,7 @@ class Dataset(Closing):
         self, numbers: Sequence[int] | None, future: Future | None
     ) -> Iterator[Problem | StateError]:
         """Yields the problem of each of these states, or why it makes none."""
-        if not (future is None or isinstance(future, Future)):
-            raise ValueError(f"future is {future!r}, expected an em.datasets.Future, or None")
+        check_type("future", future, Future | None, "an em.datasets.Future, or None")
         wanted = range(self.size) if numbers is None else self._rising(numbers)
         for t, frames in self._by_trajectory(wanted):
             trajectory = self.trajectories[t]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from energymargin.errors import needs_extra
 from energymargin.parallel import RemoteWorkers
 
 if TYPE_CHECKING:
@@ -120,12 +121,8 @@ class _DaskWorkers(RemoteWorkers):
 
 
 def _connected(scheduler: str | Client) -> Any:  # a Client, whose types say that it may be closed
-    try:
+    with needs_extra("a Dask cluster", "cluster"):
         from distributed import Client
-    except ImportError as error:
-        raise ImportError(
-            "a Dask cluster needs dask and distributed: pip install 'energymargin[cluster]'"
-        ) from error
     if isinstance(scheduler, Client):
         return scheduler
     try:

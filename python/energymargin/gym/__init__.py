@@ -5,10 +5,10 @@ environments are known to `gymnasium.make` once this package is imported: `impor
 or `gymnasium.make("energymargin.gym:EnergyMarginPush-v0")`.
 """
 
-try:
+from energymargin.errors import needs_extra
+
+with needs_extra("em.gym", "gym"):
     import gymnasium  # noqa: F401
-except ImportError as error:
-    raise ImportError("em.gym needs gymnasium: pip install 'energymargin[gym]'") from error
 
 from energymargin.gym.channels import CHANNELS, Channel
 from energymargin.gym.environment import ScriptedFuture, TaskEnv, present, register_environments

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Inertial, MassProperties
 from energymargin.bars import Update
 from energymargin.checks import positive_number
+from energymargin.errors import needs_extra
 from energymargin.limits import Limit
 from energymargin.meshes.solids import joined, merged, points_within, solids, winding_numbers
 from energymargin.plausibility import warn
@@ -149,17 +149,6 @@ def _parts(
     return parts if accuracy is None else parts_within(accuracy, parts, bodies, how)
 
 
-@contextmanager
-def needs_extra() -> Iterator[None]:
-    """Tells what to install if an import fails."""
-    try:
-        yield
-    except ImportError as error:
-        raise ImportError(
-            f"meshes and URDF files need {error.name}: pip install 'energymargin[urdf]'"
-        ) from error
-
-
 def _scale(scale: Any) -> NDArray[np.float64]:
     try:
         sizes = np.broadcast_to(np.asarray(scale, float), 3)
@@ -207,7 +196,7 @@ def _geometries(
     path: Path, scale: NDArray[np.float64]
 ) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
     """Vertices [m] and faces of each object in a file."""
-    with needs_extra():
+    with needs_extra("a mesh file", "urdf"):
         import trimesh
 
         if path.suffix.lower() == ".dae":

@@ -6,10 +6,10 @@ Each `plot_...` takes and returns an Axes; without one it makes a figure of pypl
 `figure_...` makes a whole Figure.
 """
 
-try:
+from energymargin.errors import needs_extra
+
+with needs_extra("a picture", "plots"):
     import matplotlib  # noqa: F401
-except ImportError as error:
-    raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 from energymargin.plots.actions import figure_improvement, plot_ranking
 from energymargin.plots.beliefs import figure_belief

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin.actions import Improvement, Ranking
 from energymargin.actions.ranking import Standing
-from energymargin.checks import shown
+from energymargin.checks import check_type
 from energymargin.metrics import axis_label, is_likelihood
 from energymargin.plots.styles import (
     axes_or_new,
@@ -39,8 +39,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
     the axes of a new figure. Raises ValueError on another thing than a Ranking.
     """
-    if not isinstance(ranking, Ranking):
-        raise ValueError(f"ranking is {shown(ranking)}, expected a Ranking, as of em.rank")
+    check_type("ranking", ranking, Ranking, "a Ranking, as of em.rank")
     names = [folded(name) for name in ranking.names]
     lines = [line for name in names for line in name.split("\n")]
     width = 4.2 + LETTER * max(map(len, lines))
@@ -63,10 +62,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
 def figure_improvement(improvement: Improvement) -> Figure:
     """The scores of each generation and the strength of the disturbance; where the parameters went;
     and the last comparison. Raises ValueError on another thing than an Improvement."""
-    if not isinstance(improvement, Improvement):
-        raise ValueError(
-            f"improvement is {shown(improvement)}, expected an Improvement, as of em.improve"
-        )
+    check_type("improvement", improvement, Improvement, "an Improvement, as of em.improve")
     figure = Figure(figsize=(12.0, 4.0), dpi=150, layout="constrained")
     scores, parameters, last = figure.subplots(1, 3, width_ratios=(1.1, 1.1, 1.0))
     _draw_scores(scores, improvement)

@@ -11,6 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from energymargin.beliefs import Belief, BeliefScore
+from energymargin.checks import check_type
 from energymargin.metrics import axis_label, is_likelihood, value_text
 from energymargin.outlines import Plan, plane_for, view_of
 from energymargin.plots.scenes import draw_bodies, draw_outlines, set_plane
@@ -32,8 +33,7 @@ def figure_belief(
     `known`: the score of the problem itself, to compare with. Raises ValueError on a score of
     something else.
     """
-    if not isinstance(score, BeliefScore):
-        raise ValueError(f"score is {score!r}, expected one of em.score_belief(...)")
+    check_type("score", score, BeliefScore, "one of em.score_belief(...)")
     figure = Figure(figsize=(10.5, 3.6), dpi=150, layout="constrained")
     where, how_much, why = figure.subplots(1, 3, width_ratios=(1.25, 1.1, 0.9))
     finite = score.values[np.isfinite(score.values)]

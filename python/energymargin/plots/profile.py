@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from energymargin.actions.profile import EFFORT, MarginProfile
-from energymargin.checks import shown
+from energymargin.checks import check_type
 from energymargin.metrics import KINDS, value_text, with_unit
 from energymargin.plots.styles import (
     CAPTURED_COLOR,
@@ -33,7 +33,7 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
     capture set are shaded. Returns `ax`, or the axes of a new figure. Raises ValueError on another
     thing than a MarginProfile.
     """
-    _check(profile)
+    check_type("profile", profile, MarginProfile, "a MarginProfile, as of em.margin_profile")
     ax = axes_or_new(ax, WIDTH, HEIGHT)
     ends = profile.low, profile.high
     ax.fill_between(profile.times, *ends, color=CAPTURED_COLOR, alpha=0.35, linewidth=0)
@@ -45,7 +45,7 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
 
 def figure_margin_profile(profile: MarginProfile) -> Figure:
     """`plot_margin_profile`, and the efforts below it, if they were asked for."""
-    _check(profile)
+    check_type("profile", profile, MarginProfile, "a MarginProfile, as of em.margin_profile")
     efforts = not np.isnan(profile.efforts).all()
     height = HEIGHT + OF_EFFORTS * efforts
     figure = Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
@@ -91,10 +91,3 @@ def _ahead(profile: MarginProfile) -> str:
     if len(profile) > 1 and np.ptp(profile.ahead) > 0:
         return "the rest of the plan"
     return f"{profile.ahead[0]:.3g} s"
-
-
-def _check(profile: MarginProfile) -> None:
-    if not isinstance(profile, MarginProfile):
-        raise ValueError(
-            f"profile is {shown(profile)}, expected a MarginProfile, as of em.margin_profile"
-        )

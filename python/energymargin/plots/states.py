@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
-from energymargin.checks import positive_number, whole_number, yes_or_no
+from energymargin.checks import check_type, positive_number, whole_number, yes_or_no
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
 from energymargin.plots.styles import (
@@ -146,12 +146,9 @@ def _checked(
     problem: Problem, result: Result | None, escape: EscapeEffort | None
 ) -> tuple[Result | None, Result | None]:
     """Whose tree is drawn, and whose escape; ValueError on what is not of this problem."""
-    if not isinstance(problem, Problem):
-        raise ValueError(f"problem is {problem!r}, expected a Problem")
-    if not (result is None or isinstance(result, Result)):
-        raise ValueError(f"result is {result!r}, expected a CaptureScore or an EscapeEffort")
-    if not (escape is None or isinstance(escape, EscapeEffort)):
-        raise ValueError(f"escape is {escape!r}, expected an EscapeEffort")
+    check_type("problem", problem, Problem, "a Problem")
+    check_type("result", result, Result | None, "a CaptureScore or an EscapeEffort")
+    check_type("escape", escape, EscapeEffort | None, "an EscapeEffort")
     expected = problem.scene.dimension
     for name, one in (("result", result), ("escape", escape)):
         states = problem.state[np.newaxis] if one is None else one.tree.states

@@ -18,7 +18,7 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from energymargin.checks import yes_or_no
+from energymargin.checks import check_type, yes_or_no
 from energymargin.metrics import ANY, TIMED
 
 COSTS = "cividis"
@@ -81,8 +81,7 @@ def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
         from matplotlib import pyplot  # slow to load, and of no use to who brings the axes
 
         return pyplot.figure(figsize=(width, height), layout="constrained").add_subplot()
-    if not isinstance(ax, Axes):
-        raise ValueError(f"ax is {ax!r}, expected a matplotlib Axes or None")
+    check_type("ax", ax, Axes, "a matplotlib Axes or None")
     if ax.name != "rectilinear":
         raise ValueError(f"ax is {ax.name!r}, expected a matplotlib Axes with straight x and y")
     return ax

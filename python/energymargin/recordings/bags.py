@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.errors import needs_extra
 from energymargin.recordings import cleaning, reading
 from energymargin.recordings.reading import FrameTable, Rules, SourceFile
 from energymargin.recordings.recording import Recording
@@ -134,11 +135,9 @@ def _topic(name: str, given: str) -> tuple[str, str]:
 @contextmanager
 def _reader(source: SourceFile) -> Iterator[AnyReader]:
     """Reads a bag; what cannot be read is a ValueError."""
-    try:
+    with needs_extra("a bag", "ros"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise ImportError("bags need rosbags: pip install 'energymargin[ros]'") from error
     paths = [source.path]
     if source.path.is_dir() and not (source.path / "metadata.yaml").exists():
         paths = [file for file in source.path.iterdir() if file.suffix.lower() in SUFFIXES]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import one_of
+from energymargin.errors import needs_extra
 from energymargin.recordings import cleaning, reading
 from energymargin.recordings.reading import BODIES, POSE, VELOCITY, FrameTable, Rules, SourceFile
 from energymargin.recordings.recording import Recording
@@ -220,12 +221,8 @@ def read_cells(source: SourceFile, delimiter: str = ",") -> dict[int, list[str]]
     Raises OSError, ImportError without pandas, and ValueError on a file that is not text in UTF-8,
     is empty, or has rows of several lengths.
     """
-    try:
+    with needs_extra("a CSV file of recordings", "recordings"):
         import pandas as pd
-    except ImportError as error:
-        raise ImportError(
-            "CSV files of recordings need pandas: pip install 'energymargin[recordings]'"
-        ) from error
     try:
         cells = pd.read_csv(
             source.path,

@@ -4,11 +4,11 @@ pictures of the states that the scores get most wrong.
 Needs the extra [report].
 """
 
-try:
+from energymargin.errors import needs_extra
+
+with needs_extra("a report", "report"):
     import jinja2  # noqa: F401
     import matplotlib  # noqa: F401
-except ImportError as error:
-    raise ImportError(f"a report needs {error.name}: pip install 'energymargin[report]'") from error
 
 from energymargin.report.page import Options, write
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, StrictUndefined
 
-from energymargin.checks import whole_number
+from energymargin.checks import check_type, whole_number
 from energymargin.evaluation import Evaluation, evaluate
 from energymargin.evaluation.bootstrap import DRAWS
 from energymargin.evaluation.curves import by_trajectory, target_name, wrongness
@@ -112,8 +112,7 @@ def write(
         OSError: if a file cannot be read or written.
     """
     chosen = Options() if options is None else options
-    if not isinstance(chosen, Options):
-        raise ValueError(f"options is {options!r}, expected a report.Options")
+    check_type("options", chosen, Options, "a report.Options")
     output = Path(output)
     _check_place(output, {"scores": scores, "data": data})
     with remembered_interrupts(), replaced(output) as file:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.errors import needs_extra
 from energymargin.plausibility import warn
 from energymargin.reprs import short_repr
 from energymargin.scenes import reports
@@ -30,10 +31,8 @@ WORLD = 0
 
 def engine() -> Any:
     """The module `mujoco`; ImportError that names the extra."""
-    try:
+    with needs_extra("a model of MuJoCo", "mujoco"):
         import mujoco
-    except ImportError as error:
-        raise ImportError("MuJoCo is missing: pip install 'energymargin[mujoco]'") from error
     return mujoco
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from energymargin.errors import needs_extra
 from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
@@ -160,12 +161,8 @@ def _write_parquet(path: Path, kinds: Kinds, rows: Iterator[tuple[Any, ...]]) ->
 
 
 def _frame(kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> pd.DataFrame:
-    try:
+    with needs_extra("a data frame, as for Parquet,", "tables"):
         import pandas as pd
-    except ImportError:
-        raise ImportError(
-            "data frames and Parquet need pandas: pip install 'energymargin[tables]'"
-        ) from None
     columns = list(zip(*rows, strict=True)) or [()] * len(kinds)
     return pd.DataFrame(
         {

@@ -1,14 +1,12 @@
 """The tree breaks out of the capture set, in a browser (viser)."""
 
-try:
+from energymargin.errors import needs_extra
+
+with needs_extra("the viewer", "viewer"):
     import fast_simplification  # noqa: F401
     import skimage  # noqa: F401
     import trimesh  # noqa: F401
     import viser  # noqa: F401
-except ImportError as error:
-    raise ImportError(
-        f"the viewer needs {error.name}: pip install 'energymargin[viewer]'"
-    ) from error
 
 from energymargin.viewer.view import Viewer, view
 

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from energymargin.errors import needs_extra
+
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
@@ -32,12 +34,8 @@ def headless_page(size: tuple[int, int] = (1400, 900)) -> Iterator[Page]:
     The browser is the one that is installed, or Playwright's own. Raises ImportError if there is
     neither, or no Playwright.
     """
-    try:
+    with needs_extra("a picture of the page", "screenshot"):
         from playwright.sync_api import Error, sync_playwright
-    except ImportError as error:
-        raise ImportError(
-            "pictures of the page need Playwright: pip install 'energymargin[screenshot]'"
-        ) from error
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
     with sync_playwright() as playwright:

@@ -28,7 +28,8 @@ from energymargin._core import (
     escape_energy,
 )
 from energymargin.checks import whole_number
-from energymargin.meshes import mesh as mesh_shape, needs_extra
+from energymargin.errors import needs_extra
+from energymargin.meshes import mesh as mesh_shape
 from energymargin.scenes.corners import shape_corners
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.study import Progress, Study, setting
@@ -139,7 +140,7 @@ class Bowl:
 
 def write_mesh(path: Path) -> None:
     """The bowl as a mesh file. Raises ImportError without the extra [urdf]."""
-    with needs_extra():
+    with needs_extra("this study", "urdf"):
         import trimesh
 
     trimesh.creation.revolve(np.array(PROFILE), sections=SECTIONS).export(path)
