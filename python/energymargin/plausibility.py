@@ -35,9 +35,7 @@ def warn(found: Iterable[tuple[str, str]], fingerprint: str) -> None:
         warnings.warn(sentence + HOW_TO_IGNORE, PlausibilityWarning, stacklevel=level)
         if len(_known) >= MOST_KNOWN:
             _known.clear()
-        _known.add(
-            (fingerprint, about)
-        )  # after the warning: one that a filter makes an error comes again
+        _known.add((fingerprint, about))  # not before: one that a filter makes an error comes again
 
 
 def levels_to_user() -> int:

@@ -136,7 +136,7 @@ def test_quantiles_are_those_of_the_particles(dataset, path):
 
 def test_the_report_shows_how_far_the_particles_lie_apart(dataset, path, tmp_path):
     subject = read_subject(path, 1)
-    assert subject.sampling.uncertainty == KNOWN
+    assert subject.run.sampling.uncertainty == KNOWN
     page = tmp_path / "report.html"
     report.write(path, page, run=1, options=report.Options(draws=20, pictures=0))
     document = Document(page)

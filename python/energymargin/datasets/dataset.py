@@ -8,9 +8,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -128,12 +128,7 @@ class Dataset(Closing):
         that do not rise from 0 to below `size`, and StateError with the trajectory and frame of a
         state that makes no problem.
         """
-        problems = []
-        for one in self._problems_or_errors(numbers, future):
-            if isinstance(one, StateError):
-                raise one
-            problems.append(one)
-        return problems
+        return [make() for _, make in self._asked(numbers, future)]
 
     def possible_problems(
         self, numbers: Sequence[int] | None = None, *, future: Future | None = None
@@ -145,12 +140,11 @@ class Dataset(Closing):
         """
         problems: dict[int, Problem] = {}
         reasons: dict[int, str] = {}
-        wanted = range(self.size) if numbers is None else numbers
-        for number, one in zip(wanted, self._problems_or_errors(numbers, future), strict=True):
-            if isinstance(one, StateError):
-                reasons[number] = str(one)
-            else:
-                problems[number] = one
+        for number, make in self._asked(numbers, future):
+            try:
+                problems[number] = make()
+            except StateError as error:
+                reasons[number] = str(error)
         return problems, reasons
 
     def belief(self, number: int, uncertainty: Uncertainty, future: Future | None = None) -> Belief:
@@ -233,19 +227,16 @@ class Dataset(Closing):
             )
         return wanted
 
-    def _problems_or_errors(
+    def _asked(
         self, numbers: Sequence[int] | None, future: Future | None
-    ) -> Iterator[Problem | StateError]:
-        """Yields the problem of each of these states, or why it makes none."""
+    ) -> Iterator[tuple[int, Callable[[], Problem]]]:
+        """Yields the number of each of these states, and what makes its problem."""
         check_type("future", future, Future | None, "an em.datasets.Future, or None")
         wanted = range(self.size) if numbers is None else self._rising(numbers)
         for t, frames in self._by_trajectory(wanted):
             trajectory = self.trajectories[t]
             for k in frames:
-                try:
-                    yield self._problem(trajectory, t, k, future)
-                except StateError as error:
-                    yield error
+                yield int(self._ends[t]) + k, partial(self._problem, trajectory, t, k, future)
 
     def _problem(self, trajectory: Trajectory, t: int, k: int, future: Future | None) -> Problem:
         try:

@@ -98,10 +98,7 @@ class Recorded(Sequence[Trajectory]):
     def __init__(self, path: Path) -> None:
         """Opens the file. Raises FileError if it is none of ours, or of another version, and
         ValueError if it is damaged."""
-        with path.open(
-            "rb"
-        ):  # h5py's own words for a file that is missing or not readable are long
-            pass
+        path.open("rb").close()  # h5py's own words for a file that cannot be read are long
         if not h5py.is_hdf5(path):
             raise FileError(f"{path} is not a dataset: it is not an HDF5 file")
         with reading(path):

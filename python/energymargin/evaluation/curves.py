@@ -193,10 +193,8 @@ def _compared(
     whole_number("last", last, 1)
     if not len(labelled.trajectory):
         raise OneLabelError("there are no states", "no states")
-    if target == CAPTURED:
-        compared, what = compared_states(labelled, metric, frames, among=among), "states"
-    else:
-        compared, what = compared_trajectories(labelled, metric, last), "trajectories"
+    compared = _against(labelled, metric, target, frames, last, among=among)
+    what = "states" if target == CAPTURED else "trajectories"
     if not len(compared.labels):
         raise OneLabelError(f"none of the {what} has a score of {metric!r}", "no scores yet")
     if not compared.of_both_kinds:
@@ -207,6 +205,14 @@ def _compared(
             f"label {target_name(target, frames, last)!r}: expected both labels"
         )
     return compared
+
+
+def _against(
+    labelled: LabelledScores, metric: str, target: Target, frames: int, last: int, *, among: Among
+) -> Compared:
+    if target == CAPTURED:
+        return compared_states(labelled, metric, frames, among=among)
+    return compared_trajectories(labelled, metric, last)
 
 
 def _thresholds(compared: Compared, ranks: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -260,16 +266,12 @@ class Wrongness:
 
 def wrongness(labelled: LabelledScores, frames: int, last: int) -> list[Wrongness]:
     """Every metric compared with its label, as `evaluate` does."""
-    every = [(metric, CAPTURED) for metric in metrics_against(labelled, CAPTURED)]
-    every += [(metric, SUCCESS) for metric in metrics_against(labelled, SUCCESS)]
     found = []
-    for metric, target in every:
-        if target == CAPTURED:
-            compared = compared_states(labelled, metric, frames)
-        else:
-            compared = compared_trajectories(labelled, metric, last)
-        wrong = ranks(compared.scores, compared.labels)
-        found.append(Wrongness(metric, target, compared, wrong))
+    for target in TARGETS:
+        for metric in metrics_against(labelled, target):
+            compared = _against(labelled, metric, target, frames, last, among="all")
+            wrong = ranks(compared.scores, compared.labels)
+            found.append(Wrongness(metric, target, compared, wrong))
     return found
 
 

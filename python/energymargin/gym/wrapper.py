@@ -34,9 +34,7 @@ from energymargin.searches import SearchSettings, chosen_metrics, metric_search,
 Shaping = Literal["potential", "additive"]
 SHAPINGS = ("potential", "additive")
 OWN_STREAM = 0x636170747572  # so that the wrapper's draws are not the environment's
-SPREAD = (
-    0.25  # of noise, as a share of the distance from the middle of the action space to its bounds
-)
+SPREAD = 0.25  # of noise, in half the width of the action space
 SIDES = {"probability": "captured", "probability/success": "success", "probability/any": "any"}
 
 ObsType = TypeVar("ObsType")

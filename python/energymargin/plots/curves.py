@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from energymargin.evaluation import Among, curves
+from energymargin.evaluation import Among, LabelledScores, curves
 from energymargin.evaluation.curves import (
     CAPTURED,
     OneLabelError,
@@ -75,8 +75,7 @@ def plot_roc(
         ValueError: as `curves.roc` does, or if the file has several runs.
         FileNotFoundError: if there is no such file.
     """
-    terms = {"target": target, "frames": frames, "last": last, "among": among}
-    return _plot(curves.roc, scores, metrics, terms, ax, legend=legend)
+    return _plot(curves.roc, **locals())
 
 
 def plot_precision_recall(
@@ -114,8 +113,7 @@ def plot_precision_recall(
         ValueError: as `curves.precision_recall` does, or if the file has several runs.
         FileNotFoundError: if there is no such file.
     """
-    terms = {"target": target, "frames": frames, "last": last, "among": among}
-    return _plot(curves.precision_recall, scores, metrics, terms, ax, legend=legend)
+    return _plot(curves.precision_recall, **locals())
 
 
 def plot_distribution(one: Wrongness, ax: Axes) -> None:
@@ -160,41 +158,35 @@ def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
     return (low, float(high)) if high > low else (low, low + 1.0)
 
 
-def _curves(
-    curve: Callable[..., Curve],
-    scores: Scores,
-    metrics: Sequence[str] | None,
-    terms: Mapping[str, Any],
-) -> tuple[dict[str, Curve], dict[str, str]]:
-    """The curve of each metric; of the metrics that have none, why."""
-    labelled = labelled_scores(scores)
+def _chosen(
+    labelled: LabelledScores, metrics: Sequence[str] | None, target: Target
+) -> Sequence[str]:
     if isinstance(metrics, str):
         raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
-    chosen = metrics_against(labelled, terms["target"]) if metrics is None else list(metrics)
+    chosen = metrics_against(labelled, target) if metrics is None else metrics
     if not chosen:
         there = ", ".join(labelled.scores) or "none"
         raise ValueError(f"metrics is empty, expected some that have scores: {there}")
-    found, lacking = {}, {}
-    for metric in chosen:
-        try:
-            found[metric] = curve(labelled, metric, **terms)
-        except OneLabelError as error:
-            lacking[metric] = error.brief
-    return found, lacking
+    return chosen
 
 
 def _plot(
     curve: Callable[..., Curve],
     scores: Scores,
-    metrics: Sequence[str] | None,
-    terms: Mapping[str, Any],
-    ax: Axes | None,
     *,
+    ax: Axes | None,
+    metrics: Sequence[str] | None,
     legend: bool,
+    **terms: Any,
 ) -> Axes:
     """The curve of each metric, or in the legend why it has none; rings mark that of at least one
     object."""
-    found, lacking = _curves(curve, scores, metrics, terms)
+    labelled, found, lacking = labelled_scores(scores), dict[str, Curve](), dict[str, str]()
+    for metric in _chosen(labelled, metrics, terms["target"]):
+        try:
+            found[metric] = curve(labelled, metric, **terms)
+        except OneLabelError as error:
+            lacking[metric] = error.brief
     is_roc = curve is curves.roc
     title, corner = ("AUC", "lower right") if is_roc else ("AP", "lower left")
     chance: dict[str, Any] = {"linestyle": ":", "color": CHANCE_COLOR, "linewidth": 1.0}

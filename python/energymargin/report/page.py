@@ -134,7 +134,7 @@ def _page(
     subject: Subject, data: Data, options: Options, output: Path, tell: Progress
 ) -> dict[str, Any]:
     """Computes what the template shows, by its names there."""
-    labelled, last, future = subject.labelled, options.last, subject.future
+    labelled, last, future = subject.labelled, options.last, subject.run.future
     scored = None if future is None else future.frames
     frames = options.frames_of(int(subject.ahead.max()), scored)
 
@@ -161,7 +161,7 @@ def _page(
         "about": subject.about,
         "labels": summary(labelled).notes[0],
         "versions": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
-        "algorithm": subject.algorithm,
+        "algorithm": subject.run.algorithm,
         "last": last,
         "draws": options.draws,
         "enough": ENOUGH,

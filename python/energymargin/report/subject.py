@@ -9,14 +9,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets
-from energymargin.beliefs.uncertainty import Sampling
-from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
@@ -27,7 +25,7 @@ from energymargin.reprs import short_repr
 from energymargin.searches import SearchSettings, algorithm
 from energymargin.settings import flag_of
 from energymargin.store import ScoreStore
-from energymargin.store.run import why_not_of
+from energymargin.store.run import Run
 from energymargin.summary import Summary, summary
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
@@ -41,22 +39,13 @@ class Subject:
 
     path: Path
     """The file of scores."""
-    number: int
-    """Number of the run."""
+    run: Run
+    """What it asks and with which settings. The file is closed: it has no scores any more."""
     runs: int
     """How many the file has."""
-    digest: str | None
-    """Digest of the dataset; None in a file of an older version."""
     about: Summary
     """Rows of the run: its task, what it asked, what it left out."""
-    settings: dict[str, Any]
-    future: Future | None
-    """The question about each state's future; None: the question is about the state as it is."""
-    algorithm: str
-    up_to_date: bool
     labelled: LabelledScores
-    sampling: Sampling | None
-    """What is not known of each state's model; None: each score is of the model as it is."""
     bands: dict[str, NDArray[np.float64]]
     """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
     a belief."""
@@ -118,8 +107,6 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
     """A run of a file of scores; None is the only one. Raises what ScoreStore does, and ValueError
     if there is no run, or `number` is no whole number."""
     path = Path(path)
-    if number is not None:
-        whole_number("run", number, 1)
     with ScoreStore(path) as store:
         if not store.runs():
             made = f"energymargin score DATASET -o {path}"
@@ -127,16 +114,10 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
         run = store.run(number)
         return Subject(
             path=path,
-            number=run.number,
+            run=run,
             runs=len(store.runs()),
-            digest=run.digest,
             about=summary(run),
-            settings=run.settings,
-            future=run.future,
-            algorithm=run.algorithm,
-            up_to_date=run.up_to_date,
             labelled=run.labelled_scores(),
-            sampling=run.sampling,
             bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
         )
 
@@ -151,7 +132,7 @@ def read_data(subject: Subject, path: str | os.PathLike[str] | None) -> Data:
         return Data(None, f"there is no {place.name} beside {subject.path.name}")
     try:
         dataset = datasets.open(place)
-        lacking = why_not_of(dataset, str(place), subject.digest, subject.path.name, subject.number)
+        lacking = subject.run.why_not_of(dataset, str(place), subject.path.name)
         if lacking:
             dataset.close()
             raise ValueError(lacking)
@@ -167,7 +148,7 @@ def view_command(subject: Subject, data: Data) -> str:
     if data.path is None:
         return ""
     words = ["energymargin", "view", data.path.name, "--scores", subject.path.name]
-    return shlex.join([*words, *(["--run", str(subject.number)] if subject.runs > 1 else [])])
+    return shlex.join([*words, *(["--run", str(subject.run.number)] if subject.runs > 1 else [])])
 
 
 class Notice(NamedTuple):
@@ -205,7 +186,7 @@ def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
 
 def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
     """Metrics that the run was not asked for."""
-    others = TIMED if subject.future is None else CLOCKLESS
+    others = TIMED if subject.run.future is None else CLOCKLESS
     asked = [m for m in METRICS if m not in others]
     there = [m for m in asked if subject.several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
@@ -221,7 +202,7 @@ def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
     if data.dataset is None:
         words = ["energymargin", "report", str(subject.path), "--data", "DATASET.h5"]
         if subject.runs > 1:
-            words += ["--run", str(subject.number)]
+            words += ["--run", str(subject.run.number)]
         if output != subject.path.with_suffix(".html"):
             words += ["-o", str(output)]
         yield Notice(
@@ -232,9 +213,9 @@ def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
 
 
 def _other_algorithm(subject: Subject) -> Iterator[Notice]:
-    if not subject.up_to_date:
+    if not subject.run.up_to_date:
         yield Notice(
-            f"The scores are of algorithm {subject.algorithm}, and this energymargin has "
+            f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
             f"{algorithm()}: the trees in the pictures are searched again and may differ."
         )
 
@@ -242,9 +223,9 @@ def _other_algorithm(subject: Subject) -> Iterator[Notice]:
 def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str | None:
     """That scores the run's dataset with its settings; None if they are not of that command."""
     known = {own.name: own for own in fields(SearchSettings)}
-    if not set(subject.settings) <= set(known):
+    if not set(subject.run.settings) <= set(known):
         return None
-    future = subject.future
+    future = subject.run.future
     if future is not None and future != Future(future.frames, future.plan):
         return None
     words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
@@ -252,12 +233,12 @@ def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str
         words += ["--metrics", ",".join(metrics)]
     if future is not None:
         words += ["--frames", str(future.frames), "--plan", future.plan or "none"]
-    for name, value in subject.settings.items():
+    for name, value in subject.run.settings.items():
         if value is True:
             words.append(flag_of(known[name]))
         elif value != known[name].default:
             words += [flag_of(known[name]), str(value)]
-    if subject.sampling is not None:
-        words += ["--belief", subject.sampling.uncertainty.to_json()]
-        words += ["--particles", str(subject.sampling.particles)]
+    if subject.run.sampling is not None:
+        words += ["--belief", subject.run.sampling.uncertainty.to_json()]
+        words += ["--particles", str(subject.run.sampling.particles)]
     return shlex.join(words)

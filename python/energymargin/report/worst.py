@@ -71,7 +71,7 @@ def worst(
     repeater, lacking = None, data.lacking
     if data.dataset is not None:
         try:
-            repeater = SearchRepeater(data.dataset, subject.settings, subject.future)
+            repeater = SearchRepeater(data.dataset, subject.run.settings, subject.run.future)
         except ValueError as error:
             lacking = str(error)
     chosen = [

@@ -325,6 +325,16 @@ class Run:
             search=self.settings.get("search"),
         )
 
+    def why_not_of(self, dataset: Dataset, name: str, scores: str) -> str:
+        """Why it did not score this dataset, empty if it did; `name` and `scores` are those of the
+        two files."""
+        if self.digest is None:
+            again = f"`energymargin score {name} -o {scores}` brings it up"
+            return f"{scores} is of an older version, which does not know its dataset: {again}"
+        if self.digest.startswith(dataset.digest()):  # some experiments name more after it
+            return ""
+        return f"{name} is not the dataset that run {self.number} of {scores} scored"
+
     def _asks(self) -> str | None:
         """What is asked of the future, with its disturbance; None without a future."""
         if self.future is None:
@@ -354,17 +364,6 @@ class Run:
     @cached_property
     def _listed(self) -> str:
         return ", ".join(map(str, self.questions))
-
-
-def why_not_of(dataset: Dataset, name: str, digest: str | None, scores: str, number: int) -> str:
-    """Why run `number` of a file of scores, whose dataset has a digest, is not of this dataset;
-    empty if it is."""
-    if digest is None:
-        again = f"`energymargin score {name} -o {scores}` brings it up"
-        return f"{scores} is of an older version, which does not know its dataset: {again}"
-    if digest.startswith(dataset.digest()):  # some experiments name more after it
-        return ""
-    return f"{name} is not the dataset that run {number} of {scores} scored"
 
 
 def _packed(numbers: NDArray[np.float64]) -> bytes:

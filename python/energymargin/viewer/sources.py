@@ -21,7 +21,6 @@ from energymargin.metrics import is_likelihood
 from energymargin.reprs import short_repr
 from energymargin.searches import SETTINGS
 from energymargin.store import ScoreStore
-from energymargin.store.run import why_not_of
 
 PROBLEM, DATASET = ".json", ".h5"
 Progress = Callable[[int, int], None]
@@ -243,7 +242,7 @@ def stored_scores(
     """
     with ScoreStore(path) as store:
         chosen = store.run(run)
-        lacking = why_not_of(dataset, name, chosen.digest, str(path), chosen.number)
+        lacking = chosen.why_not_of(dataset, name, str(path))
         if lacking:
             raise ValueError(lacking)
         search = {name: chosen.settings[name] for name in SETTINGS if name in chosen.settings}
