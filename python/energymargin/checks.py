@@ -101,6 +101,20 @@ def check_type(name: str, value: object, kind: Any, expected: str) -> None:
         raise ValueError(f"{name} is {shown(value)}, expected {expected}")
 
 
+def numbers_of(
+    name: str, value: Any, expected: str = "numbers", shape: tuple[int, ...] | None = None
+) -> NDArray[np.float64]:
+    """`value` as an array of numbers, if there is a shape of that and finite; else a ValueError."""
+    try:
+        array = np.asarray(value, float)
+        right = shape is None or (array.shape == shape and bool(np.isfinite(array).all()))
+    except (TypeError, ValueError, OverflowError):
+        right = False
+    if not right:
+        raise ValueError(f"{name} is {shown(value)}, expected {expected}")
+    return array
+
+
 def check_shape(
     name: str, array: NDArray[Any], shape: tuple[int, ...], kind: type | None = None
 ) -> None:

@@ -153,7 +153,7 @@ def test_what_the_model_does_not_have_is_refused_or_comes_from_another_state():
         em.mujoco.state(scene, model, data)
     state = em.mujoco.state(scene, model, data, others=scene.pack())
     assert scene.unpack(state)["ball"]["position"] == pytest.approx([0, 0, 5])
-    with pytest.raises(ValueError, match=r"others has the shape \(3,\), expected"):
+    with pytest.raises(ValueError, match=r"others has shape \(3,\) of float64, expected"):
         em.mujoco.state(scene, model, data, others=[1, 2, 3])
 
 

@@ -374,13 +374,9 @@ class Race:
     def _standing(self, candidate: int) -> Standing:
         draws, question = self.draws[candidate], self._question
         low, high = _of_median(draws.kept) if question.is_effort else draws.interval()
-        name, score, racing = (
-            self._names[candidate],
-            question.score(draws),
-            candidate in self._racing,
-        )
-        values, survival = draws.values, draws.mean_survival
-        return Standing(name, values, survival, score, low, high, draws.steps, racing)
+        score, racing = question.score(draws), candidate in self._racing
+        drawn = (self._names[candidate], draws.values, draws.mean_survival)
+        return Standing(*drawn, score, low, high, draws.steps, racing)
 
     def _require_few_diverged(self, rollouts: int | None = None) -> None:
         for name, draws in zip(self._names, self.draws, strict=True):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Body, Scene
-from energymargin.checks import check_type, not_negative_number, shown, whole_number
+from energymargin.checks import check_type, not_negative_number, numbers_of, shown, whole_number
 from energymargin.metrics import TIMED
 
 QUANTITIES = ("friction", "mass", "pose", "velocity")
@@ -191,14 +191,7 @@ def _is_covariance(value: Any) -> bool:
 
 def _covariance(place: str, value: ArrayLike) -> NDArray[np.float64]:
     """A square root of the matrix, (6, D): its principal axes, each as long as its deviation."""
-    try:
-        matrix = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        matrix = np.zeros(0)
-    if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
-        raise ValueError(
-            f"{place} is {shown(value)}, expected a covariance (6, 6) of finite numbers"
-        )
+    matrix = numbers_of(place, value, "a covariance (6, 6) of finite numbers", (6, 6))
     most = SYMMETRIC * np.abs(matrix).max()
     variances, axes = np.linalg.eigh((matrix + matrix.T) / 2)
     if np.abs(matrix - matrix.T).max() > most or variances.min() < -most:

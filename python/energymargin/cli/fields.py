@@ -26,7 +26,12 @@ from energymargin.settings import flag_of
 Command = TypeVar("Command", bound=Callable[..., None])
 Settings = TypeVar("Settings")
 
-SHORT = {"output": "-o", "parameter": "-p"}
+# The words of options that have others than their name.
+FLAGS = {
+    "output": ("--output", "-o"),
+    "parameter": ("--parameter", "-p"),
+    "open_browser": ("--open",),
+}
 
 
 def described(command: Command) -> Command:
@@ -144,7 +149,7 @@ def _own(parameter: inspect.Parameter, text: str, panel: str | None) -> inspect.
         flag = f"--{parameter.name.replace('_', '-')}"
         if parameter.default is True:
             flag += f"/--no-{flag.removeprefix('--')}"
-        flags = [flag, *filter(None, [SHORT.get(parameter.name)])]
+        flags = FLAGS.get(parameter.name, (flag,))
         info = typer.Option(*flags, help=text, metavar=choices, rich_help_panel=panel)
     annotation = kind | None if parameter.default is None else kind
     return parameter.replace(annotation=Annotated[annotation, info])

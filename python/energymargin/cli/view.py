@@ -6,9 +6,8 @@ import threading
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
 from rich.markup import escape
 
 from energymargin.bars import bar
@@ -24,7 +23,6 @@ from energymargin.cli.terminal import err, leave, loading, say, warn
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
 
-SERVED = "How the page is served"
 SIZE = "1400x1250"  # the whole panel is seen
 
 
@@ -42,10 +40,7 @@ def view_command(
     run: int | None = None,
     host: str = "127.0.0.1",
     port: int | None = None,
-    open_browser: Annotated[
-        bool,
-        typer.Option("--open", help="Open the page in your browser.", rich_help_panel=SERVED),
-    ] = False,
+    open_browser: bool = False,
     output: Path | None = None,
     size: str = SIZE,
     overwrite: bool = False,
@@ -75,6 +70,7 @@ def view_command(
     How the page is served:
         host: The address to serve at; 0.0.0.0 lets other machines see it, and use it.
         port: The port; the first free one from 8080 on if not given.
+        open_browser: Open the page in your browser.
     A picture instead:
         output: Draw the page into this PNG file instead of serving it.
         size: Size of the picture: WIDTHxHEIGHT in pixels.

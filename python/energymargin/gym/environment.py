@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem, World
-from energymargin.checks import one_of, positive_number
+from energymargin.checks import numbers_of, one_of, positive_number
 from energymargin.gym.channels import CHANNELS, Channel, acted, action_of, planned
 from energymargin.plans import control_period, nearest_steps, whole_steps
 from energymargin.tasks.base import Params, Regions
@@ -205,9 +205,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         return int(end) - self._done
 
     def _checked(self, action: Array) -> Array:
-        numbers = np.asarray(action, dtype=float)
-        if numbers.shape != self._low.shape or not np.isfinite(numbers).all():
-            raise ValueError(f"action is {action!r}, expected {len(self._low)} finite numbers")
+        expected = f"{len(self._low)} finite numbers"
+        numbers = numbers_of("action", action, expected, self._low.shape)
         return np.asarray(np.clip(numbers, self._low, self._high))
 
     def _info(self) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,7 +125,7 @@ def winding_numbers(points: Points, surface: Trimesh) -> Points:
     return total / (4.0 * np.pi)
 
 
-def merged(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:
+def merged(vertices: NDArray[Any], faces: NDArray[Any]) -> Trimesh:
     """A mesh whose faces meet at common vertices."""
     import trimesh
 
@@ -139,12 +139,9 @@ def merged(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:
 
 def joined(pieces: Sequence[Trimesh]) -> Trimesh:
     """One mesh of several."""
-    counts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
-    faces = [piece.faces + start for piece, start in zip(pieces, counts, strict=False)]
-    return merged(
-        np.concatenate([piece.vertices for piece in pieces]),
-        np.concatenate(faces),
-    )
+    from trimesh.util import append_faces
+
+    return merged(*append_faces([p.vertices for p in pieces], [p.faces for p in pieces]))
 
 
 def points_within(cavity: Trimesh) -> Points:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.checks import whole_number
+from energymargin.checks import numbers_of, whole_number
 from energymargin.monitor.conditions import Conditions
 from energymargin.reprs import short_repr
 
@@ -284,10 +284,7 @@ def _lowest(values: NDArray[np.float64], count: int, window: int) -> float | Non
 
 def _values_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Values of K frames, shape (K,); ValueError with `name` on anything else."""
-    try:
-        numbers = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {values!r}, expected numbers, one a frame") from None
+    numbers = numbers_of(name, values, "numbers, one a frame")
     if numbers.ndim != 1:
         raise ValueError(f"{name} has shape {numbers.shape}, expected (K,), one a frame")
     return numbers

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Body, Joint, Scene
+from energymargin.checks import check_shape
 from energymargin.mujoco.mjcf_bodies import inertia_of
 from energymargin.scenes.mjcf_model import engine, name_of
 
@@ -117,9 +118,7 @@ class States:
                 )
             return np.zeros(self._scene.dimension)
         others = np.array(given, float)
-        if others.shape != (self._scene.dimension,):
-            expected = f"expected ({self._scene.dimension},)"
-            raise ValueError(f"others has the shape {others.shape}, {expected}")
+        check_shape("others", others, (self._scene.dimension,))
         return others
 
     def _write_body(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
-from energymargin.checks import not_negative_number, one_of, yes_or_no
+from energymargin.checks import not_negative_number, yes_or_no
 from energymargin.futures import Undisturbed, undisturbed
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_ghost, leaving_objects
@@ -36,7 +36,6 @@ EXIT_MARK: dict[str, Any] = {
 
 BESIDE = 0.03  # of the width from one node to the most: free on both sides, where a mark may be
 BAND = 0.15  # opacity
-SETS = ("captured", "any")
 
 Result = TypeVar("Result", EscapeEffort, CaptureProbability)
 
@@ -109,7 +108,6 @@ def plot_probability(
     on a result that lacks `which`, or a confidence that is not between 0 and 1.
     """
     named = _by_name(results, CaptureProbability, alone="captured")
-    one_of("which", which, SETS)
     bands = {name: result.band(confidence, which) for name, result in named.items()}
     most = max(float(result.times[-1]) for result in named.values())
     with curve_axes(ax, CURVE_SIZE, "best", legend=legend) as axes:

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
-from energymargin.checks import check_type, positive_number, whole_number, yes_or_no
+from energymargin.checks import check_type, numbers_of, positive_number, whole_number, yes_or_no
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
 from energymargin.plots.styles import (
@@ -45,6 +45,7 @@ DETAIL = 400  # cells of the sets
 SAME = 1e-9  # of the numbers of two states that are the same
 PLANES = [(a, b) for a in "xyz" for b in "xyz" if a != b]
 MOST_NAMES = 3  # of bodies without a role
+VIEW = "(low, high) of two axes [m]"
 Notes = tuple[str, str, str]
 
 
@@ -175,12 +176,9 @@ def _check_looks(limits: Limits, most: float | None, ghosts: int, detail: int) -
         positive_number("most", most)
     whole_number("ghosts", ghosts, 0)
     whole_number("detail", detail, 2)
-    try:
-        view = np.asarray(limits, dtype=float)
-    except (TypeError, ValueError):
-        view = np.empty(0)
-    if view.shape != (2, 2) or not np.isfinite(view).all() or not (np.diff(view) > 0).all():
-        raise ValueError(f"limits is {limits!r}, expected (low, high) of two axes [m]")
+    view = numbers_of("limits", limits, VIEW, (2, 2))
+    if not (np.diff(view) > 0).all():
+        raise ValueError(f"limits is {limits!r}, expected {VIEW}")
 
 
 def _telling(

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.checks import check_shape, one_of
+from energymargin.checks import check_shape, numbers_of, one_of
 from energymargin.evaluation import LabelledScores
 from energymargin.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
 from energymargin.plots.styles import (
@@ -103,7 +103,7 @@ def _checked(
     if not (isinstance(scores, Mapping) and scores):
         kind = "empty" if isinstance(scores, Mapping) else f"a {type(scores).__name__}"
         raise ValueError(f"scores is {kind}, expected arrays by metric")
-    arrays = {name: _numbers(name, values) for name, values in scores.items()}
+    arrays = {name: numbers_of(name, values) for name, values in scores.items()}
     name, first = next(iter(arrays.items()))
     if first.ndim != 1 or not len(first):
         raise ValueError(f"{name} has shape {first.shape}, expected (K,), K > 0: a number a frame")
@@ -118,7 +118,7 @@ def _checked(
                 f"{name} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
             )
     if times is not None:
-        times = _numbers("times", times)
+        times = numbers_of("times", times)
         check_shape("times", times, first.shape)
         falls = ~np.isfinite(times) | ~(np.diff(times, prepend=-np.inf) > 0)
         if falls.any():
@@ -131,15 +131,8 @@ def _checked(
         arrays,
         _labels("captured", captured, first.shape),
         _labels("captured_any", captured_any, first.shape),
-        {name: _numbers(name, values) for name, values in (bands or {}).items()},
+        {name: numbers_of(name, values) for name, values in (bands or {}).items()},
     )
-
-
-def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {values!r}, expected numbers") from None
 
 
 def _labels(name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.bool_] | None:

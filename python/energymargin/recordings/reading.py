@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.checks import positive_number, yes_or_no
+from energymargin.checks import numbers_of, positive_number, yes_or_no
 from energymargin.recordings import cleaning
 from energymargin.recordings.recording import Motion, Recording, Repairs
 from energymargin.reprs import short_repr
@@ -109,12 +109,10 @@ class _Track:
 
 def frame_origin(given: Sequence[float]) -> tuple[float, float, float]:
     """x, y [m] and yaw [rad] of a frame. Raises ValueError on anything else."""
-    try:
-        x, y, yaw = (float(value) for value in given)
-    except (TypeError, ValueError, OverflowError):
-        x = y = yaw = math.nan
-    if not max(abs(x), abs(y), abs(yaw)) <= 1e6:
-        raise ValueError(f"origin is {given!r}, expected x, y [m] and yaw [rad]")
+    expected = "x, y [m] and yaw [rad]"
+    x, y, yaw = numbers_of("origin", given, expected, (3,)).tolist()
+    if max(abs(x), abs(y), abs(yaw)) > 1e6:
+        raise ValueError(f"origin is {given!r}, expected {expected}")
     return x, y, yaw
 
 

@@ -192,10 +192,8 @@ class _Drives:
         length, names = self._tendon(tendon)
         limited = model.tendon_limited[tendon]
         loss = self._friction("tendon.frictionloss", model.tendon_frictionloss[tendon])
-        stiffness, damping = (
-            float(model.tendon_stiffness[tendon]),
-            float(model.tendon_damping[tendon]),
-        )
+        stiffness = float(model.tendon_stiffness[tendon])
+        damping = float(model.tendon_damping[tendon])
         armature = _number(model, "tendon_armature", tendon)
         pulls = bool(stiffness or damping or armature or loss)
         if length is None:

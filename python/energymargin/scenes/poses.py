@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Compound, MassProperties, Part
+from energymargin.checks import numbers_of
 
 Pose = NDArray[np.float64]
 """A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""
@@ -16,12 +16,12 @@ Pose = NDArray[np.float64]
 
 def pose(position: ArrayLike, orientation: ArrayLike) -> Pose:
     """From a position (3,) [m] and a unit quaternion x, y, z, w; ValueError on anything else."""
-    quaternion = vector("orientation", orientation, 4)
+    quaternion = numbers_of("orientation", orientation, "4 finite numbers", (4,))
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-6:
         raise ValueError(f"orientation is {orientation!r}, expected a unit quaternion x, y, z, w")
     matrix = np.eye(4)
     matrix[:3, :3] = _turn(quaternion)
-    matrix[:3, 3] = vector("position", position, 3)
+    matrix[:3, 3] = numbers_of("position", position, "3 finite numbers", (3,))
     return matrix
 
 
@@ -56,14 +56,6 @@ def moved(compound: Compound, matrix: Pose) -> Compound:
     return Compound(
         parts, solid=MassProperties(solid.volume, center, solid.moments, turned.as_quat())
     )
-
-
-def vector(name: str, given: Any, size: int) -> NDArray[np.float64]:
-    """An argument of `size` finite numbers; ValueError on anything else."""
-    values = np.asarray(given, float)
-    if values.shape != (size,) or not np.isfinite(values).all():
-        raise ValueError(f"{name} is {given!r}, expected {size} finite numbers")
-    return values
 
 
 # Of scipy, to its last bit; to import that takes longer than to make and to score a hand.
