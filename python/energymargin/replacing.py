@@ -19,11 +19,11 @@ def replaced(path: Path) -> Iterator[Path]:
     """
     temporary = path.with_name(f".{path.name}.{socket.gethostname()}.{os.getpid()}")
     try:
-        _remove_leftovers(path)
-        temporary.touch()
-    except OSError as error:
-        raise type(error)(error.errno, error.strerror, str(path)) from error
-    try:
+        try:
+            _remove_leftovers(path)
+            temporary.touch()
+        except OSError as error:
+            raise type(error)(error.errno, error.strerror, str(path)) from error
         yield temporary
         os.replace(temporary, path)
     finally:
