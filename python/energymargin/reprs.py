@@ -16,6 +16,12 @@ def short_repr(self: Any) -> str:
     return _listed(self, {f.name: getattr(self, f.name) for f in fields(self) if f.repr})
 
 
+class Record:
+    """Base of dataclasses, made with repr=False, that hold large arrays: their repr is short."""
+
+    __repr__ = short_repr
+
+
 def compiled_repr(self: Any) -> str:
     """The `__repr__` of a compiled class, of its properties: a vector as numbers, all else as
     above."""

@@ -19,7 +19,7 @@ from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work, given_up, score_chunk
 from energymargin.limits import Limit
 from energymargin.parallel import run
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
 from energymargin.summary import html_or_text
 
@@ -129,12 +129,11 @@ COLUMNS: dict[str, type] = {
 """Columns of a row besides its scores."""
 
 
-@dataclass(frozen=True, eq=False)
-class ScoreTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class ScoreTable(Record):
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
 
     _repr_html_ = html_or_text
-    __repr__ = short_repr
 
     index: NDArray[np.int64]
     """Number of the problem of each row, shape (N,), rising."""

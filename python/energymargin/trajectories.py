@@ -10,19 +10,18 @@ from numpy.typing import NDArray
 
 from energymargin._core import Contact
 from energymargin.checks import check_shape
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.summary import html_or_text
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Record):
     """K recorded frames of one manipulation, with the labels of Section VI-D.
 
     Raises ValueError on arrays of other shapes.
     """
 
     _repr_html_ = html_or_text
-    __repr__ = short_repr
 
     times: NDArray[np.float64]
     """Time of each frame [s], shape (K,)."""

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
 from energymargin.checks import shown, whole_number
 from energymargin.divergence import ANY, is_unknown
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import SearchSettings, metric_search
 
 LEAST_CONFIDENCE = 0.5  # in a choice; below it, a worse action would be taken
@@ -85,11 +85,9 @@ class Noise:
         return list(np.clip(middle + noise, self.low, self.high).astype(kind))
 
 
-@dataclass(frozen=True, eq=False)
-class Choice:
+@dataclass(frozen=True, eq=False, repr=False)
+class Choice(Record):
     """Which action is taken."""
-
-    __repr__ = short_repr
 
     number: int
     """Number of the chosen action; 0 is the policy's."""

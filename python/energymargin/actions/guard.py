@@ -33,7 +33,7 @@ from energymargin.checks import (
 )
 from energymargin.closing import Closing
 from energymargin.monitor import Monitor, Reading
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import SearchSettings
 
 Source = Literal["policy", "candidate", "fallback"]
@@ -47,11 +47,9 @@ that action first."""
 _log = logging.getLogger("energymargin.actions.guard")
 
 
-@dataclass(frozen=True, eq=False)
-class Decision:
+@dataclass(frozen=True, eq=False, repr=False)
+class Decision(Record):
     """One decision of a guard."""
-
-    __repr__ = short_repr
 
     time: float
     """Time of the state [s]."""

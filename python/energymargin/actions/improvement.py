@@ -32,7 +32,7 @@ from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
 from energymargin.summary import html_or_text, summary
 from energymargin.table_text import csv_text
@@ -47,11 +47,9 @@ SCREEN, SEARCH, FINAL = 0, 1, 2  # streams of draws
 START, FAVOURITE = "start", "favourite"
 
 
-@dataclass(frozen=True, eq=False)
-class Generation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Generation(Record):
     """Plans that were compared on the same draws."""
-
-    __repr__ = short_repr
 
     points: NDArray[np.float64]
     """Their parameters in the unit cube, shape (P, D)."""

@@ -27,7 +27,7 @@ from energymargin.beliefs.belief import CommonParticle, common_particles
 from energymargin.checks import function_or_none, share, shown, whole_number, yes_or_no
 from energymargin.executors import Executor
 from energymargin.limits import Limit
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import Search
 from energymargin.summary import html_or_text, summary
 from energymargin.table_text import csv_text
@@ -40,11 +40,9 @@ SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the
 OUT, AS_GOOD = "out", "as good"
 
 
-@dataclass(frozen=True, eq=False)
-class Standing:
+@dataclass(frozen=True, eq=False, repr=False)
+class Standing(Record):
     """Where one candidate stands."""
-
-    __repr__ = short_repr
 
     name: str
     values: NDArray[np.float64]

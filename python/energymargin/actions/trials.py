@@ -26,7 +26,7 @@ from energymargin.executors import Executor
 from energymargin.executors.choice import chosen_executor
 from energymargin.limits import Limit
 from energymargin.parallel import run
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import Search, SearchSettings, metric_search
 
 OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
@@ -126,11 +126,9 @@ Trial = Sequence[Draw]
 """Draws of one candidate, in a row."""
 
 
-@dataclass(frozen=True, eq=False)
-class Draws:
+@dataclass(frozen=True, eq=False, repr=False)
+class Draws(Record):
     """What came of N draws."""
-
-    __repr__ = short_repr
 
     values: NDArray[np.float64]
     """Values of the draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout

@@ -21,7 +21,7 @@ from energymargin._core import Problem, World
 from energymargin.beliefs.uncertainty import ERRORS, Source, Uncertainty
 from energymargin.checks import check_type, whole_number
 from energymargin.plausibility import PlausibilityWarning
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.scenes import moved_apart
 from energymargin.scenes.corners import shape_parts
 
@@ -36,11 +36,9 @@ OPEN = (HALF_STEP, 1 - HALF_STEP)  # the ends of the unit interval: no quantile 
 Question = Callable[[NDArray[np.float64]], Problem]
 
 
-@dataclass(frozen=True, eq=False)
-class Particles:
+@dataclass(frozen=True, eq=False, repr=False)
+class Particles(Record):
     """N draws of a belief."""
-
-    __repr__ = short_repr
 
     problems: list[Problem]
     """Each with one draw."""

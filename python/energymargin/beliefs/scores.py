@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energymargin.beliefs.belief import Particles
 from energymargin.executors.rows import Curve
 from energymargin.metrics import TIMED
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 
 PARTICLES_A_TERM = 4  # below, a regression says more of the particles than of the score
 
@@ -28,11 +28,9 @@ class Share:
     """By the jackknife."""
 
 
-@dataclass(frozen=True, eq=False)
-class BeliefScore:
+@dataclass(frozen=True, eq=False, repr=False)
+class BeliefScore(Record):
     """One metric of a belief. What is uncertain and what is random both spread the values."""
-
-    __repr__ = short_repr
 
     metric: str
     values: NDArray[np.float64]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Contact
 from energymargin.checks import check_type, whole_number
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.trajectories import Trajectory
 
 ROW = np.dtype(
@@ -63,11 +63,9 @@ NO_LABEL = -1
 BLOCK_STATES = 4096  # a few MB, beside which the overhead of a block is small
 
 
-@dataclass(frozen=True, eq=False)
-class Block:
+@dataclass(frozen=True, eq=False, repr=False)
+class Block(Record):
     """Consecutive trajectories."""
-
-    __repr__ = short_repr
 
     rows: NDArray[np.void]
     """A row for each trajectory, shape (T,), type ROW."""

@@ -32,7 +32,7 @@ from energymargin.evaluation.labelled import (
     compared_trajectories,
     state_metrics,
 )
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 
 __all__ = [
     "TARGETS",
@@ -59,14 +59,12 @@ TARGETS: tuple[Target, ...] = (CAPTURED, SUCCESS)
 trajectory succeeds."""
 
 
-@dataclass(frozen=True, eq=False)
-class Roc:
+@dataclass(frozen=True, eq=False, repr=False)
+class Roc(Record):
     """Receiver operating characteristic: P points, from none that counts as positive to all.
 
     States, or trajectories, whose score is at least the threshold count as positive.
     """
-
-    __repr__ = short_repr
 
     false_positive_rate: NDArray[np.float64]
     """Shape (P,), from 0 rising to 1."""
@@ -82,14 +80,12 @@ class Roc:
     """How many of them have the label 1."""
 
 
-@dataclass(frozen=True, eq=False)
-class PrecisionRecall:
+@dataclass(frozen=True, eq=False, repr=False)
+class PrecisionRecall(Record):
     """Precision over recall: P points, from none that counts as positive to where all recall is.
 
     States, or trajectories, whose score is at least the threshold count as positive.
     """
-
-    __repr__ = short_repr
 
     recall: NDArray[np.float64]
     """Shape (P,), from 0 rising to 1."""

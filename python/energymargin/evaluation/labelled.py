@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from energymargin.checks import one_of, whole_number
 from energymargin.metrics import ANY
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.summary import html_or_text
 
 HORIZONS = range(6)  # frames
@@ -26,15 +26,14 @@ Among = Literal["all", "captured"]
 AMONG: tuple[Among, ...] = ("all", "captured")
 
 
-@dataclass(frozen=True, eq=False)
-class LabelledScores:
+@dataclass(frozen=True, eq=False, repr=False)
+class LabelledScores(Record):
     """N states of several trajectories, those of one in a row and in the order of time.
 
     Raises ValueError on arrays of other lengths, and on a trajectory whose states are not in a row.
     """
 
     _repr_html_ = html_or_text
-    __repr__ = short_repr
 
     task: str
     trajectory: NDArray[np.int64]

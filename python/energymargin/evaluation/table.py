@@ -26,7 +26,7 @@ from energymargin.evaluation.labelled import (
     state_metrics,
 )
 from energymargin.metrics import ANY
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.summary import html_or_text, summary
 from energymargin.table_text import DASH, csv_text, short
 
@@ -99,12 +99,11 @@ def paper_text(value: tuple[float, float] | None) -> str:
     return DASH if value is None else "/".join(short(one, decimals=2) for one in value)
 
 
-@dataclass(frozen=True, eq=False)
-class Evaluation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Evaluation(Record):
     """AUC and AP of every score. A cell is None if there is one label alone."""
 
     _repr_html_ = html_or_text
-    __repr__ = short_repr
 
     task: str
     frames: tuple[int, ...]

@@ -13,18 +13,16 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
 from energymargin.metrics import METRICS
 from energymargin.parallel import POLL
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import SearchSettings
 
 Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times [s] and the probability until each, (T,)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Row:
+@dataclass(frozen=True, eq=False, repr=False)
+class Row(Record):
     """The scores of one problem."""
-
-    __repr__ = short_repr
 
     index: int
     """The problem's stream index."""

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import numbers_of, whole_number
 from energymargin.monitor.conditions import Conditions
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 
 Lost = Sequence[int | None]
 """By trajectory, the frame of its loss; None if it holds to its end."""
@@ -92,15 +92,13 @@ class Alarm:
         return states
 
 
-@dataclass(frozen=True, eq=False)
-class Threshold:
+@dataclass(frozen=True, eq=False, repr=False)
+class Threshold(Record):
     """A threshold with its guarantee.
 
     Over draws of the n calibration trajectories and of a new one that is drawn like them, the new
     one has a false alarm with a probability of at most `level`.
     """
-
-    __repr__ = short_repr
 
     value: float
     """An alarm goes on below it."""
@@ -139,11 +137,9 @@ class Threshold:
         return float(low), float(high)
 
 
-@dataclass(frozen=True, eq=False)
-class Alarms:
+@dataclass(frozen=True, eq=False, repr=False)
+class Alarms(Record):
     """What an alarm does on N trajectories."""
-
-    __repr__ = short_repr
 
     false: NDArray[np.bool_]
     """Whether it is on at a frame in which that is false, shape (N,)."""

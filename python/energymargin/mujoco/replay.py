@@ -16,7 +16,7 @@ from energymargin.checks import one_of, positive_number
 from energymargin.mujoco.simulation import Simulation, Ticks
 from energymargin.mujoco.state import servos
 from energymargin.mujoco.states import Names
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 
 Vector = NDArray[np.float64]
 
@@ -24,11 +24,9 @@ SCALE_STEP = 0.01  # between two strengths of the wrenches
 SAME = 1e-6  # [m], [m/s], [rad], ...: data further off are at another state than the problem
 
 
-@dataclass(frozen=True, eq=False)
-class Replay:
+@dataclass(frozen=True, eq=False, repr=False)
+class Replay(Record):
     """What became of an escape, or of a plan, in MuJoCo."""
-
-    __repr__ = short_repr
 
     escaped: bool
     """Whether it leads out unchanged."""

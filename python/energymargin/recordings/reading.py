@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from energymargin.checks import numbers_of, positive_number, yes_or_no
 from energymargin.recordings import cleaning
 from energymargin.recordings.recording import Motion, Recording, Repairs
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 
 BODIES = ("object", "effector")
 POSE = ("x", "y", "yaw")
@@ -50,11 +50,9 @@ class SourceFile:
         return ValueError(f"{self.path}{where}: {text}")
 
 
-@dataclass(frozen=True, eq=False)
-class FrameTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class FrameTable(Record):
     """R rows of a file, a row a frame, in SI units."""
-
-    __repr__ = short_repr
 
     source: SourceFile
     lines: NDArray[np.int64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from energymargin._core import Scene, World
 from energymargin.beliefs.uncertainty import Uncertainty
 from energymargin.checks import positive_number, whole_number
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.scenes import moved_apart
 
 MOST_OVERLAP = 0.01  # m; an arm's error of 5 to 8 mm, and a camera's
@@ -19,11 +19,9 @@ UPRIGHT = 1e-6
 PLANE = [0, 1, 5]  # x, y and the turn about z, of six errors
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(Record):
     """One body in the plane, over K frames."""
-
-    __repr__ = short_repr
 
     poses: NDArray[np.float64]
     """x, y [m] and yaw [rad, without jumps], shape (K, 3)."""
@@ -36,11 +34,9 @@ class Motion:
     """Covariances of the rates' errors, shape (K, 3, 3); None also of rates that were measured."""
 
 
-@dataclass(frozen=True)
-class Repairs:
+@dataclass(frozen=True, repr=False)
+class Repairs(Record):
     """Frames whose poses are interpolated or left out, by the camera's numbers."""
-
-    __repr__ = short_repr
 
     missing: tuple[int, ...] = ()
     """Frames that the file does not have: interpolated."""
@@ -67,11 +63,9 @@ class Repairs:
         return ", ".join(f"{count} {what}" for count, what in counts if count) or "nothing repaired"
 
 
-@dataclass(frozen=True, eq=False)
-class Recording:
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording(Record):
     """K frames of two bodies in the plane, as a camera saw them."""
-
-    __repr__ = short_repr
 
     name: str
     """The file's."""
@@ -109,11 +103,9 @@ class Recording:
         return Uncertainty(**given)
 
 
-@dataclass(frozen=True, eq=False)
-class Placed:
+@dataclass(frozen=True, eq=False, repr=False)
+class Placed(Record):
     """K frames of a recording in a scene."""
-
-    __repr__ = short_repr
 
     states: NDArray[np.float64]
     """State vector of each frame, shape (K, n)."""

@@ -21,7 +21,7 @@ from energymargin.evaluation import LabelledScores
 from energymargin.evaluation.labelled import FORCE
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.plots.trajectories import BAND
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import SearchSettings, algorithm
 from energymargin.settings import flag_of
 from energymargin.store import ScoreStore
@@ -31,11 +31,9 @@ from energymargin.summary import Summary, summary
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 
 
-@dataclass(frozen=True, eq=False)
-class Subject:
+@dataclass(frozen=True, eq=False, repr=False)
+class Subject(Record):
     """A run as it was when it was read: others may go on to score it."""
-
-    __repr__ = short_repr
 
     path: Path
     """The file of scores."""

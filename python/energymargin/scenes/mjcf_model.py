@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from energymargin.errors import needs_extra
 from energymargin.plausibility import warn
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.scenes import reports
 from energymargin.scenes.additions import counted, warn_of_loose
 from energymargin.scenes.poses import Pose, pose
@@ -110,11 +110,9 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
     return pose(position, np.roll(np.asarray(quaternion), -1).tolist())
 
 
-@dataclass(frozen=True, eq=False)
-class Start:
+@dataclass(frozen=True, eq=False, repr=False)
+class Start(Record):
     """Where a model is when its scene begins."""
-
-    __repr__ = short_repr
 
     positions: NDArray[np.float64]
     """MuJoCo's qpos (nq,)."""

@@ -24,7 +24,7 @@ from energymargin._core import (
 )
 from energymargin.checks import one_of, positive_number, whole_number
 from energymargin.limits import Limit
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.tasks.base import (
     NONE_DRAWN,
     PLANE,
@@ -46,11 +46,9 @@ Following = Literal["script", "hold"]
 EFFECTORS = ("coast", "drive")
 
 
-@dataclass(frozen=True, eq=False)
-class Drive:
+@dataclass(frozen=True, eq=False, repr=False)
+class Drive(Record):
     """What moves the robot along one trajectory, with a row for each simulation step."""
-
-    __repr__ = short_repr
 
     wrenches: dict[str, Vector] = field(default_factory=dict)
     """By body: force [N] and torque [N m] on it, shape (steps, 6)."""

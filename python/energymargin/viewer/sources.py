@@ -18,7 +18,7 @@ from energymargin.actions import MarginProfile
 from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
-from energymargin.reprs import short_repr
+from energymargin.reprs import Record
 from energymargin.searches import SETTINGS
 from energymargin.store import ScoreStore
 
@@ -33,11 +33,9 @@ MOST = 100  # trajectories that are searched for a loss
 LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
 
 
-@dataclass(frozen=True, eq=False)
-class Frames:
+@dataclass(frozen=True, eq=False, repr=False)
+class Frames(Record):
     """The frames of one trajectory."""
-
-    __repr__ = short_repr
 
     times: NDArray[np.float64]
     """Time of each [s], shape (K,)."""
@@ -59,12 +57,10 @@ class Frames:
     """Disturbance of their probabilities; None: that of the settings."""
 
 
-@dataclass(frozen=True, eq=False)
-class StateSource:
+@dataclass(frozen=True, eq=False, repr=False)
+class StateSource(Record):
     """What is looked at: a problem is one trajectory of one frame, a margin along a plan one with a
     frame for each moment of the nominal motion."""
-
-    __repr__ = short_repr
 
     what: Problem | MarginProfile | Dataset
     title: str
@@ -193,11 +189,9 @@ def _frame_of(frames: Frames) -> int:
     return frame
 
 
-@dataclass(frozen=True, eq=False)
-class FrameScores:
+@dataclass(frozen=True, eq=False, repr=False)
+class FrameScores(Record):
     """Scores of all states that were computed before."""
-
-    __repr__ = short_repr
 
     columns: list[tuple[str, dict[str, NDArray[np.float64]]]]
     """Titles, and the scores of each state by metric; NaN is one that is missing."""
