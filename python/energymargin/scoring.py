@@ -21,7 +21,7 @@ from energymargin.limits import Limit
 from energymargin.parallel import run
 from energymargin.reprs import Record
 from energymargin.searches import LooseSettings, SearchSettings, chosen_metrics, chosen_settings
-from energymargin.summary import html_or_text
+from energymargin.summary import Summarized
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -130,10 +130,8 @@ COLUMNS: dict[str, type] = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ScoreTable(Record):
+class ScoreTable(Record, Summarized):
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
-
-    _repr_html_ = html_or_text
 
     index: NDArray[np.int64]
     """Number of the problem of each row, shape (N,), rising."""

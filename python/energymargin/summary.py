@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     import energymargin.scenes.reports
 
-__all__ = ["MOST_ROWS", "Picture", "Summary", "attach", "html_or_text", "summary"]
+__all__ = ["MOST_ROWS", "Picture", "Summarized", "Summary", "attach", "html_or_text", "summary"]
 
 MOST_ROWS = 12  # of a long table in a notebook
 CELL = "text-align:left;padding:0.1em 1em 0.1em 0;white-space:pre-wrap"
@@ -143,6 +143,12 @@ def html_or_text(self: Any) -> str:
         return summary(self).to_html()
     except Exception as error:  # a damaged thing is shown as far as it can be
         return f"<pre>{escape(shown(self))}\ncannot be shown: {escape(repr(error))}</pre>"
+
+
+class Summarized:
+    """Base of what has a summary, which notebooks show."""
+
+    _repr_html_ = html_or_text
 
 
 def attach() -> None:

@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 from energymargin._core import Contact
 from energymargin.checks import check_shape
 from energymargin.reprs import Record
-from energymargin.summary import html_or_text
+from energymargin.summary import Summarized
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Record):
+class Trajectory(Record, Summarized):
     """K recorded frames of one manipulation, with the labels of Section VI-D.
 
     Raises ValueError on arrays of other shapes.
     """
-
-    _repr_html_ = html_or_text
 
     times: NDArray[np.float64]
     """Time of each frame [s], shape (K,)."""

@@ -34,7 +34,7 @@ from energymargin.limits import Limit
 from energymargin.metrics import value_text
 from energymargin.reprs import Record
 from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
-from energymargin.summary import html_or_text, summary
+from energymargin.summary import Summarized, summary
 from energymargin.table_text import csv_text
 
 SHARE_OF_SEARCH = 0.8  # of a timeout
@@ -64,10 +64,8 @@ class Generation(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class Improvement:
+class Improvement(Summarized):
     """The best plan that was found."""
-
-    _repr_html_ = html_or_text
 
     values: dict[str, float]
     """Its parameters."""

@@ -17,7 +17,7 @@ from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
 from energymargin.plans import control_period, in_steps, nearest_steps, rest_of, whole_steps
 from energymargin.searches import Search
-from energymargin.summary import html_or_text
+from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
 
 EFFORT = "effort/est"
@@ -40,10 +40,8 @@ class Moment(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MarginProfile:
+class MarginProfile(Summarized):
     """The margin along a plan: of K moments of the motion without a disturbance."""
-
-    _repr_html_ = html_or_text
 
     times: NDArray[np.float64]
     """Times of the moments [s], shape (K,)."""

@@ -29,7 +29,7 @@ from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.reprs import Record
 from energymargin.searches import Search
-from energymargin.summary import html_or_text, summary
+from energymargin.summary import Summarized, summary
 from energymargin.table_text import csv_text
 
 CONFIDENCE = 0.95
@@ -75,15 +75,13 @@ class Standing(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class Ranking:
+class Ranking(Summarized):
     """Candidates from the best to the worst, and what can be said of the first.
 
     The intervals are of each candidate alone, and of so many draws as if that had been settled
     before. The best is chosen by the draws that it is told with, so its score is a little too high:
     score it again with another seed for figures to publish.
     """
-
-    _repr_html_ = html_or_text
 
     metric: str
     standings: tuple[Standing, ...]

@@ -35,7 +35,7 @@ from energymargin.datasets.columns import (
 )
 from energymargin.datasets.future import Future
 from energymargin.errors import EnergyMarginError
-from energymargin.summary import html_or_text
+from energymargin.summary import Summarized
 from energymargin.tasks.base import Task
 from energymargin.trajectories import Trajectory
 
@@ -57,14 +57,12 @@ def left_out_text(reasons: Mapping[int, str], states: int) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Dataset(Closing):
+class Dataset(Closing, Summarized):
     """Trajectories of one task.
 
     Its states are numbered through: all frames of the first trajectory, then the second's. In
     memory or in an open file, it is the same dataset. What needs all states reads them in blocks.
     """
-
-    _repr_html_ = html_or_text
 
     task: str
     """The task's name."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from energymargin.checks import one_of, whole_number
 from energymargin.metrics import ANY
 from energymargin.reprs import Record
-from energymargin.summary import html_or_text
+from energymargin.summary import Summarized
 
 HORIZONS = range(6)  # frames
 PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its authors' data so
@@ -27,13 +27,11 @@ AMONG: tuple[Among, ...] = ("all", "captured")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LabelledScores(Record):
+class LabelledScores(Record, Summarized):
     """N states of several trajectories, those of one in a row and in the order of time.
 
     Raises ValueError on arrays of other lengths, and on a trajectory whose states are not in a row.
     """
-
-    _repr_html_ = html_or_text
 
     task: str
     trajectory: NDArray[np.int64]

@@ -27,7 +27,7 @@ from energymargin.evaluation.labelled import (
 )
 from energymargin.metrics import ANY
 from energymargin.reprs import Record
-from energymargin.summary import html_or_text, summary
+from energymargin.summary import Summarized, summary
 from energymargin.table_text import DASH, csv_text, short
 
 CSV_COLUMNS = (
@@ -100,10 +100,8 @@ def paper_text(value: tuple[float, float] | None) -> str:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Evaluation(Record):
+class Evaluation(Record, Summarized):
     """AUC and AP of every score. A cell is None if there is one label alone."""
-
-    _repr_html_ = html_or_text
 
     task: str
     frames: tuple[int, ...]

@@ -18,19 +18,17 @@ from energymargin.store import schema
 from energymargin.store.database import Database
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
-from energymargin.summary import html_or_text
+from energymargin.summary import Summarized
 
 LABELS = 10000  # states whose labels are inserted at a time
 
 
-class ScoreStore(Database):
+class ScoreStore(Database, Summarized):
     """An open file of scores; close it, or use it in a `with` statement.
 
     It holds the runs of any number of datasets, futures and settings. One process at a time
     opens it with `create`, to put scores in; others of this machine may read it meanwhile.
     """
-
-    _repr_html_ = html_or_text
 
     def runs(self) -> list[Run]:
         """All runs, in the order in which they began."""

@@ -23,7 +23,7 @@ from energymargin.metrics import METRICS, TIMED
 from energymargin.searches import algorithm_of
 from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE
-from energymargin.summary import html_or_text
+from energymargin.summary import Summarized
 
 FLOATS = np.dtype("<f8")
 """Type of the numbers of a curve, as they are packed."""
@@ -46,10 +46,8 @@ class ScoredState(NamedTuple):
     """Scores of the run's metrics, in their order; None: not there yet."""
 
 
-class Run:
+class Run(Summarized):
     """The scores of one dataset with one future and one choice of settings, in a store."""
-
-    _repr_html_ = html_or_text
 
     def __init__(self, store: Database, number: int) -> None:
         """The run of this number, which is in the store."""
