@@ -101,13 +101,8 @@ EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra 
 SUBPACKAGES = (*PLAIN, "scenes", "store", "tasks", *EXTRAS)
 NAMES = {
     "actions": [
-        "Guard",
-        "Improvement",
-        "MarginProfile",
-        "Ranking",
-        "improve",
-        "margin_profile",
-        "rank",
+        *("Guard", "Improvement", "MarginProfile", "Ranking"),
+        *("improve", "margin_profile", "rank"),
     ],
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],

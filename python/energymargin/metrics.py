@@ -9,14 +9,14 @@ from typing import NamedTuple
 ANY = "/any"
 """Ends the name of a metric that asks for at least one of several objects, instead of all."""
 
+TIMED = {"probability": "captured", "probability/success": "success", "probability/any": "any"}
+"""Those that ask about a problem's horizon, and which curve of a CaptureProbability each is of."""
+
 METRICS = (
     *("capture", "success", "effort/est", "effort/rrt", "force"),
     *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
-    *("probability", "probability/success", "probability/any"),
+    *TIMED,
 )
-
-TIMED = ("probability", "probability/success", "probability/any")
-"""Those that ask about a problem's horizon."""
 
 CLOCKLESS = ("capture", "success", "force", "capture/any", "success/any")
 """Those that ask a question without a clock."""

@@ -52,8 +52,7 @@ def in_steps(plan: Plan, step: float) -> Plan:
     count = control_period("step of the plan", plan.step, step) / step
     if abs(count - round(count)) <= ROUNDING * count:
         return plan
-    fine: Plan = plan.fine_rows(step)
-    return fine
+    return plan.fine_rows(step)
 
 
 def rest_of(plan: Plan, done: int, step: float) -> Plan:

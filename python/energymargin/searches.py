@@ -147,8 +147,7 @@ class SearchSettings:
     def of_clock(self, *, timed: bool) -> SearchSettings:
         """These settings with the default search of problems with a horizon, or of others."""
         search = self.search or ("improved" if timed else "published")
-        changed: SearchSettings = replace(self, search=search)
-        return changed
+        return replace(self, search=search)
 
     def all(self) -> dict[str, Any]:
         """All of them, by name."""

@@ -125,8 +125,7 @@ class Future:
             robot = _script_of(task)(state, float(trajectory.times[frame]), params, horizon)
         throughout = getattr(task, "captured_throughout", None)
         sets = {"captured": throughout(params)} if callable(throughout) else {}
-        posed: Problem = problem.replace(horizon=horizon, plan=robot, effector="coast", **sets)
-        return posed
+        return problem.replace(horizon=horizon, plan=robot, effector="coast", **sets)
 
 
 def _whole_steps(seconds: float, step: float) -> float:

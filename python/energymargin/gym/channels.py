@@ -46,14 +46,16 @@ class Channel:
             raise ValueError(f"low is {self.low} and high {self.high}, expected finite low < high")
 
 
-def acted(drive: Drive, channels: Sequence[Channel], action: NDArray[np.float64]) -> Drive:
-    """The drive of a control step, with the action in its channels in every row."""
+def acted(
+    drive: Drive, channels: Sequence[Channel], action: NDArray[np.float64], rows: int | None = None
+) -> Drive:
+    """The drive, with the action in its channels in the first rows, or in all."""
     copied = Drive(
         {body: rows.copy() for body, rows in drive.wrenches.items()},
         {joint: rows.copy() for joint, rows in drive.targets.items()},
     )
     for channel, number in zip(channels, action, strict=True):
-        _rows(copied, channel)[:] = channel.offset + number
+        _rows(copied, channel)[:rows] = channel.offset + number
     return copied
 
 
@@ -68,13 +70,8 @@ def planned(
     plan: Plan, channels: Sequence[Channel], action: NDArray[np.float64], rows: int
 ) -> Plan:
     """The plan, with the action in its channels in the first rows."""
-    whole = Drive(plan.wrenches, plan.targets)
-    first, rest = acted(whole.between(0, rows), channels, action), whole.between(rows, plan.rows)
-    return Plan(
-        plan.step,
-        wrenches={b: np.concatenate([r, rest.wrenches[b]]) for b, r in first.wrenches.items()},
-        targets={j: np.concatenate([r, rest.targets[j]]) for j, r in first.targets.items()},
-    )
+    drive = acted(Drive(plan.wrenches, plan.targets), channels, action, rows)
+    return Plan(plan.step, wrenches=drive.wrenches, targets=drive.targets)
 
 
 def action_of(drive: Drive, channels: Sequence[Channel]) -> NDArray[np.float64]:

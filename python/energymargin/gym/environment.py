@@ -20,7 +20,7 @@ from energymargin._core import Problem, World
 from energymargin.checks import numbers_of, one_of, positive_number
 from energymargin.gym.channels import CHANNELS, Channel, acted, action_of, planned
 from energymargin.plans import control_period, nearest_steps, whole_steps
-from energymargin.tasks.base import Params, Regions
+from energymargin.tasks.base import Params, Regions, inside
 from energymargin.tasks.scripted import Drive, ScriptedTask
 
 if TYPE_CHECKING:
@@ -219,8 +219,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
 
     def _inside(self, sets: Regions) -> list[bool]:
         """Whether the state is in the set of each object, or in that of all together."""
-        by_object = sets.values() if isinstance(sets, dict) else [sets]
-        return [bool(region.contains(self._world.scene, self.state)) for region in by_object]
+        found: list[bool] = inside(sets, self._world.scene, self.state).tolist()
+        return found
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,6 @@ Shaping = Literal["potential", "additive"]
 SHAPINGS = ("potential", "additive")
 OWN_STREAM = 0x636170747572  # so that the wrapper's draws are not the environment's
 SPREAD = 0.25  # of noise, in half the width of the action space
-SIDES = {"probability": "captured", "probability/success": "success", "probability/any": "any"}
 
 ObsType = TypeVar("ObsType")
 ActType = TypeVar("ActType")
@@ -236,7 +235,7 @@ def score_of(
         return {"score": value_of(metric, found)}
     if is_unknown(found):
         return {**dict.fromkeys(("score", "low", "high"), nan), "diverged": found.diverged}
-    low, high = found.interval(which=SIDES[metric])
+    low, high = found.interval(which=TIMED[metric])
     return {"score": value_of(metric, found), "low": low, "high": high, "diverged": found.diverged}
 
 

@@ -112,7 +112,7 @@ def mesh(
             f"metres; a file in millimetres needs 0.001."
         )
         warn([("scale", text)], text)
-    shells = _shells(pieces, limit) or []
+    shells = _shells(pieces)
     try:
         bodies = solids(shells, path, limit)
     except ValueError:
@@ -225,12 +225,10 @@ def _closed(surface: Trimesh) -> bool:
     return bool(surface.is_watertight and surface.is_winding_consistent)
 
 
-def _shells(pieces: Sequence[Trimesh], limit: Limit) -> list[Trimesh] | None:
-    """The closed surfaces that a mesh consists of; None if it is open."""
-    if not all(_closed(piece) for piece in pieces):
-        return None
-    split = [piece.split(only_watertight=False, repair=False) for piece in pieces]
-    return [shell for parts in split for shell in parts]
+def _shells(pieces: Sequence[Trimesh]) -> list[Trimesh]:
+    """The closed surfaces that a mesh consists of; none if it is open."""
+    closed = pieces if all(map(_closed, pieces)) else []
+    return [s for piece in closed for s in piece.split(only_watertight=False, repair=False)]
 
 
 def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:

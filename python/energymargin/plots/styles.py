@@ -58,7 +58,7 @@ PALETTE = (
     LineStyle("#E69F00", (0, (2, 1)), "P"),
     LineStyle("#56B4E9", (0, (10, 2)), "X"),
 )
-STYLED = ("capture", "effort/est", "effort/rrt", "success", "force", *TIMED[:2])
+STYLED = ("capture", "effort/est", "effort/rrt", "success", "force", *list(TIMED)[:2])
 METRICS = dict(zip(STYLED, PALETTE, strict=True))
 
 

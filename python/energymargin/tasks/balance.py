@@ -85,11 +85,10 @@ class BalanceTask(QuestionTask):
         """A random start state: the square on the support, both all but at rest."""
         x = OBJECT_START[0] + random.uniform(-SUPPORT_X_SPREAD, SUPPORT_X_SPREAD)
         speeds = random.uniform(-SPEED_SPREAD, SPEED_SPREAD, (2, 2))
-        state: Vector = self._scene.pack(
+        return self._scene.pack(
             object={"velocity": (*speeds[0], 0.0)},
             effector={"position": (x, SUPPORT_Y + OVERLAP, 0.0), "velocity": (*speeds[1], 0.0)},
         )
-        return state
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """Lift and torque on the support, drawn anew at each step, against its weight."""

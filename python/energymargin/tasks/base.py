@@ -98,14 +98,13 @@ def set_of_object(sets: Regions, name: str | None) -> Region:
     return sets
 
 
-def all_inside(sets: Regions, scene: Scene, states: Vector) -> NDArray[np.bool_]:
-    """Whether all objects are in their sets, of one state (n,) or of several (N, n)."""
+def inside(sets: Regions, scene: Scene, states: Vector) -> NDArray[np.bool_]:
+    """Whether each object is in its set, of one state (n,) or of several (N, n): shape (k,) or
+    (k, N). One set for all counts as one object."""
     by_object = sets.values() if isinstance(sets, dict) else [sets]
-    return np.asarray(np.all([r.contains(scene, states) for r in by_object], axis=0))
+    return np.array([region.contains(scene, states) for region in by_object], dtype=bool)
 
 
 def any_inside(sets: Regions, scene: Scene, states: Vector) -> NDArray[np.bool_] | None:
     """Whether at least one object is in its set; None if there is one set for all."""
-    if not isinstance(sets, dict):
-        return None
-    return np.asarray(np.any([r.contains(scene, states) for r in sets.values()], axis=0))
+    return np.any(inside(sets, scene, states), axis=0) if isinstance(sets, dict) else None

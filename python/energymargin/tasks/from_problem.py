@@ -94,8 +94,7 @@ class ProblemTask:
         self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """The question at a state, shape (n,)."""
-        changed: Problem = self._problem.replace(state=state, contacts=contacts, start_outside=True)
-        return changed
+        return self._problem.replace(state=state, contacts=contacts, start_outside=True)
 
 
 def _digest(file: str) -> str:

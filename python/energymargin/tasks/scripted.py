@@ -33,9 +33,9 @@ from energymargin.tasks.base import (
     Regions,
     Task,
     Vector,
-    all_inside,
     any_inside,
     constructor_keywords,
+    inside,
     set_of_object,
 )
 from energymargin.trajectories import Trajectory
@@ -214,8 +214,7 @@ class ScriptedTask(Task):
             raise ValueError(f"plan is {plan!r}, expected 'script', 'hold' or None")
         captured = self.captured_throughout(params)
         changes = {"scene": scene, "horizon": horizon, "plan": robot, "effector": "coast"}
-        future: Problem = problem.replace(captured=captured, **changes)
-        return future
+        return problem.replace(captured=captured, **changes)
 
     @property
     def steps(self) -> int:
@@ -313,8 +312,8 @@ class ScriptedTask(Task):
         these params, saves making one.
         """
         layout = self.scene(params) if scene is None else scene
-        captured = [all_inside(self.captured(state, params), layout, state) for state in states]
-        return np.array(captured, dtype=bool), all_inside(self.succeeded(params), layout, states)
+        captured = [inside(self.captured(state, params), layout, state).all() for state in states]
+        return np.array(captured), np.all(inside(self.succeeded(params), layout, states), axis=0)
 
     def labels_any(
         self, states: Vector, params: Params, *, scene: Scene | None = None

@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from energymargin._core import Problem
 from energymargin.disturbances import Uniform
 from energymargin.futures import Undisturbed, future_rows, uniform_in_words
-from energymargin.metrics import with_unit
+from energymargin.metrics import TIMED, with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
     CAPTURED_COLOR,
@@ -29,7 +29,6 @@ from energymargin.viewer.trees import FUTURE_COLOR
 
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
-TIMED = {"probability": "captured", "probability/success": "success", "probability/any": "any"}
 NAMES = {
     "probability": "stays captured",
     "probability/success": "is successful then",
