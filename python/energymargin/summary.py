@@ -150,6 +150,10 @@ class Summarized:
 
     _repr_html_ = html_or_text
 
+    def to_markdown(self) -> str:
+        """Its summary in Markdown."""
+        return summary(self).to_markdown()
+
 
 def attach() -> None:
     """Lets notebooks and prompts show the classes of the compiled module."""

@@ -34,7 +34,7 @@ from energymargin.limits import Limit
 from energymargin.metrics import value_text
 from energymargin.reprs import Record
 from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
-from energymargin.summary import Summarized, summary
+from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
 
 SHARE_OF_SEARCH = 0.8  # of a timeout
@@ -124,10 +124,6 @@ class Improvement(Summarized):
             f"{metric} {before} at the start, {after} with the plan that was found; of "
             f"{self._duel.draws} draws it gains {self._duel.wins} and loses {self._duel.losses}"
         )
-
-    def to_markdown(self) -> str:
-        """Parameters and scores before and after, and the last comparison."""
-        return summary(self).to_markdown()
 
     def to_csv(self) -> str:
         """A line for each plan that was tried, in full precision: generation, the factor of the

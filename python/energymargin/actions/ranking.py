@@ -29,7 +29,7 @@ from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.reprs import Record
 from energymargin.searches import Search
-from energymargin.summary import Summarized, summary
+from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
 
 CONFIDENCE = 0.95
@@ -174,10 +174,6 @@ class Ranking(Summarized):
             by = f"in at most {most:.0%} of the searches"
         percent = _percent(confidence)
         return f"{said} {_listed(others)} may be better, {by}, with {percent} % confidence"
-
-    def to_markdown(self) -> str:
-        """A table, and the decision."""
-        return summary(self).to_markdown()
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""

@@ -27,7 +27,7 @@ from energymargin.evaluation.labelled import (
 )
 from energymargin.metrics import ANY
 from energymargin.reprs import Record
-from energymargin.summary import Summarized, summary
+from energymargin.summary import Summarized
 from energymargin.table_text import DASH, csv_text, short
 
 CSV_COLUMNS = (
@@ -157,10 +157,6 @@ class Evaluation(Record, Summarized):
             SUCCESS + ANY: self.success_any,
         }
         return {score: cell for score, cell in cells.items() if cell is not None}
-
-    def to_markdown(self) -> str:
-        """A Markdown table, or two: of all objects, and of at least one."""
-        return summary(self).to_markdown()
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""

@@ -16,17 +16,12 @@ from matplotlib.axes import Axes
 from PIL import Image
 
 from energymargin import plots, tasks
-from energymargin._core import (
-    CaptureProbability,
-    CaptureScore,
-    EscapeEffort,
-    ForceScore,
-    Problem,
-)
+from energymargin._core import CaptureProbability, ForceScore, Problem
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation.curves import CAPTURED, Wrongness
 from energymargin.metrics import with_unit
 from energymargin.outlines import Plan
+from energymargin.plots.trees import Result
 from energymargin.report.subject import Data, Subject, view_command
 from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
@@ -150,7 +145,7 @@ class RepeatedSearch(NamedTuple):
     """A state's problem, the search for one of its scores, and that score."""
 
     problem: Problem
-    search: CaptureScore | EscapeEffort | CaptureProbability | None
+    search: Result | CaptureProbability | None
     """None for the force score, which needs no search."""
     score: float
 
