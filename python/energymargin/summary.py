@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import energymargin._core as compiled
 from energymargin.checks import shown
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
 
-    import energymargin.scenes.reports
+    from energymargin.scenes.reports import SceneReport
 
 __all__ = ["MOST_ROWS", "Picture", "Summarized", "Summary", "attach", "html_or_text", "summary"]
 
@@ -166,16 +166,18 @@ def attach() -> None:
             setattr(kind, "__repr__", _text)  # noqa: B010
 
 
-def _report(self: Any) -> energymargin.scenes.reports.SceneReport:
+def _report(self: Any) -> SceneReport:
     """What the readers of files left out of this scene, left loose, or stated; a table."""
-    reports = import_module("energymargin.scenes.reports")
-    return cast("energymargin.scenes.reports.SceneReport", reports.report_of(self))
+    from energymargin.scenes.reports import report_of
+
+    return report_of(self)
 
 
 def _text(self: Any) -> str:
     """Name(property=value, ...)"""
-    text: str = import_module("energymargin.reprs").compiled_repr(self)
-    return text
+    from energymargin.reprs import compiled_repr
+
+    return compiled_repr(self)
 
 
 def _html_row(cells: Sequence[object], tag: str) -> str:

@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
-from energymargin.checks import shown, whole_number
+from energymargin.checks import numbers_of, shown, whole_number
 from energymargin.divergence import ANY, is_unknown
 from energymargin.reprs import Record
 from energymargin.searches import SearchSettings, metric_search
 
+NUMBERS = "a number or an array of numbers"
 LEAST_CONFIDENCE = 0.5  # in a choice; below it, a worse action would be taken
 
 Candidates = Callable[[Any, Any, np.random.Generator], Iterable[Any]]
@@ -52,13 +53,13 @@ class Noise:
     def __post_init__(self) -> None:
         """Checks them."""
         whole_number("count", self.count, 1)
-        spread = _numbers("spread", self.spread)
+        spread = numbers_of("spread", self.spread, NUMBERS)
         if not (np.isfinite(spread).all() and (spread >= 0).all() and spread.any()):
             raise ValueError(
                 f"spread is {shown(self.spread)}, expected a number above 0, or an array of "
                 "numbers of at least 0 that are not all 0"
             )
-        low, high = _numbers("low", self.low), _numbers("high", self.high)
+        low, high = numbers_of("low", self.low, NUMBERS), numbers_of("high", self.high, NUMBERS)
         if () not in (low.shape, high.shape) and low.shape != high.shape:
             raise ValueError(f"high has shape {high.shape}, expected that of low, {low.shape}")
         if not (low < high).all():
@@ -72,7 +73,7 @@ class Noise:
         Raises ValueError on an action without numbers, or of another shape than the spread, low or
         high.
         """
-        middle = _numbers("action", action)
+        middle = numbers_of("action", action, NUMBERS)
         for name in ("spread", "low", "high"):
             shape = np.shape(getattr(self, name))
             if shape not in ((), middle.shape):
@@ -81,8 +82,10 @@ class Noise:
                     f"{middle.shape}"
                 )
         noise = random.normal(size=(self.count, *middle.shape)) * np.asarray(self.spread)
-        kind = middle.dtype if middle.dtype.kind == "f" else float
-        return list(np.clip(middle + noise, self.low, self.high).astype(kind))
+        kind = np.asarray(action).dtype
+        return list(
+            np.clip(middle + noise, self.low, self.high).astype(kind if kind.kind == "f" else float)
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -220,14 +223,3 @@ def _better(share: float, size: float, than: CaptureProbability, z: float) -> bo
     shares, sizes = (shares * sizes + 1) / (sizes + 2), sizes + 2
     variances = shares * (1 - shares) / sizes
     return bool(shares[0] - shares[1] > z * np.sqrt(variances[0] + variances[1]))
-
-
-def _numbers(name: str, value: ArrayLike) -> NDArray[Any]:
-    """The value as an array; ValueError unless it has real numbers."""
-    try:
-        array = np.asarray(value)
-    except ValueError:  # rows of several lengths
-        array = np.array(None)
-    if array.dtype.kind not in "iuf":
-        raise ValueError(f"{name} is {shown(value)}, expected a number or an array of numbers")
-    return array
