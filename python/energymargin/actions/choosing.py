@@ -83,9 +83,8 @@ class Noise:
                 )
         noise = random.normal(size=(self.count, *middle.shape)) * np.asarray(self.spread)
         kind = np.asarray(action).dtype
-        return list(
-            np.clip(middle + noise, self.low, self.high).astype(kind if kind.kind == "f" else float)
-        )
+        actions = np.clip(middle + noise, self.low, self.high)
+        return list(actions.astype(kind) if kind.kind == "f" else actions)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
