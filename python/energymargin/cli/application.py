@@ -29,15 +29,7 @@ from energymargin.cli.rank import rank
 from energymargin.cli.report import report
 from energymargin.cli.score import score
 from energymargin.cli.tasks import tasks
-from energymargin.cli.terminal import (
-    BAD_INPUT,
-    INTERRUPTED,
-    err,
-    leave,
-    say,
-    shown_warnings,
-    warn,
-)
+from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, shown_warnings, warn
 from energymargin.cli.view import view_command
 from energymargin.interrupts import interrupted, remembered_interrupts
 

@@ -10,12 +10,7 @@ import typer
 from rich.markup import escape
 
 from energymargin.bars import bar
-from energymargin.cli.options import (
-    PICTURE_NODES,
-    cluster,
-    parsed,
-    require_one,
-)
+from energymargin.cli.options import PICTURE_NODES, cluster, parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, say
 

@@ -10,10 +10,7 @@ from rich.markup import escape
 
 from energymargin.bars import bar
 from energymargin.cli.fields import options_of
-from energymargin.cli.options import (
-    chosen_executor,
-    chosen_sampling,
-)
+from energymargin.cli.options import chosen_executor, chosen_sampling
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, out, say, warn
 from energymargin.replacing import replace_text

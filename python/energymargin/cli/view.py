@@ -12,11 +12,7 @@ from rich.markup import escape
 
 from energymargin.bars import bar
 from energymargin.cli.fields import as_number
-from energymargin.cli.options import (
-    PlanWord,
-    chosen_future,
-    parsed,
-)
+from energymargin.cli.options import PlanWord, chosen_future, parsed
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, leave, loading, say, warn
 

@@ -26,13 +26,7 @@ from energymargin.beliefs.uncertainty import Uncertainty
 from energymargin.checks import check_type, whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import files
-from energymargin.datasets.columns import (
-    COLUMNS,
-    ROW,
-    Block,
-    BodyNames,
-    as_blocks,
-)
+from energymargin.datasets.columns import COLUMNS, ROW, Block, BodyNames, as_blocks
 from energymargin.datasets.future import Future
 from energymargin.errors import EnergyMarginError
 from energymargin.summary import Summarized

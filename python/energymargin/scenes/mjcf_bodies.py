@@ -16,14 +16,7 @@ from energymargin.limits import Limit
 from energymargin.scenes import reports
 from energymargin.scenes.additions import Additions
 from energymargin.scenes.mjcf_contacts import Contacts, Group
-from energymargin.scenes.mjcf_model import (
-    MASSLESS,
-    WORLD,
-    Selection,
-    local_pose,
-    name_of,
-    word,
-)
+from energymargin.scenes.mjcf_model import MASSLESS, WORLD, Selection, local_pose, name_of, word
 from energymargin.scenes.poses import Pose, place, pose
 from energymargin.scenes.reports import Row
 

@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.futures import Undisturbed, undisturbed
 from energymargin.searches import SearchSettings
-from energymargin.viewer.background import (
-    Debounced,
-    Player,
-    WorkThread,
-    set_value,
-    value_of,
-)
+from energymargin.viewer.background import Debounced, Player, WorkThread, set_value, value_of
 from energymargin.viewer.panel import Panel
 from energymargin.viewer.search import Scored, ShareProgress, score_state, tree_cache
 from energymargin.viewer.sources import Frames, FrameScores, StateSource
