@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,13 +63,11 @@ class Particles(Record):
     def values(self, source: Source) -> NDArray[np.float64]:
         """What was drawn of a source: friction or mass, (N, 1); errors of a pose or velocity, (N,
         6), before bodies were moved apart."""
-        first = 0
-        for one in self.sources:
-            last = first + len(one.inputs)
-            if one is source:
-                return source.values(self.points[:, first:last])
-            first = last
-        raise ValueError(f"source is {source.name!r}, expected one of these particles'")
+        before = list(takewhile(lambda one: one is not source, self.sources))
+        if len(before) == len(self.sources):
+            raise ValueError(f"source is {source.name!r}, expected one of these particles'")
+        first = sum(len(one.inputs) for one in before)
+        return source.values(self.points[:, first : first + len(source.inputs)])
 
 
 class Belief:
