@@ -83,8 +83,8 @@ Ends run(const std::vector<Problem>& problems, const std::vector<Start>& starts,
     long steps = 0;
     const std::clock_t begin = std::clock();
     for (const Start& start : starts) {
-      const Rollout rollout =
-          worlds[start.problem].rollout_unchecked(problems[start.problem].state, start.wrenches, finer * start.steps);
+      const Rollout rollout = worlds[start.problem].rollout_unchecked(problems[start.problem].state,
+                                                                      {push(start.wrenches, finer * start.steps)});
       steps += rollout.steps;
       ends.numbers.insert(ends.numbers.end(), rollout.state.begin(), rollout.state.end());
       ends.numbers.push_back(rollout.effort);

@@ -15,7 +15,7 @@ void rollout(benchmark::State& run) {
   const Problem problem = push();
   World world(problem.scene);
   const int steps = static_cast<int>(run.range(0));
-  for (auto _ : run) benchmark::DoNotOptimize(world.rollout_unchecked(problem.state, {Wrench{}}, steps));
+  for (auto _ : run) benchmark::DoNotOptimize(world.rollout_unchecked(problem.state, {push({Wrench{}}, steps)}));
   run.SetItemsProcessed(run.iterations() * steps);
 }
 BENCHMARK(rollout)->Arg(1)->Arg(10)->Arg(88)->Unit(benchmark::kMicrosecond);

@@ -123,7 +123,7 @@ Json straight(const Problem& problem, int steps, int rounds) {
   Json result;
   for (int round = 0; round < rounds; ++round) {
     result["ours"].push_back(
-        cpu_seconds([&] { edge.end = world.rollout_unchecked(problem.state, edge.wrenches, steps).state; }));
+        cpu_seconds([&] { edge.end = world.rollout_unchecked(problem.state, {push(edge.wrenches, steps)}).state; }));
     result["others"].push_back(cpu_seconds([&] { replay(raw, {edge}, [](const Edge&) {}); }));
   }
   result["steps"] = result["others_steps"] = steps;

@@ -58,7 +58,7 @@ TEST(Articulation, NoStepsLeaveJointsAndBaseToTheBit) {
   base.velocity = {0.1, 0.2, 0.3};
   base.angular_velocity = {-0.1, 1.0 / 7.0, 0.7};
   const State start = pack(scene, {{"base", base}}, {{"hinge", {1.0 / 3.0, -2.0 / 3.0}}});
-  const State end = World(scene).rollout(start, Wrench{}, 0.0).state;
+  const State end = World(scene).rollout(start, {Wrench{}}, 0.0).state;
   EXPECT_TRUE(same_bits(State(end.tail<2>()), State(start.tail<2>())));
   EXPECT_TRUE(same_bits(State(end.head<3>()), State(start.head<3>())));
   EXPECT_TRUE(same_bits(State(end.segment<6>(7)), State(start.segment<6>(7))));
@@ -254,7 +254,7 @@ TEST(Articulation, NoStepsLeaveABaseWithItsCentreElsewhereAgainAndAgain) {
   base.angular_velocity = {0.5, -1.0, 0.8};
   const State start = pack(scene, {{"base", base}}, {{"hinge", {1.0 / 3.0, -2.0 / 3.0}}});
   State state = start;
-  for (int i = 0; i < 200; ++i) state = world.rollout(state, Wrench{}, 0.0).state;
+  for (int i = 0; i < 200; ++i) state = world.rollout(state, {Wrench{}}, 0.0).state;
   EXPECT_LT((state - start).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_TRUE(same_bits(State(state.tail<4>()), State(start.tail<4>())));
 }

@@ -21,7 +21,7 @@ using namespace scenes;
 constexpr double step = 1.0 / 240.0;
 
 Audit audit(const Scene& scene, const State& state, double duration, const Wrench& wrench = {}) {
-  return *World(scene).rollout(state, wrench, duration, true).audit;
+  return *World(scene).rollout(state, {wrench}, duration, true).audit;
 }
 
 // For scenes that are about something else.
@@ -58,9 +58,9 @@ TEST(Audit, ChangesNoBitOfTheRollout) {
   for (const Scene& scene : {push_scene(), springs, hand(), hand(1.0, true)}) {
     const Wrench wrench{{0.7, 0.5, 0.1}, {0.0, 0.01, 0.03}};
     World world(scene);
-    const Rollout plain = world.rollout(pack(scene), wrench, 0.4);
-    const Rollout audited = world.rollout(pack(scene), wrench, 0.4, true);
-    const Rollout again = world.rollout(pack(scene), wrench, 0.4);
+    const Rollout plain = world.rollout(pack(scene), {wrench}, 0.4);
+    const Rollout audited = world.rollout(pack(scene), {wrench}, 0.4, true);
+    const Rollout again = world.rollout(pack(scene), {wrench}, 0.4);
     EXPECT_FALSE(plain.audit);
     ASSERT_TRUE(audited.audit);
     for (const Rollout& other : {audited, again}) {
@@ -75,7 +75,7 @@ TEST(Audit, ChangesNoBitOfTheRollout) {
 TEST(Audit, EntriesAndLeftoverAddUpToTheChangeOfEnergy) {
   for (const Scene& scene : {push_scene(), hand(1.0, true)}) {
     World world(scene);
-    const Rollout rollout = world.rollout(pack(scene), Wrench{{0.7, 0.5, 0.1}, {0.0, 0.01, 0.03}}, 0.4, true);
+    const Rollout rollout = world.rollout(pack(scene), {Wrench{{0.7, 0.5, 0.1}, {0.0, 0.01, 0.03}}}, 0.4, true);
     const Audit& found = *rollout.audit;
     EXPECT_EQ(found.energy_change, rollout.energy - world.energy(pack(scene)));
     EXPECT_EQ(found.wrench, rollout.work);
@@ -113,7 +113,7 @@ TEST(Audit, FrictionTakesTheKineticEnergyOfABlockThatSlidesToRest) {
   BodyState sliding = scene.body("object").state;
   sliding.velocity.x() = speed;
   World world(scene);
-  const Rollout rollout = world.rollout(pack(scene, {{"object", sliding}}), Wrench{}, 1.0, true);
+  const Rollout rollout = world.rollout(pack(scene, {{"object", sliding}}), {Wrench{}}, 1.0, true);
   const Audit& found = *rollout.audit;
   EXPECT_NEAR(found.friction, -0.5 * speed * speed, 1e-7);
   const double distance = rollout.state[0];
@@ -368,7 +368,7 @@ TEST(Audit, LeftoverOfFastBallsBetweenThinWallsIsRounding) {
   for (int i = 0; i < 40; ++i) {
     const State state = hurled(scene, pack(scene), random);
     cut += cut_steps(scene, state, 24);
-    const Rollout rollout = World(scene).rollout(state, Wrench{}, 24 * step, true);
+    const Rollout rollout = World(scene).rollout(state, {Wrench{}}, 24 * step, true);
     EXPECT_LT(rollout.audit->energy_change, 0.0) << i;
     if (rollout.unconverged > 0) {
       ++unconverged;
@@ -390,7 +390,7 @@ TEST(Audit, LeftoverOfFastMechanismsIsSmall) {
     const State state = hurled(scene, pack(scene), random, 10.0, 10.0);
     cut += cut_steps(scene, state, 24);
     const Disturbance none(scene.with_role(Role::object).size());
-    const Audit found = *World(scene).rollout(state, none, 24 * step, true).audit;
+    const Audit found = *World(scene).rollout(state, {none}, 24 * step, true).audit;
     shares.push_back(std::abs(found.leftover()) / found.turnover());
   }
   std::sort(shares.begin(), shares.end());

@@ -53,7 +53,7 @@ TEST(BoxContact, BoxThatFrictionHoldsStaysOverManyRollouts) {
     State state = pack(scene);
     double effort = 0.0;
     for (int i = 0; i < 300; ++i) {
-      const Rollout rollout = world.rollout(state, push, (1 + i % 29) * scene.stepping().step);
+      const Rollout rollout = world.rollout(state, {push}, (1 + i % 29) * scene.stepping().step);
       state = rollout.state;
       effort += rollout.effort;
     }

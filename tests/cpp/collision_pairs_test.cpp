@@ -101,12 +101,12 @@ TEST(CollisionPairsTest, BodiesFarAwayChangeNoBitOfAHeapThoughPairsAreSearchedFo
     World near_pairs(many);
     const Wrench throwing{{3.0, 2.0, 0.0}, {0.0, 0.0, 0.05}};
     for (const int steps : {150, 40, 150}) {  // also after another rollout
-      const Rollout expected = all_pairs.rollout_unchecked(pack(few), {throwing}, steps);
-      const Rollout rollout = near_pairs.rollout_unchecked(pack(many), {throwing}, steps);
+      const Rollout expected = all_pairs.rollout_unchecked(pack(few), {push({throwing}, steps)});
+      const Rollout rollout = near_pairs.rollout_unchecked(pack(many), {push({throwing}, steps)});
       EXPECT_TRUE(same_bits(rollout.state, expected.state)) << "seed " << seed << ", " << steps << " steps";
       EXPECT_TRUE(same_bits(rollout.effort, expected.effort)) << "seed " << seed << ", " << steps << " steps";
     }
-    EXPECT_GE(all_pairs.contacts(all_pairs.rollout_unchecked(pack(few), {throwing}, 150).state).size(), 40U);
+    EXPECT_GE(all_pairs.contacts(all_pairs.rollout_unchecked(pack(few), {push({throwing}, 150)}).state).size(), 40U);
   }
 }
 
@@ -130,9 +130,9 @@ TEST(CollisionPairsTest, ManyBodiesStopABulletThatWasNearNoneOfThem) {
   scene.add_body(bullet);
   scene.add_body(fixed("wall", Box{{0.02, 1.0, 1.0}}, {0.6, 0.0, 0.0}));
   const Scene many = with_far_bodies(scene);
-  const State end = World(many).rollout_unchecked(pack(many), {Wrench{}}, 10).state;
+  const State end = World(many).rollout_unchecked(pack(many), {push({Wrench{}}, 10)}).state;
   EXPECT_LT(end[0], 0.6);
-  EXPECT_TRUE(same_bits(end, World(scene).rollout_unchecked(pack(scene), {Wrench{}}, 10).state));
+  EXPECT_TRUE(same_bits(end, World(scene).rollout_unchecked(pack(scene), {push({Wrench{}}, 10)}).state));
 }
 
 }  // namespace

@@ -168,7 +168,7 @@ TEST(CompoundContact, CompoundThatMakesABoxMovesOverATableAsTheBox) {
   push.force = {6.0, 0.0, 0.0};
   const auto slid = [&](const Shape& shape) {
     const Scene scene = rough_table(exact(), shape);
-    return body_in(scene, World(scene).rollout(pack(scene), push, 1.0).state, "object");
+    return body_in(scene, World(scene).rollout(pack(scene), {push}, 1.0).state, "object");
   };
   const BodyState box = slid(Box{{1.2, 0.4, 0.1}});
   const BodyState compound = slid(halves);

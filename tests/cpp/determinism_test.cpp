@@ -38,7 +38,8 @@ std::vector<Rollout> shuffled_answers(const Scene& scene, const std::vector<Ques
     for (std::size_t i = next++; i < order.size(); i = next++) {
       const Question& question = asked[order[i]];
       const std::lock_guard<std::mutex> lock(busy[in_world[i]]);
-      rollouts[order[i]] = shared[in_world[i]].rollout_unchecked(question.state, question.wrenches, question.steps);
+      rollouts[order[i]] =
+          shared[in_world[i]].rollout_unchecked(question.state, {push(question.wrenches, question.steps)});
     }
   };
   std::vector<std::thread> pool;

@@ -42,14 +42,14 @@ class Divergence : public testing::Test {
       for (const Shape& other : shapes) {
         World world(crowd(shape, other));
         const State start = pack(world.scene());
-        const State common = world.rollout_unchecked(start, {Wrench{}}, 4).state;
+        const State common = world.rollout_unchecked(start, {push({Wrench{}}, 4)}).state;
         for (const double magnitude : magnitudes) {
           State state = start;
           Wrench wrench;
           change(state, wrench, magnitude);
           expect_end(world, state, wrench);
         }
-        EXPECT_TRUE(same_bits(world.rollout_unchecked(start, {Wrench{}}, 4).state, common));
+        EXPECT_TRUE(same_bits(world.rollout_unchecked(start, {push({Wrench{}}, 4)}).state, common));
       }
     }
     EXPECT_GT(ended_, 100);
@@ -63,7 +63,7 @@ class Divergence : public testing::Test {
  private:
   void expect_end(World& world, const State& state, const Wrench& wrench) {
     try {
-      EXPECT_TRUE(world.rollout_unchecked(state, {wrench}, 4).state.allFinite());
+      EXPECT_TRUE(world.rollout_unchecked(state, {push({wrench}, 4)}).state.allFinite());
       ++ended_;
     } catch (const std::runtime_error& error) {
       EXPECT_NE(std::string(error.what()).find("the simulation diverged"), std::string::npos) << error.what();

@@ -88,7 +88,7 @@ TEST(Energy, ConstantForceThatCarriesTheWeightHoldsABodyAtRest) {
   Body balloon = body("object", Box{{0.3, 0.2, 0.1}}, 0.7, {1.0, 2.0, 3.0}, Role::object);
   balloon.force = {0.0, 0.0, 0.7 * g};
   scene.add_body(balloon);
-  const State end = World(scene).rollout(pack(scene), Wrench{}, 2.0).state;
+  const State end = World(scene).rollout(pack(scene), {Wrench{}}, 2.0).state;
   EXPECT_LT((end - pack(scene)).norm(), 1e-12);
 }
 
@@ -114,7 +114,7 @@ TEST(Energy, FallUnderGravityAndAConstantForceKeepsTheEnergyButForTheStep) {
   const Vector3 force = pulled.force + 0.7 * down;
   // Positions move with the velocity at the step's end: half a step too far.
   const double excess = 0.5 * force.squaredNorm() / 0.7 * step;
-  EXPECT_NEAR(world.rollout(pack(scene), Wrench{}, 1.5).energy, world.energy(pack(scene)) - 1.5 * excess, 1e-9);
+  EXPECT_NEAR(world.rollout(pack(scene), {Wrench{}}, 1.5).energy, world.energy(pack(scene)) - 1.5 * excess, 1e-9);
 }
 
 TEST(Energy, WorkOnAFreeObjectIsTheGainOfASceneWithSpringsAndJointsItDoesNotTouch) {
@@ -133,7 +133,7 @@ TEST(Energy, WorkOnAFreeObjectIsTheGainOfASceneWithSpringsAndJointsItDoesNotTouc
   Wrench wrench;
   wrench.force = {1.0, -0.5, 0.3};
   World world(scene);
-  const Rollout rollout = world.rollout(pack(scene), wrench, 1.0);
+  const Rollout rollout = world.rollout(pack(scene), {wrench}, 1.0);
   EXPECT_NEAR(rollout.work, 0.5 * wrench.force.squaredNorm() / 0.7, 1e-9);
   EXPECT_NEAR(rollout.energy - world.energy(pack(scene)), rollout.work, 1e-9);
 }
@@ -148,7 +148,7 @@ TEST(Energy, WorkOnAnObjectOnASpringIsTheGainOfTheirEnergy) {
   World world(scene);
   const double most = 2.0 * 2.0 * 2.0 / 40.0;  // at the far end of the swing
   for (const double duration : {0.2, 0.3, 0.6, 2.0}) {
-    const Rollout rollout = world.rollout(pack(scene), wrench, duration);
+    const Rollout rollout = world.rollout(pack(scene), {wrench}, duration);
     EXPECT_NEAR(rollout.energy - world.energy(pack(scene)), rollout.work, 0.02 * most) << duration;
   }
 }

@@ -123,9 +123,9 @@ TEST(Grip, RolloutThatIsCutInTwoEndsWhereTheWholeOneDoes) {
     World world(scene);
     const Wrench wrench{{0.3, 0.2, 0.0}, {0.0, 0.0, 0.01}};
     const Disturbance wrenches(scene.with_role(Role::object).size(), wrench);
-    const Rollout whole = world.rollout_unchecked(pack(scene), wrenches, 120);
-    const Rollout half = world.rollout_unchecked(pack(scene), wrenches, 60);
-    const Rollout rest = world.rollout_unchecked(half.state, wrenches, 60);
+    const Rollout whole = world.rollout_unchecked(pack(scene), {push(wrenches, 120)});
+    const Rollout half = world.rollout_unchecked(pack(scene), {push(wrenches, 60)});
+    const Rollout rest = world.rollout_unchecked(half.state, {push(wrenches, 60)});
     EXPECT_LT((rest.state - whole.state).cwiseAbs().maxCoeff(), 1e-9) << scene.bodies().back().name;
     EXPECT_NEAR(half.effort + rest.effort, whole.effort, 1e-9) << scene.bodies().back().name;
   }

@@ -162,7 +162,8 @@ TEST(Horizon, APlanIsFollowedFromTheTimeOfEachNodeOn) {
       Watch watch;
       watch.first = static_cast<int>(std::lround(240.0 * times[parent]));
       const int steps = static_cast<int>(std::lround(240.0 * tree.durations[node]));
-      const Rollout rollout = world.rollout_unchecked(tree.states.row(parent), control(tree, node), steps, {}, watch);
+      const Rollout rollout =
+          world.rollout_unchecked(tree.states.row(parent), {push(control(tree, node), steps)}, {}, watch);
       EXPECT_TRUE(same_bits(rollout.state, State(tree.states.row(node)))) << "node " << node;
       EXPECT_LE(times[node], 1.0 + 1e-9);
       parents_at_the_end += times[parent] > 1.0 - 1e-9 ? 1 : 0;

@@ -211,7 +211,7 @@ TEST(Hull, OfASliverHasPoints) {
       continue;
     }
     World world(scene);
-    EXPECT_TRUE(world.rollout(pack(scene), Wrench{}, 0.1).state.allFinite());
+    EXPECT_TRUE(world.rollout(pack(scene), {Wrench{}}, 0.1).state.allFinite());
   }
 }
 
@@ -294,7 +294,7 @@ TEST(Hull, LiesStillOnAPlane) {
     scene.add_body(body("object", prism(corners, 0.05, 0.03), 0.05, Vector3(0.0, 0.0, 0.015), Role::object));
     World world(scene);
     const State start = pack(scene, {{"object", at(Vector3(0.0, 0.0, 0.015), 0.3)}});
-    const State end = world.rollout(start, Wrench{}, 1.0).state;
+    const State end = world.rollout(start, {Wrench{}}, 1.0).state;
     const BodyState object = body_in(scene, end, "object");
     EXPECT_LT(object.angular_velocity.norm(), 1e-5) << corners << " corners";
     EXPECT_LT((object.position - Vector3(0.0, 0.0, 0.015)).norm(), 2e-5) << corners << " corners";
@@ -327,7 +327,7 @@ TEST_P(RoundOnHull, DoesNotRollAwayFromALevelFace) {
   BodyState lying;
   lying.position = Vector3(0.01, 0.02, 0.08);
   lying.orientation = turn(0.5 * pi, Vector3::UnitX());
-  const State end = world.rollout(pack(scene, {{"object", lying}}), Wrench{}, 1.0).state;
+  const State end = world.rollout(pack(scene, {{"object", lying}}), {Wrench{}}, 1.0).state;
   EXPECT_LT((body_in(scene, end, "object").position - lying.position).norm(), 0.003);
 }
 

@@ -120,8 +120,8 @@ TEST(Inertial, SameBodyInAnotherFrameMovesTheSame) {
   Wrench wrench;
   wrench.force = {1.0, -2.0, 0.5};
   wrench.torque = {0.05, 0.02, -0.03};
-  const Rollout expected = World(one).rollout(pack(one), wrench, 1.0);
-  const Rollout rollout = World(other).rollout(pack(other), wrench, 1.0);
+  const Rollout expected = World(one).rollout(pack(one), {wrench}, 1.0);
+  const Rollout rollout = World(other).rollout(pack(other), {wrench}, 1.0);
   const BodyState end = body_in(one, expected.state, "object");
   const BodyState found = body_in(other, rollout.state, "object");
   EXPECT_LT((found.position - state_at_point(frame.position, end).position).norm(), 1e-10);
@@ -157,7 +157,7 @@ TEST(Inertial, WorkOnAFreeBodyIsItsGainOfEnergyWhereverItsFrameIs) {
   World world(scene);
   Wrench wrench;
   wrench.force = {0.3, -0.2, 0.5};
-  const Rollout rollout = world.rollout(pack(scene), wrench, 1.5);
+  const Rollout rollout = world.rollout(pack(scene), {wrench}, 1.5);
   EXPECT_NEAR(rollout.work, 0.5 * wrench.force.squaredNorm() / 2.0 * 1.5 * 1.5, 1e-12);
   EXPECT_NEAR(rollout.energy, rollout.work, 1e-12);
   EXPECT_LT(body_in(scene, rollout.state, "object").angular_velocity.norm(), 1e-12) << "the force is at the centre";
@@ -172,7 +172,7 @@ TEST(Inertial, TorqueTurnsABodyByItsGivenInertiaWithProducts) {
   const Scene scene = alone(block);
   Wrench wrench;
   wrench.torque = {1e-4, -2e-4, 3e-4};
-  const BodyState end = body_in(scene, World(scene).rollout(pack(scene), wrench, step).state, "object");
+  const BodyState end = body_in(scene, World(scene).rollout(pack(scene), {wrench}, step).state, "object");
   const Eigen::Matrix3d turned = oblique.toRotationMatrix() * inertia * oblique.toRotationMatrix().transpose();
   EXPECT_TRUE(end.angular_velocity.isApprox(step * turned.inverse() * wrench.torque, 1e-6));
   EXPECT_LT(center_of(block, end).velocity.norm(), 1e-15) << "the centre stays, the frame moves";
@@ -225,7 +225,7 @@ TEST(Inertial, BodyWithoutPartsFallsThroughEverything) {
   ghost.inertial = Inertial{{0.02, 0.0, 0.0}, {0.1, 0.1, 0.1}};
   scene.add_body(ghost);
   World world(scene);
-  EXPECT_NEAR(body_in(scene, world.rollout(pack(scene), Wrench{}, 1.0).state, "object").position.z(),
+  EXPECT_NEAR(body_in(scene, world.rollout(pack(scene), {Wrench{}}, 1.0).state, "object").position.z(),
               0.1 - 0.5 * g * (1.0 + step), 1e-12);
   EXPECT_EQ(world.distance(pack(scene), "object", "table"), infinity);
   EXPECT_EQ(deepest_contact(world.scene(), pack(scene)).distance, 0.0);
@@ -235,7 +235,7 @@ TEST(Inertial, NoStepsLeaveTheStateAgainAndAgain) {
   const Scene scene = alone(lopsided(thrown()), down);
   World world(scene);
   State state = pack(scene);
-  for (int i = 0; i < 200; ++i) state = world.rollout(state, Wrench{}, 0.0).state;
+  for (int i = 0; i < 200; ++i) state = world.rollout(state, {Wrench{}}, 0.0).state;
   EXPECT_LT((state - pack(scene)).cwiseAbs().maxCoeff(), 1e-13);
 }
 
@@ -269,7 +269,7 @@ TEST(Inertial, PlanarBodyTurnsByItsMomentAboutItsFreeAxisAboutItsCentreOfMass) {
     World world(scene);
     Wrench wrench;
     wrench.torque.z() = 0.02;
-    const Rollout rollout = world.rollout(pack(scene), wrench, 1.0);
+    const Rollout rollout = world.rollout(pack(scene), {wrench}, 1.0);
     const BodyState end = body_in(scene, rollout.state, "object");
     const BodyState from = center_of(block, block.state);
     const BodyState to = center_of(block, end);
@@ -286,7 +286,7 @@ TEST(Inertial, PlanarBodyIsTurnedByNothingButTorqueAboutItsFreeAxis) {
   Wrench wrench;
   wrench.torque = {0.5, -0.3, 0.0};
   wrench.force = {0.4, 0.1, 3.0};
-  const BodyState end = body_in(scene, World(scene).rollout(pack(scene), wrench, 0.5).state, "object");
+  const BodyState end = body_in(scene, World(scene).rollout(pack(scene), {wrench}, 0.5).state, "object");
   EXPECT_LT(end.angular_velocity.norm(), 1e-15);
   EXPECT_TRUE(end.velocity.isApprox(0.5 * Vector3(0.2, 0.05, 0.0), 1e-12));
 }
@@ -302,7 +302,7 @@ TEST(Inertial, PlanarBodyThatSpinsKeepsItsSpinItsPlaneAndItsState) {
   World world(scene);
   State state = pack(scene);
   for (int i = 0; i < 10; ++i) {
-    state = world.rollout(state, Wrench{}, 0.1).state;  // each is a valid start of the next
+    state = world.rollout(state, {Wrench{}}, 0.1).state;  // each is a valid start of the next
     const BodyState now = body_in(scene, state, "object");
     EXPECT_NEAR(now.angular_velocity.z(), 5.0, 1e-12);
     EXPECT_NEAR(now.position.z(), 0.0, 1e-12);

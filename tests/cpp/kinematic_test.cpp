@@ -82,7 +82,7 @@ Wrenches wild_rows(int rows, unsigned seed) {
 
 TEST(Kinematic, HandPushesAHeavyBlockAtExactlyItsSpeed) {
   for (const Scene& scene : each_way(heavy_push())) {
-    const State end = World(scene).rollout(pack(scene), Wrench{}, 1.0).state;
+    const State end = World(scene).rollout(pack(scene), {Wrench{}}, 1.0).state;
     const BodyState hand = body_in(scene, end, "hand");
     EXPECT_NEAR((hand.position - Vector3(0.0, speed, 0.2)).norm(), 0.0, 1e-9);
     EXPECT_EQ(hand.velocity, Vector3(0.0, speed, 0.0));
@@ -110,15 +110,15 @@ TEST(Kinematic, PoseIsTheIntegralOfThePlansVelocitiesWhateverIsInTheWay) {
       expected.orientation = turn(4.0 * step * spin.norm(), spin.normalized()) * expected.orientation;
     }
     World world(scene, plan_of("hand", velocities, 4));
-    const Rollout rollout = world.rollout(pack(scene), {{5.0, -3.0, 1.0}, {0.1, 0.2, 0.3}}, rows * 4.0 * step);
+    const Rollout rollout = world.rollout(pack(scene), {Wrench{{5.0, -3.0, 1.0}, {0.1, 0.2, 0.3}}}, rows * 4.0 * step);
     const BodyState hand = body_in(scene, rollout.state, "hand");
     EXPECT_LT((hand.position - expected.position).norm(), 1e-9);
     EXPECT_LT(hand.orientation.angularDistance(expected.orientation), 1e-9);
     EXPECT_EQ(hand.velocity, Vector3(velocities.row(rows - 1).head<3>()));
-    EXPECT_TRUE(
-        same_bits(rollout.state, World(scene, plan_of("hand", velocities, 4))
-                                     .rollout(pack(scene), {{5.0, -3.0, 1.0}, {0.1, 0.2, 0.3}}, rows * 4.0 * step)
-                                     .state));
+    EXPECT_TRUE(same_bits(rollout.state,
+                          World(scene, plan_of("hand", velocities, 4))
+                              .rollout(pack(scene), {Wrench{{5.0, -3.0, 1.0}, {0.1, 0.2, 0.3}}}, rows * 4.0 * step)
+                              .state));
   }
 }
 
@@ -128,14 +128,14 @@ TEST(Kinematic, BodyGoesOnAsItMovesWithoutAPlanAndBehindItsEnd) {
   hand.inertial = Inertial{{0.02, 0.0, 0.01}, {0.1, 0.2, 0.25}, turn(0.3, Vector3::UnitX())};
   scene.add_body(hand);
   scene.add_body(body("object", Sphere{0.1}, 1.0, {9.0, 0.0, 0.0}, Role::object));
-  const BodyState free = body_in(scene, World(scene).rollout(pack(scene), Wrench{}, 1.0).state, "hand");
+  const BodyState free = body_in(scene, World(scene).rollout(pack(scene), {Wrench{}}, 1.0).state, "hand");
   EXPECT_LT((free.position - Vector3(0.1, 0.2, 1.3)).norm(), 1e-9);
   EXPECT_LT(free.orientation.angularDistance(turn(std::sqrt(5.25), Vector3(1.0, 2.0, -0.5).normalized())), 1e-9);
   EXPECT_EQ(free.angular_velocity, Vector3(1.0, 2.0, -0.5));
   Wrenches row(1, 6);
   row << 0.0, 0.0, -1.0, 0.0, 0.0, 0.0;
   World world(scene, plan_of("hand", row, 24));
-  const BodyState driven = body_in(scene, world.rollout(pack(scene), Wrench{}, 0.3).state, "hand");
+  const BodyState driven = body_in(scene, world.rollout(pack(scene), {Wrench{}}, 0.3).state, "hand");
   EXPECT_NEAR(driven.position.z(), 0.7, 1e-9);
   EXPECT_EQ(driven.orientation.coeffs(), Quaternion::Identity().coeffs());
 }
@@ -147,7 +147,7 @@ TEST(Kinematic, LockedAxesStayLocked) {
   planar.angular_factor = Vector3::UnitZ();
   scene.add_body(planar);
   World world(scene, plan_of("sledge", Wrenches::Constant(1, 6, 0.5), 240));
-  const BodyState end = body_in(scene, world.rollout(pack(scene), Wrench{}, 1.0).state, "sledge");
+  const BodyState end = body_in(scene, world.rollout(pack(scene), {Wrench{}}, 1.0).state, "sledge");
   EXPECT_LT((end.position - Vector3(9.5, 0.5, 0.1)).norm(), 1e-9);
   EXPECT_LT(end.orientation.angularDistance(turn(0.5, Vector3::UnitZ())), 1e-9);
 }
@@ -167,7 +167,7 @@ TEST(Kinematic, FixedAndOtherKinematicBodiesAreNotInItsWay) {
     back.velocity = {0.0, -2.0, -0.1};
     World world(scene);
     const State start = pack(scene, {{"hand", back}});
-    const State end = world.rollout(start, Wrench{}, 1.0).state;
+    const State end = world.rollout(start, {Wrench{}}, 1.0).state;
     EXPECT_LT((body_in(scene, end, "hand").position - Vector3(0.0, -2.0, 0.1)).norm(), 1e-9);
     EXPECT_LT((body_in(scene, end, "object").position - Vector3(0.0, 0.3, 0.2)).norm(), 1e-3);
     back.position = {0.0, -1.0, 0.2};
@@ -181,7 +181,7 @@ TEST(Kinematic, FastPlateDoesNotPassThroughABall) {
     scene.add_body(kinematic("plate", Box{{0.004, 1.0, 1.0}}, {-0.3, 0.0, 0.0}, {40.0, 0.0, 0.0}));
     scene.add_body(body("object", Sphere{0.02}, 1.0, Vector3::Zero(), Role::object));
     if (joint) scene = with_a_joint(scene);
-    const State end = World(scene).rollout(pack(scene), Wrench{}, 0.1).state;
+    const State end = World(scene).rollout(pack(scene), {Wrench{}}, 0.1).state;
     const BodyState plate = body_in(scene, end, "plate");
     EXPECT_NEAR(plate.position.x(), 3.7, 1e-9);
     EXPECT_GT(body_in(scene, end, "object").position.x(), plate.position.x() + 0.015);
@@ -192,7 +192,7 @@ TEST(Kinematic, FastPlateDoesNotPassThroughABall) {
 TEST(Kinematic, HandThatSqueezesABlockAgainstAWallKeepsItsPlan) {
   Scene scene = heavy_push();
   scene.add_body(fixed("wall", Box{{1.0, 0.1, 1.0}}, {0.0, 0.6, 0.5}));  // from 0.05 m behind the block on
-  const State end = World(scene).rollout(pack(scene), Wrench{}, 1.0).state;
+  const State end = World(scene).rollout(pack(scene), {Wrench{}}, 1.0).state;
   EXPECT_NEAR(body_in(scene, end, "hand").position.y(), speed, 1e-9);
   EXPECT_LT(body_in(scene, end, "object").position.y(), 0.4);
   EXPECT_TRUE(end.allFinite());
@@ -203,7 +203,7 @@ TEST(Kinematic, SpringPullsTheBallAfterItAndNotTheHandBack) {
     Scene tied = scene;
     tied.add_body(body("ball", Sphere{0.05}, 0.1, {2.0, 0.0, 0.2}));
     tied.add_spring({"hand", "ball", Vector3::Zero(), Vector3::Zero(), 20.0, 1.0, 0.2});
-    const State end = World(tied).rollout(pack(tied), Wrench{}, 0.5).state;
+    const State end = World(tied).rollout(pack(tied), {Wrench{}}, 0.5).state;
     EXPECT_NEAR((body_in(tied, end, "hand").position - Vector3(0.0, 0.5 * speed, 0.2)).norm(), 0.0, 1e-9);
     EXPECT_LT(body_in(tied, end, "ball").position.x(), 1.5);
   }
@@ -230,8 +230,8 @@ TEST(Kinematic, FingersOnAPalmAtRestMoveAsOnAFixedOne) {
   const Scene moving = palm_of_hand(true);
   const Scene still = palm_of_hand(false);
   const Wrench wrench{{0.5, 0.2, -0.3}, {0.0, 0.01, 0.0}};
-  const State a = World(moving).rollout(pack(moving), wrench, 0.3).state;
-  const State b = World(still).rollout(pack(still), wrench, 0.3).state;
+  const State a = World(moving).rollout(pack(moving), {wrench}, 0.3).state;
+  const State b = World(still).rollout(pack(still), {wrench}, 0.3).state;
   for (const Joint& of : still.joints()) {
     if (!of.moves()) continue;
     EXPECT_NEAR(joint_in(moving, a, of.name).position, joint_in(still, b, of.name).position, 1e-4);
@@ -243,8 +243,8 @@ TEST(Kinematic, HandThatMovesEvenlyHoldsAsOneAtRest) {
   const Vector3 velocity(0.4, -0.3, 0.2);
   const Scene moving = palm_of_hand(true, velocity);
   const Scene still = palm_of_hand(true);
-  const State a = World(moving).rollout(pack(moving), Wrench{}, 0.3).state;
-  const State b = World(still).rollout(pack(still), Wrench{}, 0.3).state;
+  const State a = World(moving).rollout(pack(moving), {Wrench{}}, 0.3).state;
+  const State b = World(still).rollout(pack(still), {Wrench{}}, 0.3).state;
   EXPECT_LT((body_in(moving, a, "palm").position - body_in(still, b, "palm").position - 0.3 * velocity).norm(), 1e-9);
   EXPECT_LT((body_in(moving, a, "object").position - body_in(still, b, "object").position - 0.3 * velocity).norm(),
             1e-5);
@@ -259,7 +259,7 @@ TEST(Kinematic, LinkThatSlidesFreelyStaysBehindABaseThatStarts) {
   Wrenches row(1, 6);
   row << 0.5, 0.25, 0.0, 0.0, 0.0, 0.0;
   World world(scene, plan_of("hand", row, 240));
-  const State end = world.rollout(pack(scene), Wrench{}, 1.0).state;
+  const State end = world.rollout(pack(scene), {Wrench{}}, 1.0).state;
   EXPECT_NEAR(joint_in(scene, end, "rail").velocity, -0.5, 1e-12);
   EXPECT_LT((body_in(scene, end, "bead").position - Vector3(0.0, 0.25, 0.2)).norm(), 1e-9);
   EXPECT_LT((body_in(scene, end, "hand").position - Vector3(0.5, 0.25, 0.0)).norm(), 1e-9);
@@ -274,20 +274,20 @@ TEST(Kinematic, LinkOnABaseThatTurnsFeelsItsCentrifugalForce) {
   Joint rail = joint("rail", JointType::prismatic, "hand", "bead", Vector3::UnitX(), {0.0, 0.0, 0.2});
   rail.state.position = 0.1;
   scene.add_joint(rail);
-  const State end = World(scene).rollout(pack(scene), Wrench{}, 0.5).state;
+  const State end = World(scene).rollout(pack(scene), {Wrench{}}, 0.5).state;
   EXPECT_NEAR(joint_in(scene, end, "rail").position, 0.1 * std::cosh(rate * 0.5), 1e-4);
 }
 
 // ---- the balance of energy
 
 Audit audit(const Scene& scene, const Plan& plan, double duration) {
-  return *World(scene, plan).rollout(pack(scene), Wrench{}, duration, true).audit;
+  return *World(scene, plan).rollout(pack(scene), {Wrench{}}, duration, true).audit;
 }
 
 // The impact brings the block to the hand's speed: half of what the hand gives then is lost.
 TEST(Kinematic, WorkOfThePushIsWhatFrictionTakesTheImpactLosesAndTheBlockGains) {
   for (const Scene& scene : each_way(heavy_push())) {
-    const Audit found = *World(scene).rollout(pack(scene), Wrench{}, 1.0, true).audit;
+    const Audit found = *World(scene).rollout(pack(scene), {Wrench{}}, 1.0, true).audit;
     const double way = speed * 1.0 - 0.05;
     EXPECT_NEAR(found.friction, -0.4 * 1000.0 * g * way, 0.01 * found.plan);
     EXPECT_NEAR(found.contacts, -0.5 * 1000.0 * speed * speed, 0.01 * found.plan);

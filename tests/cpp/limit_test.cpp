@@ -44,8 +44,8 @@ TEST(Limit, EndsARolloutAndASimulationWithoutAResult) {
   const std::atomic<bool> cancel{true};
   World world(push_scene());
   const State start = pack(world.scene());
-  EXPECT_THROW(world.rollout(start, Wrench{}, 1000.0, false, Limit(&cancel)), Cancelled);
-  EXPECT_THROW(world.rollout(start, Wrench{}, 4000.0, false, Limit(nullptr, 1e-3)), TimedOut);
+  EXPECT_THROW(world.rollout(start, {Wrench{}}, 1000.0, false, Limit(&cancel)), Cancelled);
+  EXPECT_THROW(world.rollout(start, {Wrench{}}, 4000.0, false, Limit(nullptr, 1e-3)), TimedOut);
   EXPECT_THROW(world.simulate(start, {}, most_steps, {most_steps}, Limit(&cancel)), Cancelled);
   EXPECT_THROW(world.simulate(start, {}, most_steps, {most_steps}, Limit(nullptr, 1e-3)), TimedOut);
 }
@@ -56,7 +56,8 @@ TEST(Limit, ThatIsNotReachedChangesNoBit) {
   const std::atomic<bool> cancel{false};
   const Limit far(&cancel, 1e6);
   const Wrench wrench{{0.3, 0.2, 0.0}, {0.0, 0.0, 0.02}};
-  EXPECT_TRUE(same_bits(world.rollout(start, wrench, 0.5).state, world.rollout(start, wrench, 0.5, false, far).state));
+  EXPECT_TRUE(
+      same_bits(world.rollout(start, {wrench}, 0.5).state, world.rollout(start, {wrench}, 0.5, false, far).state));
   const States free = world.simulate(start, {}, 100, {100}).front().state.transpose();
   EXPECT_TRUE(same_bits(free, States(world.simulate(start, {}, 100, {100}, far).front().state.transpose())));
 }

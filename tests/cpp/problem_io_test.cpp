@@ -137,10 +137,10 @@ TEST(ProblemIo, RoundTripOfAPlanMovesTheRobotToTheSameBits) {
   const Problem given = planned();
   const Problem read = from_json(to_json(given));
   const Disturbance none(1);
-  const Rollout one = World(given.scene, *given.plan).rollout(given.state, none, *given.horizon);
-  const Rollout two = World(read.scene, *read.plan).rollout(read.state, none, *read.horizon);
+  const Rollout one = World(given.scene, *given.plan).rollout(given.state, {none}, *given.horizon);
+  const Rollout two = World(read.scene, *read.plan).rollout(read.state, {none}, *read.horizon);
   EXPECT_TRUE(same_bits(one.state, two.state));
-  EXPECT_FALSE(same_bits(one.state, World(given.scene).rollout(given.state, none, *given.horizon).state));
+  EXPECT_FALSE(same_bits(one.state, World(given.scene).rollout(given.state, {none}, *given.horizon).state));
 }
 
 TEST(ProblemIo, PlanAloneIsWrittenAsInAProblemAndReadWithoutAScene) {

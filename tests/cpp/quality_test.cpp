@@ -53,7 +53,7 @@ Scene press() {
   return scene;
 }
 
-Rollout alone(const Scene& scene, double duration) { return World(scene).rollout(pack(scene), Wrench{}, duration); }
+Rollout alone(const Scene& scene, double duration) { return World(scene).rollout(pack(scene), {Wrench{}}, duration); }
 
 StepCounts counts(long long steps, long long unconverged, double lost_time = 0.0) {
   StepCounts counts;
@@ -77,7 +77,7 @@ bool warns_of(const std::vector<Warning>& warnings, const std::string& about) {
 
 TEST(Quality, SolverOfTooFewIterationsDoesNotConverge) {
   const Scene scene = tower(1);
-  const Rollout rollout = World(scene).rollout(pack(scene), Wrench{{2.0, 2.0, 0.0}, Vector3::Zero()}, 0.25);
+  const Rollout rollout = World(scene).rollout(pack(scene), {Wrench{{2.0, 2.0, 0.0}, Vector3::Zero()}}, 0.25);
   EXPECT_GT(rollout.unconverged, 30);
   EXPECT_LE(rollout.unconverged, rollout.steps);
   EXPECT_EQ(rollout.lost_time, 0.0);

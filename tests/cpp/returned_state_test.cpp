@@ -28,7 +28,7 @@ void expect_taken(World& world, const State& state) {
   EXPECT_NO_THROW(validate(scene, state));
   EXPECT_NO_THROW(unpack(scene, state));
   EXPECT_NO_THROW(world.energy(state));
-  EXPECT_NO_THROW(run([&] { world.rollout(state, none, 2.0 * scene.stepping().step); }));
+  EXPECT_NO_THROW(run([&] { world.rollout(state, {none}, 2.0 * scene.stepping().step); }));
   EXPECT_NO_THROW(run([&] { world.simulate(state, {}, 2, {1, 2}); }));
   EXPECT_NO_THROW(hold(scene, state, scene.stepping().step));
 }
@@ -60,7 +60,7 @@ TEST(ReturnedState, OfRandomMechanismsIsTakenByEverythingAlsoBeyondTheLimitsOfJo
     std::vector<State> ends;
     for (Question& asked : hurled_questions(scene, 20, 60)) {
       if (ends.size() % 4 == 3) asked = {bent(scene, pack(scene)), asked.wrenches, 1};
-      run([&] { ends.push_back(world.rollout_unchecked(asked.state, asked.wrenches, asked.steps).state); });
+      run([&] { ends.push_back(world.rollout_unchecked(asked.state, {push(asked.wrenches, asked.steps)}).state); });
     }
     for (const State& end : ends) expect_taken(world, end);
     states += ends.size();

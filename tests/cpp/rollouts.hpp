@@ -31,7 +31,7 @@ inline std::vector<Question> questions(const Scene& scene, int count, unsigned i
       wrench.force.y() = 0.8 * even(random);
       wrench.torque.z() = 0.05 * even(random);
     }
-    state = world.rollout_unchecked(question.state, question.wrenches, question.steps).state;
+    state = world.rollout_unchecked(question.state, {push(question.wrenches, question.steps)}).state;
     asked.push_back(std::move(question));
     if (i % 15 == 14) state = pack(scene);
   }
@@ -42,7 +42,7 @@ inline std::vector<Question> questions(const Scene& scene, int count, unsigned i
 inline std::vector<Rollout> answers(World& world, const std::vector<Question>& asked) {
   std::vector<Rollout> rollouts;
   for (const Question& question : asked) {
-    rollouts.push_back(world.rollout_unchecked(question.state, question.wrenches, question.steps));
+    rollouts.push_back(world.rollout_unchecked(question.state, {push(question.wrenches, question.steps)}));
   }
   return rollouts;
 }

@@ -231,7 +231,7 @@ Scene falling() {
 }
 
 double height_after_a_second(const Scene& scene, const std::string& name) {
-  return unpack(scene, World(scene).rollout(pack(scene), Wrench{}, 1.0).state).bodies.at(name).position.z();
+  return unpack(scene, World(scene).rollout(pack(scene), {Wrench{}}, 1.0).state).bodies.at(name).position.z();
 }
 
 TEST(Scene, PairThatNeverCollidesPassesThroughEachOtherAndNothingElse) {

@@ -109,7 +109,7 @@ TEST(SeveralObjects, EffortOfOneAloneIsWhatItIsInASceneOfItsOwn) {
   wrench.torque.z() = 0.01;
   Scene alone(Vector3::Zero());
   alone.add_body(problem.scene.body("two"));
-  const Rollout expected = World(alone).rollout(pack(alone), wrench, 1.0);
+  const Rollout expected = World(alone).rollout(pack(alone), {wrench}, 1.0);
   const Rollout rollout = World(problem.scene).rollout(problem.state, {Wrench{}, wrench}, 1.0);
   EXPECT_NEAR(rollout.effort, expected.effort, 1e-12);
   EXPECT_LT((rollout.state.tail<13>() - expected.state).norm(), 1e-12);
@@ -122,7 +122,7 @@ TEST(SeveralObjects, EveryFreeObjectNeedsItsWrench) {
   const auto with = [&](const Disturbance& wrenches) {
     return [&world, &problem, wrenches] { world.rollout(problem.state, wrenches, 0.1); };
   };
-  EXPECT_TRUE(rejects([&] { world.rollout(problem.state, Wrench{}, 0.1); }, {"wrenches", "1", "2, one an object"}));
+  EXPECT_TRUE(rejects([&] { world.rollout(problem.state, {Wrench{}}, 0.1); }, {"wrenches", "1", "2, one an object"}));
   EXPECT_TRUE(rejects(with({}), {"wrenches", "0", "2, one an object"}));
   EXPECT_TRUE(rejects(with(Disturbance(3)), {"wrenches", "3", "2, one an object"}));
   EXPECT_TRUE(rejects(with({force(1.0), force(nan)}), {"wrench force", "nan", "finite"}));

@@ -44,7 +44,7 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
     world.contacts(other.state);
     world.distance(other.state, "object", "effector");
     deepest_contact(world.scene(), other.state);
-    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
+    const Rollout again = world.rollout_unchecked(asked[i].state, {push(asked[i].wrenches, asked[i].steps)});
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
   }
@@ -58,10 +58,12 @@ TEST_F(WorldPurity, AnotherPlanIsFollowedForOneRollout) {
   World follows(scene, plan);
   for (std::size_t i = 0; i < asked.size(); i += 10) {
     const auto& [state, wrenches, steps] = asked[i];
-    const Rollout other = world.rollout_unchecked(state, wrenches, steps, {}, watch);
-    EXPECT_TRUE(same_bits(other.state, follows.rollout_unchecked(state, wrenches, steps).state)) << "rollout " << i;
+    const Rollout other = world.rollout_unchecked(state, {push(wrenches, steps)}, {}, watch);
+    EXPECT_TRUE(same_bits(other.state, follows.rollout_unchecked(state, {push(wrenches, steps)}).state))
+        << "rollout " << i;
     EXPECT_FALSE(same_bits(other.state, expected[i].state)) << "rollout " << i;
-    EXPECT_TRUE(same_bits(world.rollout_unchecked(state, wrenches, steps).state, expected[i].state)) << "rollout " << i;
+    EXPECT_TRUE(same_bits(world.rollout_unchecked(state, {push(wrenches, steps)}).state, expected[i].state))
+        << "rollout " << i;
   }
 }
 
@@ -94,7 +96,7 @@ TEST_F(CompoundPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
     world.distance(other.state, "bar", "angle");
     world.distance(other.state, "bowl", "ball");
     deepest_contact(world.scene(), other.state);
-    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
+    const Rollout again = world.rollout_unchecked(asked[i].state, {push(asked[i].wrenches, asked[i].steps)});
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
   }
@@ -111,11 +113,11 @@ TEST(PlanarPurity, TurningAboutAnAxisThatIsNoPrincipalOneIsForgotten) {
   const State oblique = pack(scene, {{"object", tilted}});
   const Disturbance wrenches{{{0.1, 0.0, 0.0}, {0.0, 0.0, 0.02}}};
   World world(scene);
-  const State flat = world.rollout_unchecked(pack(scene), wrenches, 60).state;
-  const State leaning = world.rollout_unchecked(oblique, wrenches, 60).state;
+  const State flat = world.rollout_unchecked(pack(scene), {push(wrenches, 60)}).state;
+  const State leaning = world.rollout_unchecked(oblique, {push(wrenches, 60)}).state;
   EXPECT_FALSE(same_bits(flat, leaning));
-  EXPECT_TRUE(same_bits(world.rollout_unchecked(pack(scene), wrenches, 60).state, flat));
-  EXPECT_TRUE(same_bits(World(scene).rollout_unchecked(oblique, wrenches, 60).state, leaning));
+  EXPECT_TRUE(same_bits(world.rollout_unchecked(pack(scene), {push(wrenches, 60)}).state, flat));
+  EXPECT_TRUE(same_bits(World(scene).rollout_unchecked(oblique, {push(wrenches, 60)}).state, leaning));
 }
 
 // ---- articulated bodies
@@ -148,7 +150,7 @@ TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
     world.contacts(other);
     world.distance(other, "object", "thumb 3");
     deepest_contact(world.scene(), other);
-    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
+    const Rollout again = world.rollout_unchecked(asked[i].state, {push(asked[i].wrenches, asked[i].steps)});
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
   }
@@ -168,7 +170,9 @@ struct Mechanism {
         world(scene),
         expected(answers(world, asked)) {}
 
-  Rollout answer(std::size_t i) { return world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps); }
+  Rollout answer(std::size_t i) {
+    return world.rollout_unchecked(asked[i].state, {push(asked[i].wrenches, asked[i].steps)});
+  }
 
   Scene scene;
   std::vector<Question> asked;
@@ -263,7 +267,7 @@ TEST(MechanismPurity, RolloutsAfterOnesThatWentFarAwayOrDivergedGiveTheSameBits)
     const State farther = hurled(mechanism.scene, question.state, random, 1e306, 1e306);
     for (const State& state : {far, farther}) {
       try {
-        mechanism.world.rollout_unchecked(state, question.wrenches, 3);
+        mechanism.world.rollout_unchecked(state, {push(question.wrenches, 3)});
       } catch (const std::runtime_error&) {
         ++diverged;
       }

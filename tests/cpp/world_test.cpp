@@ -59,7 +59,7 @@ TEST(World, FreeBodyGainsExactlyTheWorkDoneOnIt) {
   const State start = moving(scene, {0.1, 0.2, -0.3}, {0.0, 0.0, 0.5});
   Wrench wrench = force(0.3, -0.2, 0.5);
   wrench.torque.z() = 0.1;
-  const Rollout rollout = world.rollout(start, wrench, 1.5);
+  const Rollout rollout = world.rollout(start, {wrench}, 1.5);
   EXPECT_NEAR(rollout.energy - world.energy(start), rollout.work, 1e-12);
   EXPECT_NEAR(of(scene, rollout.state).velocity.x(), 0.1 + 0.3 / 2.0 * 1.5, 1e-12);
   EXPECT_NEAR(of(scene, rollout.state).angular_velocity.z(), 0.5 + 0.1 * 1.5 / (2.0 * 1.16 / 12.0), 1e-12);
@@ -68,7 +68,7 @@ TEST(World, FreeBodyGainsExactlyTheWorkDoneOnIt) {
 
 TEST(World, EffortCountsBrakingAndSpeedingUpWhileWorkLetsThemCancel) {
   const Scene scene = free_body(Box{}, 1.0);
-  const Rollout rollout = World(scene).rollout(moving(scene, {-1.0, 0.0, 0.0}), force(1.0), 2.0);
+  const Rollout rollout = World(scene).rollout(moving(scene, {-1.0, 0.0, 0.0}), {force(1.0)}, 2.0);
   EXPECT_NEAR(of(scene, rollout.state).velocity.x(), 1.0, 1e-12);
   EXPECT_NEAR(rollout.work, 0.0, 1e-12);
   EXPECT_NEAR(rollout.effort, 1.0, 1e-12);
@@ -76,7 +76,7 @@ TEST(World, EffortCountsBrakingAndSpeedingUpWhileWorkLetsThemCancel) {
 
 TEST(World, ProjectileFollowsTheParabolaOfItsSteps) {
   const Scene scene = free_body(Sphere{0.1}, 1.0, {0.0, 0.0, -g});
-  const Rollout rollout = World(scene).rollout(moving(scene, {2.0, 0.0, 3.0}), Wrench{}, 1.0);
+  const Rollout rollout = World(scene).rollout(moving(scene, {2.0, 0.0, 3.0}), {Wrench{}}, 1.0);
   const BodyState end = of(scene, rollout.state);
   EXPECT_NEAR(end.position.x(), 2.0, 1e-12);
   EXPECT_NEAR(end.velocity.z(), 3.0 - g, 1e-12);
@@ -99,8 +99,8 @@ TEST(World, EnergyIsKineticPlusGravitational) {
 TEST(World, DurationIsRoundedToWholeStepsAndNoneLeavesTheState) {
   const Scene scene = push_scene();
   World world(scene);
-  EXPECT_EQ(world.rollout(pack(scene), Wrench{}, 0.1).steps, 24);
-  const Rollout none = world.rollout(pack(scene), force(1.0), 0.0);
+  EXPECT_EQ(world.rollout(pack(scene), {Wrench{}}, 0.1).steps, 24);
+  const Rollout none = world.rollout(pack(scene), {force(1.0)}, 0.0);
   EXPECT_EQ(none.steps, 0);
   EXPECT_EQ(none.effort, 0.0);
   EXPECT_TRUE(none.state.isApprox(pack(scene), 1e-15));
@@ -111,7 +111,7 @@ TEST(World, DurationIsRoundedToWholeStepsAndNoneLeavesTheState) {
 TEST(World, BlockPushedOverATableIsHeldBackByTheProductOfTheFrictionsTimesItsWeight) {
   const Scene scene = rough_table();
   const double acceleration = 6.0 - 1.0 * 0.5 * g;
-  const Rollout rollout = World(scene).rollout(pack(scene), force(6.0), 1.0);
+  const Rollout rollout = World(scene).rollout(pack(scene), {force(6.0)}, 1.0);
   const BodyState end = of(scene, rollout.state);
   EXPECT_NEAR(end.velocity.x(), acceleration, 1e-9);
   EXPECT_NEAR(end.position.x(), 0.5 * acceleration * (1.0 + step), 1e-5);  // friction is late until its weight settles
@@ -122,7 +122,7 @@ TEST(World, BlockPushedOverATableIsHeldBackByTheProductOfTheFrictionsTimesItsWei
 
 TEST(World, BlockStopsSlidingAfterTheDistanceThatItsFrictionAllows) {
   const Scene scene = rough_table();
-  const Rollout rollout = World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), Wrench{}, 1.0);
+  const Rollout rollout = World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), {Wrench{}}, 1.0);
   const double distance = 1.0 / (2.0 * 0.5 * g);
   EXPECT_NEAR(of(scene, rollout.state).position.x(), distance, 0.5 * step);
   EXPECT_LT(of(scene, rollout.state).velocity.norm(), 1e-9);
@@ -131,7 +131,7 @@ TEST(World, BlockStopsSlidingAfterTheDistanceThatItsFrictionAllows) {
 TEST(World, BlockUnderAForceBelowFrictionRestsAndCostsNothing) {
   for (const Stepping& stepping : {exact(), Stepping{}}) {
     const Scene scene = rough_table(stepping);
-    const Rollout rollout = World(scene).rollout(pack(scene), force(4.0, 2.0), 1.0);
+    const Rollout rollout = World(scene).rollout(pack(scene), {force(4.0, 2.0)}, 1.0);
     EXPECT_LT((of(scene, rollout.state).position - Vector3(0.0, 0.0, 0.05)).norm(), 1e-4);
     EXPECT_LT(rollout.effort, 4e-4);
   }
@@ -139,7 +139,7 @@ TEST(World, BlockUnderAForceBelowFrictionRestsAndCostsNothing) {
 
 TEST(World, DefaultSolverKeepsTheFrictionOfAPushedBlockToAPartInAThousand) {
   const Scene scene = rough_table(Stepping{});
-  const Rollout rollout = World(scene).rollout(pack(scene), force(6.0), 0.5);
+  const Rollout rollout = World(scene).rollout(pack(scene), {force(6.0)}, 0.5);
   const double acceleration = 6.0 - 0.5 * g;
   EXPECT_NEAR(rollout.effort, 6.0 * 0.5 * acceleration * 0.25, 1e-3 * 6.0 * 0.5 * acceleration * 0.25);
 }
@@ -153,7 +153,7 @@ TEST(World, BlockOnASlopeHoldsBelowTheFrictionAngleAndSlidesAboveIt) {
     Body block = body("object", Box{{1.2, 0.4, 0.1}}, 1.0, tilt * Vector3(0.0, 0.0, 0.05), Role::object, 0.5);
     block.state.orientation = tilt;
     scene.add_body(block);
-    const BodyState end = of(scene, World(scene).rollout(pack(scene), Wrench{}, 1.0).state);
+    const BodyState end = of(scene, World(scene).rollout(pack(scene), {Wrench{}}, 1.0).state);
     return (end.position - block.state.position).dot(tilt * Vector3::UnitX());
   };
   EXPECT_LT(std::abs(slid(friction_angle - 0.02)), 1.5 * creeping * g * step);  // in a second
@@ -190,7 +190,7 @@ TEST(World, SphereCylinderBoxAndHullSlideWithoutSinking) {
 
 TEST(World, SlidingSphereEndsRollingWithFiveSeventhsOfItsSpeed) {
   const Scene scene = rough_table(exact(), Sphere{0.05});
-  const BodyState end = of(scene, World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), Wrench{}, 1.0).state);
+  const BodyState end = of(scene, World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), {Wrench{}}, 1.0).state);
   EXPECT_NEAR(end.velocity.x(), 5.0 / 7.0, 1e-3);
   EXPECT_NEAR(end.angular_velocity.y(), end.velocity.x() / 0.05, 1e-2);
 }
@@ -201,7 +201,7 @@ TEST(World, PlanarBodyIsHeldBackByFrictionLikeAFreeOne) {
   Body block = body("object", Box{{0.4, 0.4, 0.1}}, 1.0, {0.0, 0.0, 0.05}, Role::object, 0.5);
   block.angular_factor = Vector3::UnitZ();
   scene.add_body(block);
-  const BodyState end = of(scene, World(scene).rollout(pack(scene), force(6.0), 0.5).state);
+  const BodyState end = of(scene, World(scene).rollout(pack(scene), {force(6.0)}, 0.5).state);
   EXPECT_NEAR(end.velocity.x(), 0.5 * (6.0 - 0.5 * g), 1e-6);
   EXPECT_LT(std::abs(end.velocity.y()) + end.angular_velocity.norm(), 1e-6);
 }
@@ -219,7 +219,7 @@ TEST(World, PlanarBodyKeepsItsLockedAxesUnderAnyWrenchAndContact) {
   scene.add_body(ball);
   Wrench wrench = force(0.5, 0.5, 5.0);
   wrench.torque = {1.0, -1.0, 0.1};
-  const Rollout rollout = World(scene).rollout(pack(scene), wrench, 0.5);
+  const Rollout rollout = World(scene).rollout(pack(scene), {wrench}, 0.5);
   const BodyState end = of(scene, rollout.state);
   EXPECT_LT(of(scene, rollout.state, "ball").velocity.x(), 1.9) << "the ball did not hit the block";
   EXPECT_EQ(end.position.z(), 0.7);
@@ -240,7 +240,7 @@ TEST(World, SimulateUnderASteadyWrenchOnTheObjectIsTheRollout) {
   EXPECT_EQ(frames[0].contacts.size(), world.contacts(pack(scene)).size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     EXPECT_NEAR(frames[i].time, record[i] * step, 1e-15);
-    const State rolled = world.rollout(pack(scene), force(0.7), record[i] * step).state;
+    const State rolled = world.rollout(pack(scene), {force(0.7)}, record[i] * step).state;
     EXPECT_TRUE(frames[i].state.isApprox(rolled, record[i] == 0 ? 1e-15 : 0.0)) << "frame " << i;
   }
 }
@@ -253,10 +253,10 @@ TEST(World, RecordedMomentsOfARolloutAreTheEndsOfShorterOnes) {
   const Disturbance wrenches{force(0.4, -0.7)};
   Watch watch;
   watch.record = {1, 20, 60};
-  const Rollout whole = world.rollout_unchecked(problem.state, wrenches, 60, {}, watch);
+  const Rollout whole = world.rollout_unchecked(problem.state, {push(wrenches, 60)}, {}, watch);
   ASSERT_EQ(whole.recorded.size(), 3u);
   for (const Moment& moment : whole.recorded) {
-    const Rollout shorter = world.rollout_unchecked(problem.state, wrenches, moment.steps);
+    const Rollout shorter = world.rollout_unchecked(problem.state, {push(wrenches, moment.steps)});
     EXPECT_TRUE(same_bits(moment.state, shorter.state)) << moment.steps << " steps";
     EXPECT_EQ(moment.effort, shorter.effort) << moment.steps << " steps";
   }
@@ -267,17 +267,17 @@ TEST(World, RolloutEndsWithTheStepAtWhichItsCostReachesTheBound) {
   const Problem problem = push();
   World world(problem.scene);
   const Disturbance wrenches{force(0.4, -0.7)};
-  const double whole = world.rollout_unchecked(problem.state, wrenches, 60).effort;
+  const double whole = world.rollout_unchecked(problem.state, {push(wrenches, 60)}).effort;
   Watch watch;
   watch.cost = 1.0;
   watch.bound = 1.0 + 0.5 * whole;
-  const Rollout half = world.rollout_unchecked(problem.state, wrenches, 60, {}, watch);
+  const Rollout half = world.rollout_unchecked(problem.state, {push(wrenches, 60)}, {}, watch);
   ASSERT_LT(half.steps, 60);
   EXPECT_TRUE(half.complete);
   EXPECT_GE(watch.cost + half.effort, watch.bound);
-  const Rollout before = world.rollout_unchecked(problem.state, wrenches, half.steps - 1);
+  const Rollout before = world.rollout_unchecked(problem.state, {push(wrenches, half.steps - 1)});
   EXPECT_LT(watch.cost + before.effort, watch.bound);
-  const Rollout again = world.rollout_unchecked(problem.state, wrenches, half.steps);
+  const Rollout again = world.rollout_unchecked(problem.state, {push(wrenches, half.steps)});
   EXPECT_TRUE(same_bits(half.state, again.state));
   EXPECT_EQ(half.effort, again.effort);
 }
@@ -297,7 +297,7 @@ TEST(World, ContactsCarryTheWeightAndFrictionOpposesSliding) {
     }
     return std::make_pair(normal, tangential);
   };
-  State settled = world.rollout(pack(scene), Wrench{}, 0.5).state;
+  State settled = world.rollout(pack(scene), {Wrench{}}, 0.5).state;
   const auto [standing, none] = sum(settled);
   EXPECT_NEAR(standing, g, 1e-9);
   EXPECT_LT(none.norm(), 1e-9);
@@ -316,7 +316,7 @@ TEST(World, ContactsOfTheDefaultSolverCarryTheWeightAtOnceToTheirSoftnessAndLate
     return normal;
   };
   EXPECT_NEAR(load(pack(scene)), g, 2.0 * giving * g);
-  EXPECT_NEAR(load(world.rollout(pack(scene), Wrench{}, 0.5).state), g, 10.0 * scene.stepping().tolerance * g);
+  EXPECT_NEAR(load(world.rollout(pack(scene), {Wrench{}}, 0.5).state), g, 10.0 * scene.stepping().tolerance * g);
 }
 
 // Distance between two bodies of these shapes at these places, asked in both orders.
@@ -384,10 +384,10 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   State broken = start;
   broken[0] = nan;
   EXPECT_TRUE(
-      rejects([&] { world.rollout(broken, Wrench{}, 0.1); }, {"state", "'object'", "position", "nan", "finite"}));
-  EXPECT_TRUE(rejects([&] { world.rollout(State::Zero(3), Wrench{}, 0.1); }, {"state", "3", "26"}));
-  EXPECT_TRUE(rejects([&] { world.rollout(start, force(nan), 0.1); }, {"force", "nan", "finite"}));
-  EXPECT_TRUE(rejects([&] { world.rollout(start, Wrench{}, -0.1); }, {"duration", "-0.1", "at least 0"}));
+      rejects([&] { world.rollout(broken, {Wrench{}}, 0.1); }, {"state", "'object'", "position", "nan", "finite"}));
+  EXPECT_TRUE(rejects([&] { world.rollout(State::Zero(3), {Wrench{}}, 0.1); }, {"state", "3", "26"}));
+  EXPECT_TRUE(rejects([&] { world.rollout(start, {force(nan)}, 0.1); }, {"force", "nan", "finite"}));
+  EXPECT_TRUE(rejects([&] { world.rollout(start, {Wrench{}}, -0.1); }, {"duration", "-0.1", "at least 0"}));
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "cup"); }, {"'cup'", "'effector'"}));
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "object"); }, {"body_b", "another body"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 0, {}); }, {"steps", "0", "at least 1"}));
@@ -401,14 +401,14 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {3, 2}); }, {"record", "2", "ascending"}));
   Scene empty;
   empty.add_body(fixed("table", Plane{}));
-  EXPECT_TRUE(rejects([&] { World(empty).rollout(State(), Wrench{}, 0.1); }, {"scene", "object"}));
+  EXPECT_TRUE(rejects([&] { World(empty).rollout(State(), {Wrench{}}, 0.1); }, {"scene", "object"}));
 }
 
 TEST(World, DurationOfMoreStepsThanCanBeCountedIsRejected) {
   const Scene scene = free_body();
   const double counter_full_twice = 4294967296.0 * step;
   EXPECT_TRUE(
-      rejects([&] { World(scene).rollout(pack(scene), Wrench{}, counter_full_twice); }, {"duration", "1.78957e+07"}));
+      rejects([&] { World(scene).rollout(pack(scene), {Wrench{}}, counter_full_twice); }, {"duration", "1.78957e+07"}));
 }
 
 TEST(World, ThinPlatesAndCardsRestOnThePlaneWithTheirWholeThickness) {
@@ -419,7 +419,7 @@ TEST(World, ThinPlatesAndCardsRestOnThePlaneWithTheirWholeThickness) {
     ground.shape = Plane{};
     scene.add_body(ground);
     scene.add_body(body("plate", Box{size}, 1.0, {0.0, 0.0, 0.5 * size.z()}, Role::object));
-    const State end = World(scene).rollout(pack(scene), Wrench{}, 1.0).state;
+    const State end = World(scene).rollout(pack(scene), {Wrench{}}, 1.0).state;
     EXPECT_NEAR(end[2], 0.5 * size.z(), 1e-5) << size.transpose();
   }
 }
@@ -445,7 +445,7 @@ double slid_on_a_turning_support(const Shape& square, double seconds) {
   object.state.velocity = object.state.angular_velocity.cross(above);
   scene.add_body(support);
   scene.add_body(object);
-  const State end = World(scene).rollout(pack(scene), Wrench{}, seconds).state;
+  const State end = World(scene).rollout(pack(scene), {Wrench{}}, seconds).state;
   const BodyState bar = of(scene, end, "support");
   return (bar.orientation.conjugate() * (of(scene, end).position - bar.position)).x();
 }

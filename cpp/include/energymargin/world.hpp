@@ -125,20 +125,10 @@ class World {
   Rollout rollout(const State& state, const Disturbance& wrenches, double duration, bool audit = false,
                   const Limit& limit = {}, double time = 0.0);
 
-  //! The same for a scene with one object.
-  Rollout rollout(const State& state, const Wrench& wrench, double duration, bool audit = false,
-                  const Limit& limit = {}) {
-    return rollout(state, Disturbance{wrench}, duration, audit, limit);
-  }
-
-  //! The same under one push after another, without a break, without the checks and without the energy, for callers
-  //! that made the arguments themselves. It ends with fewer steps if it reaches the limit, or as `watch` says.
+  //! As `rollout`, under one push after another, without a break, without the checks and without the energy, for
+  //! callers that made the arguments themselves. It ends with fewer steps if it reaches the limit, or as `watch` says.
   Rollout rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit = {},
                             const Watch& watch = {});
-  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit = {},
-                            const Watch& watch = {}) {
-    return rollout_unchecked(state, {push(wrenches, steps)}, limit, watch);
-  }
 
   //! One unbroken simulation of `steps` steps under the world's plan and, on top of it, `besides`, which has a row for
   //! each of them or none at all, recorded after the steps in `record` (ascending, from 0, the start, to `steps`). The
