@@ -2,13 +2,11 @@
 
 #include "energymargin/batch.hpp"
 
-#include "bindings.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/random.hpp"
 #include "given.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
-#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -1,12 +1,10 @@
 // Bodies for Python.
 
-#include "bindings.hpp"
 #include "energymargin/plausible.hpp"
 #include "energymargin/scene.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"
 #include "scene/records.hpp"
-#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -90,21 +88,21 @@ void bind_body(py::module_& module) {
   py::class_<Inertial> inertial(module, "Inertial", inertial_doc);
   inertial.def(py::init(&inertial_of), py::arg("center") = py::make_tuple(0.0, 0.0, 0.0), py::kw_only(),
                py::arg("inertia"), py::arg("axes") = py::none());
-  def_fields(inertial, Record<Inertial>::fields());
+  def_fields(inertial, record_of<Inertial>.fields);
   module.attr("LEAST_GYRATION") = plausible::least_gyration;
   module.attr("MOST_GYRATION") = plausible::most_gyration;
   bind_record<Surface>(module, "Surface",
                        "How a body meets others, beside its friction; by default as a rigid body does.", {0});
   py::class_<Body> body(module, "Body", "One body of a scene.");
-  def_fields(body, Record<Body>::fields());
+  def_fields(body, record_of<Body>.fields);
   body.def_property_readonly("fixed", &Body::fixed, "Whether it has no mass, and never moves.");
 }
 
 void bind_add_body(py::class_<Scene>& scene) {
   const Signature signature{
       99, {"velocity", "angular_velocity", "friction", "role", "linear_factor", "angular_factor", "force"}};
-  const std::string doc = add_body_doc + ("\n\n" + fields_doc(Record<Body>::settings()));
-  with_fields(Record<Body>::settings(), signature, &add_body, [&](const auto& add, const auto&... keywords) {
+  const std::string doc = add_body_doc + ("\n\n" + fields_doc(body_settings()));
+  with_fields(body_settings(), signature, &add_body, [&](const auto& add, const auto&... keywords) {
     scene.def("add_body", add, py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass") = py::none(),
               py::arg("density") = py::none(), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
               py::arg("orientation") = py::none(), py::arg("yaw") = py::none(), keywords..., doc.c_str());

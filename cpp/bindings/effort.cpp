@@ -2,13 +2,11 @@
 
 #include "energymargin/metrics/effort.hpp"
 
-#include "bindings.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/lower_bound.hpp"
 #include "long_call.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
-#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "base/check.hpp"
-#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -41,6 +40,12 @@ std::string expected_whole(const py::handle& value, const std::string& range) {
   const bool whole = py::isinstance<py::float_>(value) && value.attr("is_integer")().cast<bool>();
   return "a whole number" +
          (whole ? ", as " + short_repr(py::int_(py::reinterpret_borrow<py::object>(value))) : " " + range);
+}
+
+void warn_once(const std::vector<Warning>& warnings, const std::string& fingerprint) {
+  py::list pairs;
+  for (const Warning& warning : warnings) pairs.append(py::make_tuple(warning.about, warning.text));
+  py::module_::import("energymargin.plausibility").attr("warn")(pairs, fingerprint);
 }
 
 }  // namespace
@@ -182,6 +187,20 @@ Quaternion orientation(const std::string& prefix, const std::optional<Quaternion
   if (!std::isfinite(*yaw)) reject(prefix + "yaw", std::to_string(*yaw), "a finite angle in rad");
   warn(implausible_angle(prefix + "yaw", *yaw));
   return Quaternion(Eigen::AngleAxisd(*yaw, Vector3::UnitZ()));
+}
+
+void warn(const std::vector<Warning>& warnings, const Scene& scene) {
+  if (!warnings.empty()) warn_once(warnings, fingerprint(scene));
+}
+
+void warn(const std::optional<Warning>& warning) {
+  if (warning) warn_once({*warning}, warning->text);
+}
+
+Sentences sentences(const std::vector<Warning>& warnings) {
+  py::list texts;
+  for (const Warning& warning : warnings) texts.append(warning.text);
+  return py::tuple(texts);
 }
 
 }  // namespace energymargin::binding

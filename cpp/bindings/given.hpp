@@ -1,5 +1,6 @@
 #pragma once
-// Arguments from Python, of which an error names the argument, its value and what was expected; and how objects show.
+// What the files of this folder share: arguments from Python, of which an error names the argument, its value and what
+// was expected; how objects show; warnings.
 
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
@@ -15,11 +16,21 @@
 
 #include "base/record.hpp"
 #include "base/words.hpp"
+#include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
 
 namespace py = pybind11;
 
 namespace energymargin::binding {
+
+// What each file adds to the module.
+using Bind = void(pybind11::module_& module);
+Bind bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_world, bind_regions, bind_problem, bind_capture,
+    bind_effort, bind_baselines, bind_batch, bind_probability;
+
+using BindToScene = void(pybind11::class_<Scene>& scene);
+BindToScene bind_add_body;   // and add_plane
+BindToScene bind_add_joint;  // and add_spring
 
 //! What Python gives for a Value; `given` makes that of it. A type checker sees what it may be.
 template <typename Value>
@@ -192,6 +203,34 @@ void def_repr(Class& type, const char* title, const std::vector<const char*>& at
     for (const char* name : attributes) fields.emplace_back(name, self.attr(name));
     return repr_of_fields(title, fields);
   });
+}
+
+//! Issues each warning, once for all states of a scene. Throws if a filter of Python makes the warning an error.
+void warn(const std::vector<Warning>& warnings, const Scene& scene);
+
+//! Issues a warning that is of no scene, if there is one.
+void warn(const std::optional<Warning>& warning);
+
+using Sentences = py::typing::Tuple<py::str, py::ellipsis>;
+Sentences sentences(const std::vector<Warning>& warnings);
+
+template <typename Result>
+void def_step_counts(py::class_<Result>& type, const char* steps_doc) {
+  type.def_readonly("steps", &Result::steps, steps_doc)
+      .def_readonly("unconverged", &Result::unconverged, "Of these, steps whose contact solver did not converge.")
+      .def_readonly("lost_time", &Result::lost_time,
+                    "Time in which nothing moved, as bodies would have passed through each other [s].");
+}
+
+//! What a result made of rollouts says about its steps, and its warnings, of which `example` is one.
+template <typename Result>
+void def_quality(py::class_<Result>& type, const std::string& example) {
+  def_step_counts(type, "Simulation steps of its rollouts.");
+  type.def_property_readonly(
+      "warnings", [](const Result& result) { return sentences(result.warnings); },
+      ("Sentences that speak against the result: " + example +
+       "more than 1 % of the steps did not converge, or of the time is lost.")
+          .c_str());
 }
 
 }  // namespace energymargin::binding

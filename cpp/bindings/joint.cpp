@@ -1,6 +1,5 @@
 // Joints and springs for Python.
 
-#include "bindings.hpp"
 #include "energymargin/scene.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"
@@ -67,7 +66,7 @@ void def_add_joint(py::class_<Scene>& scene) {
   const Signature signature{99,
                             {"origin", "orientation", "child_origin", "child_orientation", "start", "start_velocity",
                              "target_velocity", "stiffness", "damping", "torque_limit"}};
-  with_fields(std::tuple_cat(renamed_fields(), Record<Joint>::drive()), signature, add_joint, define);
+  with_fields(std::tuple_cat(renamed_fields(), joint_drive()), signature, add_joint, define);
 }
 
 }  // namespace
@@ -77,17 +76,17 @@ void bind_joint(py::module_& module) {
                      "A joint follows another: position = multiplier * (that joint's position) + offset, always.",
                      {99, {"multiplier", "offset"}});
   py::class_<Joint> joint(module, "Joint", "A joint of a scene; for a prismatic one read m for rad and N for N m.");
-  def_fields(joint, Record<Joint>::fields(), {"in_parent", "in_child", "lower", "upper", "position", "velocity"});
+  def_fields(joint, record_of<Joint>.fields, {"in_parent", "in_child", "lower", "upper", "position", "velocity"});
   def_fields(joint, renamed_fields());
   joint.def_property_readonly("limits", [](const Joint& of) { return std::pair(of.lower, of.upper); }, "[rad].");
   py::class_<Spring> spring(module, "Spring", "A spring between two bodies.");
-  def_fields(spring, Record<Spring>::fields());
+  def_fields(spring, record_of<Spring>.fields);
 }
 
 void bind_add_joint(py::class_<Scene>& scene) {
   def_add_joint(scene);
   with_fields(
-      Record<Spring>::fields(), {2, {"rest_length", "damping", "point_a", "point_b"}},
+      record_of<Spring>.fields, {2, {"rest_length", "damping", "point_a", "point_b"}},
       +[](Spring spring, Scene& its_scene) { its_scene.add_spring(std::move(spring)); },
       [&](const auto& add_spring, const auto&... keywords) {
         scene.def("add_spring", add_spring, keywords..., add_spring_doc);

@@ -8,7 +8,7 @@
 #include <optional>
 #include <system_error>
 
-#include "base/threads.hpp"
+#include "base/thread_pool.hpp"
 #include "energymargin/limit.hpp"
 #include "given.hpp"
 

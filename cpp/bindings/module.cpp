@@ -1,4 +1,3 @@
-#include "bindings.hpp"
 #include "long_call.hpp"
 
 namespace energymargin::binding {
@@ -35,7 +34,7 @@ PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled core of energymargin.";
   for (const auto bind :
        {bind_limit, bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_world, bind_regions, bind_problem,
-        bind_capture, bind_effort, bind_escape_energy, bind_force, bind_batch, bind_disturbances, bind_probability}) {
+        bind_capture, bind_effort, bind_baselines, bind_batch, bind_probability}) {
     bind(module);
   }
 }

@@ -2,7 +2,6 @@
 
 #include "energymargin/plan.hpp"
 
-#include "bindings.hpp"
 #include "energymargin/problem_io.hpp"
 #include "given.hpp"
 

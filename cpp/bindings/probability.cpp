@@ -1,16 +1,15 @@
-// The probability of staying captured for Python.
+// Models of random disturbances, and the probability of staying captured, for Python.
 
 #include "energymargin/metrics/probability.hpp"
 
 #include <cmath>
 
-#include "bindings.hpp"
 #include "energymargin/metrics/rare.hpp"
 #include "long_call.hpp"
 #include "metrics/check_times.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
-#include "warnings.hpp"
+#include "records.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -261,9 +260,42 @@ void def_counts(ProbabilityClass& type) {
                     "Whether no rollout is missing. False if the timeout or the cancel came first.");
 }
 
+using namespace disturbances;
+
+template <typename Struct>
+std::vector<const char*> names_of() {
+  std::vector<const char*> names;
+  visit_fields<Struct>([&](const auto& field) { names.push_back(field.name); });
+  return names;
+}
+
+template <typename Model>
+void bind_model(py::module_& module, const char* name, const Signature& signature) {
+  py::class_<Model> type = bind_record<Model>(module, name, record_of<Model>.description, signature);
+  def_repr(type, name, names_of<Model>());
+}
+
+void bind_disturbances(py::module_& module) {
+  py::module_ models = module.def_submodule("disturbances", "What may act on the objects at random.");
+  bind_model<Uniform>(models, "Uniform", {99, {"strength", "objects", "hold"}});
+  bind_model<Gaussian>(models, "Gaussian", {99, {"torque", "correlation_time"}});
+  bind_model<Boltzmann>(models, "Boltzmann", {99, {"strength", "objects", "hold"}});
+  py::class_<ActuationNoise> noise(models, "ActuationNoise", record_of<ActuationNoise>.description);
+  def_fields(noise, record_of<ActuationNoise>.fields);
+  def_repr(noise, "of_plan", names_of<ActuationNoise>());
+  const std::string doc =
+      "Noise of the robot: a uniform draw is added to the wrenches on each body that the plan pushes "
+      "or drives, and one to each joint's target.\n\n" +
+      fields_doc(record_of<ActuationNoise>.fields);
+  with_fields(
+      record_of<ActuationNoise>.fields, {99, {"force", "torque", "targets", "hold"}}, &unchanged<ActuationNoise>,
+      [&](const auto& of_plan, const auto&... keywords) { models.def("of_plan", of_plan, keywords..., doc.c_str()); });
+}
+
 }  // namespace
 
 void bind_probability(py::module_& module) {
+  bind_disturbances(module);
   py::class_<Survival>(module, "Survival", "The survival curve of one capture set over the horizon.")
       .def_property_readonly("captured", &Survival::captured, "Probability of staying captured until the horizon.")
       .def_readonly("curve", &Survival::curve, "The same until each of the times, shape (T,).")

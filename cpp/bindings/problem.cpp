@@ -2,12 +2,10 @@
 
 #include "energymargin/problem.hpp"
 
-#include "bindings.hpp"
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
-#include "problem_io/words.hpp"
+#include "problem_io/mesh.hpp"
 #include "records.hpp"
-#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -23,7 +21,7 @@ Args:
     succeeded: the success set Z_suc, or a dict in the same way.
     within: where the search for an escape may go, Z_b.
     start_outside: do not warn of a state outside of the capture set, as along a recorded trajectory.
-)" + fields_doc(std::tuple_cat(Record<Problem>::bounds(), Record<Problem>::question()), "    ") +
+)" + fields_doc(std::tuple_cat(problem_bounds(), problem_question()), "    ") +
          R"(
 
 Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look like
@@ -198,7 +196,7 @@ void bind_file_error() {
 using ProblemClass = py::class_<Problem>;
 
 void def_problem_constructor(ProblemClass& type) {
-  const auto fields = std::tuple_cat(Record<Problem>::bounds(), Record<Problem>::question());
+  const auto fields = std::tuple_cat(problem_bounds(), problem_question());
   with_fields(fields, {99, {"effector", "rate", "force_weights"}}, &make_problem,
               [&](const auto& make, const auto&... keywords) {
                 type.def(py::init(make), py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("captured"),
@@ -208,7 +206,7 @@ void def_problem_constructor(ProblemClass& type) {
 }
 
 void def_properties(ProblemClass& type) {
-  def_fields(type, Record<Problem>::fields(), {"horizon"});
+  def_fields(type, record_of<Problem>.fields, {"horizon"});
   type.def_property_readonly(
           "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
       .def_readonly("state", &Problem::state, "z_init, shape (n,).")

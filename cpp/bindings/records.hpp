@@ -151,11 +151,11 @@ Struct unchanged(Struct object) {
 //! A constructor with one argument for each field; `make` may throw.
 template <typename Struct>
 void def_fields_constructor(py::class_<Struct>& type, const Signature& signature, Struct (*make)(Struct)) {
-  const std::string doc = fields_doc(Record<Struct>::fields());
+  const std::string doc = fields_doc(record_of<Struct>.fields);
   const auto define = [&](const auto& function, const auto&... keywords) {
     type.def(py::init(function), keywords..., doc.c_str());
   };
-  with_fields(Record<Struct>::fields(), signature, make, define);
+  with_fields(record_of<Struct>.fields, signature, make, define);
 }
 
 //! A class with a property and an argument of its constructor for each field.
@@ -164,7 +164,7 @@ py::class_<Struct> bind_record(py::module_& module, const char* name, const char
                                const Signature& signature = {}) {
   py::class_<Struct> type(module, name, doc);
   def_fields_constructor(type, signature, &unchanged<Struct>);
-  def_fields(type, Record<Struct>::fields());
+  def_fields(type, record_of<Struct>.fields);
   return type;
 }
 

@@ -3,16 +3,14 @@
 #include "energymargin/region.hpp"
 
 #include "base/check.hpp"
-#include "bindings.hpp"
 #include "energymargin/membership.hpp"
 #include "records.hpp"
 #include "sets/records.hpp"
-#include "warnings.hpp"
 
 namespace energymargin::binding {
 
 template <>
-inline constexpr bool may_be_none<std::string, FrameOf> = true;
+inline constexpr bool may_be_none<std::string, regions::FrameOf> = true;
 
 namespace {
 
@@ -83,7 +81,7 @@ struct Text {
   }
   template <typename Primitive>
   std::string operator()(const Primitive& set) const {
-    return class_name(Record<Primitive>::type) + "('" + set.body + "')";
+    return class_name(record_of<Primitive>.name) + "('" + set.body + "')";
   }
   std::string operator()(const regions::Joint& set) const { return "Joint('" + set.joint + "')"; }
   std::string operator()(const regions::Predicate&) const { return "Predicate"; }
@@ -119,9 +117,9 @@ void def_region(py::module_& module, const Signature& signature) {
     return primitive;
   };
   const std::string doc =
-      std::string(Record<Primitive>::description) + "\n\n" + fields_doc(Record<Primitive>::fields());
-  with_fields(Record<Primitive>::fields(), signature, make, [&](const auto& function, const auto&... keywords) {
-    module.def(class_name(Record<Primitive>::type).c_str(), function, keywords..., doc.c_str());
+      std::string(record_of<Primitive>.description) + "\n\n" + fields_doc(record_of<Primitive>.fields);
+  with_fields(record_of<Primitive>.fields, signature, make, [&](const auto& function, const auto&... keywords) {
+    module.def(class_name(record_of<Primitive>.name).c_str(), function, keywords..., doc.c_str());
   });
 }
 

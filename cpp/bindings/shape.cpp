@@ -4,7 +4,6 @@
 
 #include <cctype>
 
-#include "bindings.hpp"
 #include "records.hpp"
 #include "scene/records.hpp"
 
@@ -19,8 +18,8 @@ together. Raises ValueError on values that no solid can have.)";
 
 template <typename Shape>
 py::class_<Shape> bind_shape(py::module_& module) {
-  py::class_<Shape> type(module, class_name(Record<Shape>::type).c_str(), Record<Shape>::description);
-  def_fields(type, Record<Shape>::fields());
+  py::class_<Shape> type(module, class_name(record_of<Shape>.name).c_str(), record_of<Shape>.description);
+  def_fields(type, record_of<Shape>.fields);
   return type;
 }
 
@@ -56,7 +55,7 @@ void bind_compound(py::module_& module) {
         return compound;
       }),
       py::arg("parts"), py::arg("solid") = py::none());
-  def_fields(type, Record<Compound>::fields());
+  def_fields(type, record_of<Compound>.fields);
 }
 
 }  // namespace

@@ -6,11 +6,9 @@
 #include <functional>
 #include <mutex>
 
-#include "bindings.hpp"
 #include "long_call.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"
-#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {

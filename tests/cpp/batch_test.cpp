@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "base/check.hpp"
-#include "base/threads.hpp"
+#include "base/thread_pool.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "base/threads.hpp"
+#include "base/thread_pool.hpp"
 #include "expect.hpp"
 #include "few_threads.hpp"
 

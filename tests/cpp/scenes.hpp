@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "base/check.hpp"
 #include "energymargin/problem.hpp"
 #include "physics/solver/friction_law.hpp"
 
 namespace energymargin::scenes {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double g = 9.81;

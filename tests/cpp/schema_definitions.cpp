@@ -55,6 +55,13 @@ const char* definition_of(Form form) {
   return nullptr;
 }
 
+// The types of two regions are names of a shape and of a joint, too.
+template <typename Struct>
+std::string name_of() {
+  const bool is_taken = std::is_same_v<Struct, regions::Box> || std::is_same_v<Struct, regions::Joint>;
+  return std::string(record_of<Struct>.name) + (is_taken ? "_region" : "");
+}
+
 OrderedJson reference(const std::string& definition) { return {{"$ref", "#/definitions/" + definition}}; }
 
 // The schema of any value of a type.
@@ -75,7 +82,7 @@ OrderedJson values_of(Type<Value>) {
     for (const auto& [word, value] : Words<Value>::all) list.push_back(word);
     return {{"enum", list}};
   } else {
-    return reference(Record<Value>::name);
+    return reference(name_of<Value>());
   }
 }
 template <typename Value>
@@ -99,9 +106,9 @@ template <typename Struct>
 OrderedJson object_with_fields() {
   OrderedJson required = OrderedJson::array();
   OrderedJson properties = OrderedJson::object();
-  if constexpr (has_type<Struct>) {
+  if constexpr (has_type<Struct>()) {
     required.push_back("type");
-    properties["type"] = {{"const", Record<Struct>::type}};
+    properties["type"] = {{"const", record_of<Struct>.name}};
   }
   visit_fields<Struct>([&](const auto& field) {
     if (field.presence == Presence::required) required.push_back(field.name);
@@ -113,14 +120,14 @@ OrderedJson object_with_fields() {
 template <typename Struct>
 void define(OrderedJson& definitions) {
   OrderedJson definition = OrderedJson::object();
-  if constexpr (has_type<Struct>) {
-    std::string title = Record<Struct>::type;
+  if constexpr (has_type<Struct>()) {
+    std::string title = record_of<Struct>.name;
     std::replace(title.begin(), title.end(), '_', ' ');
     definition["title"] = title;
   }
-  definition["description"] = Record<Struct>::description;
+  definition["description"] = record_of<Struct>.description;
   definition.update(object_with_fields<Struct>());
-  definitions[Record<Struct>::name] = definition;
+  definitions[name_of<Struct>()] = definition;
 }
 
 // An object that is one of several: its type says which.
@@ -128,9 +135,9 @@ class Choice {
  public:
   template <typename Struct>
   void add() {
-    types_.push_back(Record<Struct>::type);
-    branches_.push_back({{"if", {{"properties", {{"type", {{"const", Record<Struct>::type}}}}}}},
-                         {"then", reference(Record<Struct>::name)}});
+    types_.push_back(record_of<Struct>.name);
+    branches_.push_back({{"if", {{"properties", {{"type", {{"const", record_of<Struct>.name}}}}}}},
+                         {"then", reference(name_of<Struct>())}});
   }
 
   template <typename Variant>

@@ -10,8 +10,6 @@
 #include <thread>
 #include <vector>
 
-#include "base/threads.hpp"
-
 namespace energymargin {
 namespace {
 

@@ -13,8 +13,7 @@
 
 #include "energymargin/membership.hpp"
 #include "problem_files.hpp"
-#include "problem_io/read_record.hpp"
-#include "problem_io/write_record.hpp"
+#include "problem_io/records.hpp"
 #include "require.hpp"
 
 namespace energymargin::fuzz {

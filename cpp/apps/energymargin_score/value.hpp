@@ -7,7 +7,7 @@
 #include "energymargin/types.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
-#include "problem_io/words.hpp"
+#include "problem_io/mesh.hpp"
 
 namespace energymargin::app {
 

@@ -36,6 +36,9 @@ std::optional<Warning> implausible_angle(const std::string& name, double angle);
 //! Of a density [kg/m^3].
 std::optional<Warning> implausible_density(const std::string& name, double density);
 
+//! The smaller one of the smallest half extents of the two bodies of a contact, which a penetration is measured by [m].
+double smaller_half_extent(const Scene& scene, const Contact& contact);
+
 //! The same text for all states and problems of a scene.
 std::string fingerprint(const Scene& scene);
 

@@ -1,5 +1,5 @@
 #pragma once
-// Validation of arguments: an error names the argument, the value and what was expected.
+// Validation of arguments: an error names the argument, the value and what was expected. And what angles are made of.
 
 #include <cmath>
 #include <sstream>
@@ -9,6 +9,9 @@
 #include "energymargin/types.hpp"
 
 namespace energymargin {
+
+inline constexpr double pi = 3.14159265358979323846;
+inline constexpr double full_turn = 2.0 * pi;  // [rad]
 
 inline std::string text(const Vector3& v) {
   std::ostringstream out;

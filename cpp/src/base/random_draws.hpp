@@ -6,9 +6,8 @@
 #include <cstdint>
 #include <random>
 
-#include "base/angles.hpp"
+#include "base/check.hpp"
 #include "energymargin/random.hpp"
-#include "energymargin/types.hpp"
 
 namespace energymargin {
 

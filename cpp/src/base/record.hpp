@@ -8,7 +8,6 @@
 #include <type_traits>
 #include <variant>
 
-#include "base/angles.hpp"
 #include "base/check.hpp"
 
 namespace energymargin {
@@ -72,8 +71,12 @@ struct Type {
 //! What a struct is, by its name in the schema, and its fields in the order of files.
 template <typename... Get>
 struct Description {
+  static constexpr bool is_alternative = false;
+
   constexpr Description(const char* struct_name, const char* text, Field<Get>... struct_fields)
       : name(struct_name), description(text), fields(struct_fields...) {}
+  constexpr Description(const char* struct_name, const char* text, std::tuple<Field<Get>...> struct_fields)
+      : name(struct_name), description(text), fields(struct_fields) {}
 
   const char* name;  //!< null: it is in no file
   const char* description;
@@ -83,37 +86,23 @@ struct Description {
 //! A struct that is one of several: a file chooses it by its name as `type`.
 template <typename... Get>
 struct Alternative : Description<Get...> {
+  static constexpr bool is_alternative = true;
+
   constexpr Alternative(const char* struct_name, const char* text, Field<Get>... struct_fields)
       : Description<Get...>(struct_name, text, struct_fields...) {}
+  constexpr Alternative(const char* struct_name, const char* text, std::tuple<Field<Get>...> struct_fields)
+      : Description<Get...>(struct_name, text, struct_fields) {}
 };
 
-//! `name`, `description`, `fields()` and, of an alternative, `type` of a struct: from `describe(Type<Struct>)`.
+//! A struct is a record if there is a `describe(Type<Struct>)`.
 template <typename Struct, typename = void>
-struct Record;
-
-template <typename... Get>
-constexpr bool is_alternative(const Description<Get...>&) {
-  return false;
-}
-template <typename... Get>
-constexpr bool is_alternative(const Alternative<Get...>&) {
-  return true;
-}
-
+inline constexpr bool is_record = false;
 template <typename Struct>
-struct Record<Struct, std::enable_if_t<!is_alternative(describe(Type<Struct>{}))>> {
-  static constexpr const char* name = describe(Type<Struct>{}).name;
-  static constexpr const char* description = describe(Type<Struct>{}).description;
-  static constexpr auto fields() { return describe(Type<Struct>{}).fields; }
-};
+inline constexpr bool is_record<Struct, std::void_t<decltype(describe(Type<Struct>{}))>> = true;
 
+//! That description.
 template <typename Struct>
-struct Record<Struct, std::enable_if_t<is_alternative(describe(Type<Struct>{}))>> {
-  static constexpr const char* name = describe(Type<Struct>{}).name;
-  static constexpr const char* type = name;
-  static constexpr const char* description = describe(Type<Struct>{}).description;
-  static constexpr auto fields() { return describe(Type<Struct>{}).fields; }
-};
+inline constexpr auto record_of = describe(Type<Struct>{});
 
 //! A struct whose fields have their defaults.
 template <typename Struct>
@@ -121,27 +110,23 @@ Struct initial() {
   return {};
 }
 
-//! Whether a struct has a `type`.
-template <typename Struct, typename = void>
-inline constexpr bool has_type = false;
+//! Whether a file chooses a struct by its type.
 template <typename Struct>
-inline constexpr bool has_type<Struct, std::void_t<decltype(Record<Struct>::type)>> = true;
-
-template <typename Struct, typename = void>
-inline constexpr bool is_record = false;
-template <typename Struct>
-inline constexpr bool is_record<Struct, std::void_t<decltype(Record<Struct>::fields())>> = true;
+constexpr bool has_type() {
+  if constexpr (is_record<Struct>) return decltype(describe(Type<Struct>{}))::is_alternative;
+  return false;
+}
 
 //! Calls `visit(field)` for each field of a struct.
 template <typename Struct, typename Visit>
 void visit_fields(const Visit& visit) {
-  std::apply([&](const auto&... field) { (visit(field), ...); }, Record<Struct>::fields());
+  std::apply([&](const auto&... field) { (visit(field), ...); }, record_of<Struct>.fields);
 }
 
 template <typename Visit, typename... Alternatives>
 void visit_types(const Visit& visit, Type<std::variant<Alternatives...>>) {
   const auto visit_one = [&](auto alternative) {
-    if constexpr (has_type<typename decltype(alternative)::type>) visit(alternative);
+    if constexpr (has_type<typename decltype(alternative)::type>()) visit(alternative);
   };
   (visit_one(Type<Alternatives>{}), ...);
 }

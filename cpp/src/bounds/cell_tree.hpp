@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "bounds/exit_energy.hpp"
 #include "bounds/obstacles.hpp"
 
 namespace energymargin::bounds {

@@ -1,13 +1,11 @@
-#include "bounds/exit_energy.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 
-#include "base/angles.hpp"
+#include "bounds/object_space.hpp"
 #include "energymargin/kinematics.hpp"
-#include "sets/body_reader.hpp"
+#include "sets/primitives.hpp"
 
 namespace energymargin::bounds {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/check.hpp"
-#include "base/threads.hpp"
+#include "base/thread_pool.hpp"
 #include "base/words.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/force.hpp"

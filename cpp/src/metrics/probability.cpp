@@ -11,7 +11,6 @@
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "metrics/check_times.hpp"
-#include "problem/exit.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin {
@@ -103,7 +102,7 @@ class Estimator {
   }
 
   Future follow(World& world, const std::vector<Push>& pushes, const Plan* plan) const {
-    std::vector<Exit> exits(sets_.size(), Exit(timing_.dwell));
+    std::vector<search::Exit> exits(sets_.size(), search::Exit(timing_.dwell));
     const bool runs_to_horizon = success_ || rate_;
     const auto ends = [&](const State& state, int step) {
       bool all_left = true;
@@ -121,11 +120,11 @@ class Estimator {
       future.counts = rollout;
       future.effort = rollout.effort;
       if (rollout.complete && rollout.steps == timing_.horizon) {
-        for (Exit& exit : exits) exit.end();
+        for (search::Exit& exit : exits) exit.end();
         future.success = success_ && (*success_)(rollout.state);
       }
     }
-    for (const Exit& exit : exits) future.exits.push_back(exit.left() ? exit.since() : -1);
+    for (const search::Exit& exit : exits) future.exits.push_back(exit.left() ? exit.since() : -1);
     return future;
   }
 

@@ -12,7 +12,6 @@
 #include "metrics/check_times.hpp"
 #include "metrics/forecast.hpp"
 #include "metrics/splitting.hpp"
-#include "problem/exit.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin {
@@ -125,7 +124,7 @@ class ReplicaSimulator {
   }
 
   void roll_out(Replica& replica) {
-    Exit exit(timing_.dwell);
+    search::Exit exit(timing_.dwell);
     gains_.clear();
     track_.coordinates.clear();
     check(problem_.state, 0, exit, replica);
@@ -150,7 +149,7 @@ class ReplicaSimulator {
   }
 
   // Whether it has left.
-  bool check(const State& state, int step, Exit& exit, Replica& replica) {
+  bool check(const State& state, int step, search::Exit& exit, Replica& replica) {
     exit.check(captured_(state), step);
     double level = level_of(state, last_check_ - static_cast<int>(replica.highest_until.size()));
     if (exit.since() >= 0 && timing_.dwell > 0) level += static_cast<double>(step - exit.since()) / timing_.dwell;
@@ -175,7 +174,7 @@ class ReplicaSimulator {
     return now + nearness_.ahead * gain / check_period_;
   }
 
-  static void set_exit(const Exit& exit, Replica& replica) {
+  static void set_exit(const search::Exit& exit, Replica& replica) {
     replica.highest_until.back() = splitting::happened;
     replica.exit = exit.since();
   }

@@ -9,7 +9,6 @@
 #include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/membership.hpp"
-#include "problem/penetration.hpp"
 #include "scene/scene_checks.hpp"
 
 namespace energymargin {
@@ -267,6 +266,11 @@ std::optional<Warning> implausible_density(const std::string& name, double densi
   if (!(density > 0.0 && density < plausible::least_density)) return std::nullopt;
   return Warning{name, name + " is " + text(density) +
                            " kg/m^3, lighter than foam: was it meant in g/cm^3? Then write " + text(1000.0 * density)};
+}
+
+double smaller_half_extent(const Scene& scene, const Contact& contact) {
+  return std::min(scene.smallest_half_extent(scene.index(contact.body_a)),
+                  scene.smallest_half_extent(scene.index(contact.body_b)));
 }
 
 std::string fingerprint(const Scene& scene) {

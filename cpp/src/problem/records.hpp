@@ -49,67 +49,63 @@ constexpr auto describe(Type<Contact>) {
   };
 }
 
-//! All but its scene and state, which the others need.
-template <>
-struct Record<Problem> {
-  static auto bounds() {
-    return std::tuple{
-        Field{"force", &Problem::force,
-              "Largest |force| of the disturbance on each object, along the world's x, y and z axes [N].",
-              Form::bounds},
-        Field{"torque", &Problem::torque,
-              "Largest |torque| of the disturbance on each object, about the world's x, y and z axes [N m].",
-              Form::bounds},
-        Field{"duration", &Problem::duration, "Longest edge of the search [s]; at least one step of the simulation.",
-              Form::positive},
-    };
-  }
+constexpr auto problem_bounds() {
+  return std::tuple{
+      Field{"force", &Problem::force,
+            "Largest |force| of the disturbance on each object, along the world's x, y and z axes [N].", Form::bounds},
+      Field{"torque", &Problem::torque,
+            "Largest |torque| of the disturbance on each object, about the world's x, y and z axes [N m].",
+            Form::bounds},
+      Field{"duration", &Problem::duration, "Longest edge of the search [s]; at least one step of the simulation.",
+            Form::positive},
+  };
+}
 
-  //! Python takes one for each object, too.
-  static auto sets() {
-    return std::tuple{
-        Field{"captured", &Problem::captured, "The capture set Z_cap; of several objects: all are captured."},
-        Field{"succeeded", &Problem::succeeded, "The success set Z_suc; of several objects: all have succeeded.",
-              Presence::optional},
-        Field{"within", &Problem::within, "Bounds Z_b: where the search for an escape may go. The start is inside.",
-              Presence::optional},
-        Field{"captured_any", &Problem::captured_any, "Of several objects: at least one is captured.",
-              Presence::optional},
-        Field{"succeeded_any", &Problem::succeeded_any, "Of several objects: at least one has succeeded.",
-              Presence::optional},
-    };
-  }
+//! Python takes one for each object, too.
+constexpr auto problem_sets() {
+  return std::tuple{
+      Field{"captured", &Problem::captured, "The capture set Z_cap; of several objects: all are captured."},
+      Field{"succeeded", &Problem::succeeded, "The success set Z_suc; of several objects: all have succeeded.",
+            Presence::optional},
+      Field{"within", &Problem::within, "Bounds Z_b: where the search for an escape may go. The start is inside.",
+            Presence::optional},
+      Field{"captured_any", &Problem::captured_any, "Of several objects: at least one is captured.",
+            Presence::optional},
+      Field{"succeeded_any", &Problem::succeeded_any, "Of several objects: at least one has succeeded.",
+            Presence::optional},
+  };
+}
 
-  static auto question() {
-    return std::tuple{
-        Field{
-            "effector", &Problem::effector,
+constexpr auto problem_question() {
+  return std::tuple{
+      Field{"effector", &Problem::effector,
             "What the effector does while the objects are disturbed. coast: no script acts on it. drive: each edge of "
             "the search starts with its velocities of the start."},
-        Field{"rate", &Problem::rate,
-              "lambda: how fast the likelihood of a state falls with the work to get there [1/J].", Form::not_negative},
-        Field{"force_weights", &Problem::force_weights, "Weights of the force score.", Presence::added},
-        Field{"contacts", &Problem::contacts,
-              "Contacts that were measured at the state, for the force score; left out: simulated.",
-              Presence::optional},
-        Field{"horizon", &Problem::horizon,
-              "The question is about the next so many seconds, whole steps of the simulation; left out: as long as the "
-              "plan, or without a clock.",
-              Form::positive, Presence::optional},
-        Field{"check", &Problem::check,
-              "Time between two looks at the capture set, whole steps of the simulation [s]; left out: about 1/60.",
-              Form::positive, Presence::optional},
-        Field{"dwell", &Problem::dwell,
-              "How long an object has to stay outside of the capture set for an escape, whole steps of the simulation "
-              "[s]; left out: 0.",
-              Form::not_negative, Presence::optional},
-        Field{"plan", &Problem::plan, "The robot's actions from the state on; left out: the effector coasts.",
-              Presence::optional},
-    };
-  }
+      Field{"rate", &Problem::rate,
+            "lambda: how fast the likelihood of a state falls with the work to get there [1/J].", Form::not_negative},
+      Field{"force_weights", &Problem::force_weights, "Weights of the force score.", Presence::added},
+      Field{"contacts", &Problem::contacts,
+            "Contacts that were measured at the state, for the force score; left out: simulated.", Presence::optional},
+      Field{"horizon", &Problem::horizon,
+            "The question is about the next so many seconds, whole steps of the simulation; left out: as long as the "
+            "plan, or without a clock.",
+            Form::positive, Presence::optional},
+      Field{"check", &Problem::check,
+            "Time between two looks at the capture set, whole steps of the simulation [s]; left out: about 1/60.",
+            Form::positive, Presence::optional},
+      Field{"dwell", &Problem::dwell,
+            "How long an object has to stay outside of the capture set for an escape, whole steps of the simulation "
+            "[s]; left out: 0.",
+            Form::not_negative, Presence::optional},
+      Field{"plan", &Problem::plan, "The robot's actions from the state on; left out: the effector coasts.",
+            Presence::optional},
+  };
+}
 
-  static auto fields() { return std::tuple_cat(bounds(), sets(), question()); }
-};
+constexpr auto describe(Type<Problem>) {
+  return Description{nullptr, "A problem, but for its scene and state, which the others need.",
+                     std::tuple_cat(problem_bounds(), problem_sets(), problem_question())};
+}
 
 template <>
 inline Problem initial<Problem>() {

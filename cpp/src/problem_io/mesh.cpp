@@ -12,7 +12,7 @@
 
 #include "energymargin/problem_io.hpp"
 #include "problem_io/files.hpp"
-#include "problem_io/read_record.hpp"
+#include "problem_io/records.hpp"
 #include "scene/body_constants.hpp"
 
 namespace energymargin::problem_io {

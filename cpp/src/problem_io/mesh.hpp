@@ -5,6 +5,8 @@
 #include <string>
 
 #include "base/record.hpp"
+#include "base/words.hpp"
+#include "energymargin/problem_io.hpp"
 #include "energymargin/shape.hpp"
 
 namespace energymargin::problem_io {
@@ -27,6 +29,11 @@ struct MeshShape {
 }  // namespace energymargin::problem_io
 
 namespace energymargin {
+
+template <>
+struct Words<Meshes> {
+  static constexpr std::pair<const char*, Meshes> all[]{{"embedded", Meshes::embedded}, {"files", Meshes::files}};
+};
 
 constexpr auto describe(Type<problem_io::MeshShape>) {
   return Alternative{

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "problem_io/read_record.hpp"
+#include "problem_io/records.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -7,9 +7,7 @@
 
 #include "problem/records.hpp"
 #include "problem_io/files.hpp"
-#include "problem_io/mesh.hpp"
-#include "problem_io/write_record.hpp"
-#include "sets/records.hpp"
+#include "problem_io/records.hpp"
 
 namespace energymargin {
 

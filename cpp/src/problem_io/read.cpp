@@ -2,7 +2,7 @@
 
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
-#include "problem_io/read_record.hpp"
+#include "problem_io/records.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -13,7 +13,6 @@
 #include <memory>
 #include <utility>
 
-#include "base/angles.hpp"
 #include "energymargin/random.hpp"
 #include "search/wrench_space.hpp"
 

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/angles.hpp"
 #include "base/check.hpp"
 #include "energymargin/limit.hpp"
 #include "quasistatic/landscape.hpp"

@@ -152,57 +152,55 @@ constexpr auto describe(Type<Surface>) {
   };
 }
 
-template <>
-struct Record<Body> {
-  static constexpr const char* name = "body";
-  static constexpr const char* description =
-      "One rigid body. The child of a joint is where the joint says; its position and velocity here do not count.";
+constexpr auto body_place() {
+  return std::tuple{
+      Field{"name", &Body::name, "Unique among the bodies; not \"joints\"."},
+      Field{"shape", &Body::shape, "Its frame is the body's."},
+      Field{"mass", &Body::mass, "[kg]; 0: fixed.", forms::not_negative},
+      Field{"position", [](auto& body) -> auto& { return body.state.position; },
+            "Of the body's frame in the world [m]."},
+      Field{"orientation", [](auto& body) -> auto& { return body.state.orientation; }, nullptr},
+  };
+}
 
-  static auto place() {
-    return std::tuple{
-        Field{"name", &Body::name, "Unique among the bodies; not \"joints\"."},
-        Field{"shape", &Body::shape, "Its frame is the body's."},
-        Field{"mass", &Body::mass, "[kg]; 0: fixed.", forms::not_negative},
-        Field{"position", [](auto& body) -> auto& { return body.state.position; },
-              "Of the body's frame in the world [m]."},
-        Field{"orientation", [](auto& body) -> auto& { return body.state.orientation; }, nullptr},
-    };
-  }
+//! With the same names and defaults in Python.
+constexpr auto body_settings() {
+  return std::tuple{
+      Field{"velocity", [](auto& body) -> auto& { return body.state.velocity; },
+            "Of the frame's origin, in the world's axes [m/s]."},
+      Field{"angular_velocity", [](auto& body) -> auto& { return body.state.angular_velocity; },
+            "In the world's axes [rad/s]."},
+      Field{"friction", &Body::friction,
+            "The coefficient of a contact follows from those of its two bodies, by the scene's rule.",
+            forms::not_negative},
+      Field{"surface", &Body::surface, "How it meets others, beside its friction; unset: as a rigid body.", forms::any,
+            Presence::optional},
+      Field{"surface_velocity", &Body::surface_velocity,
+            "Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].", forms::any,
+            Presence::optional},
+      Field{"role", &Body::role,
+            "object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment."},
+      Field{"linear_factor", &Body::linear_factor, "For the world's x, y, z: 1, free along the axis, or 0, locked.",
+            forms::factors},
+      Field{"angular_factor", &Body::angular_factor, "For the world's x, y, z: 1, free about the axis, or 0, locked.",
+            forms::factors},
+      Field{"force", &Body::force, "Acts at the centre of mass all the time, in the world's axes [N].", forms::any,
+            Presence::added},
+      Field{"inertial", &Body::inertial, "Its centre of mass and inertia; unset: those of the shape, of even density.",
+            forms::any, Presence::optional},
+      Field{"kinematic", &Body::kinematic,
+            "It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.", forms::any,
+            Presence::optional},
+  };
+}
 
-  //! With the same names and defaults in Python.
-  static auto settings() {
-    return std::tuple{
-        Field{"velocity", [](auto& body) -> auto& { return body.state.velocity; },
-              "Of the frame's origin, in the world's axes [m/s]."},
-        Field{"angular_velocity", [](auto& body) -> auto& { return body.state.angular_velocity; },
-              "In the world's axes [rad/s]."},
-        Field{"friction", &Body::friction,
-              "The coefficient of a contact follows from those of its two bodies, by the scene's rule.",
-              forms::not_negative},
-        Field{"surface", &Body::surface, "How it meets others, beside its friction; unset: as a rigid body.",
-              forms::any, Presence::optional},
-        Field{"surface_velocity", &Body::surface_velocity,
-              "Of its surface beside that of the body, in its frame, as of a conveyor belt [m/s].", forms::any,
-              Presence::optional},
-        Field{"role", &Body::role,
-              "object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment."},
-        Field{"linear_factor", &Body::linear_factor, "For the world's x, y, z: 1, free along the axis, or 0, locked.",
-              forms::factors},
-        Field{"angular_factor", &Body::angular_factor, "For the world's x, y, z: 1, free about the axis, or 0, locked.",
-              forms::factors},
-        Field{"force", &Body::force, "Acts at the centre of mass all the time, in the world's axes [N].", forms::any,
-              Presence::added},
-        Field{"inertial", &Body::inertial,
-              "Its centre of mass and inertia; unset: those of the shape, of even density.", forms::any,
-              Presence::optional},
-        Field{"kinematic", &Body::kinematic,
-              "It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.", forms::any,
-              Presence::optional},
-    };
-  }
-
-  static auto fields() { return std::tuple_cat(place(), settings()); }
-};
+constexpr auto describe(Type<Body>) {
+  return Description{
+      "body",
+      "One rigid body. The child of a joint is where the joint says; its position and velocity here do not count.",
+      std::tuple_cat(body_place(), body_settings()),
+  };
+}
 
 constexpr auto describe(Type<PairFriction>) {
   return Description{
@@ -229,53 +227,51 @@ constexpr auto describe(Type<Mimic>) {
   };
 }
 
-template <>
-struct Record<Joint> {
-  static constexpr const char* name = "joint";
-  static constexpr const char* description =
+//! Where a joint is, and how it moves. Python has other names for some of them.
+constexpr auto joint_motion() {
+  return std::tuple{
+      Field{"name", &Joint::name, "Unique among the joints."},
+      Field{"type", &Joint::type,
+            "fixed: the two move as one. revolute: turns about its axis. prismatic: slides along its axis."},
+      Field{"parent", &Joint::parent, "The body that carries the child.", forms::body},
+      Field{"child", &Joint::child, "The body that is carried; it can move, and is on no other joint.", forms::body},
+      Field{"in_parent", &Joint::in_parent, "The joint's frame in the parent's."},
+      Field{"in_child", &Joint::in_child, "The joint's frame in the child's; the two are one at position 0."},
+      Field{"axis", &Joint::axis, "Unit vector in the joint's frame.", forms::direction},
+      Field{"lower", &Joint::lower, "Limit [rad], or \"-inf\".", forms::lower_limit},
+      Field{"upper", &Joint::upper, "Limit [rad], or \"inf\".", forms::upper_limit},
+      Field{"position", [](auto& joint) -> auto& { return joint.state.position; },
+            "Its position where none is given [rad]."},
+      Field{"velocity", [](auto& joint) -> auto& { return joint.state.velocity; }, "[rad/s]"},
+      Field{"held", &Joint::held, "It keeps the position that it has, whatever the load."},
+      Field{"target", &Joint::target, "[rad]"},
+  };
+}
+
+//! Its drive: the same names and defaults in Python.
+constexpr auto joint_drive() {
+  return std::tuple{
+      Field{"target_velocity", &Joint::target_velocity, "[rad/s]"},
+      Field{"stiffness", &Joint::stiffness, "[N m/rad]", forms::not_negative},
+      Field{"damping", &Joint::damping, "[N m s/rad]", forms::not_negative},
+      Field{"torque_limit", &Joint::torque_limit, "[N m]; infinite: without limit.", forms::largest_size},
+      Field{"mimic", &Joint::mimic, "The joint that it follows, and how; unset: none.", forms::any, Presence::optional},
+      Field{"armature", &Joint::armature, "Inertia of the drive's rotor times the square of the gear ratio [kg m^2].",
+            forms::not_negative, Presence::optional},
+      Field{"friction", &Joint::friction, "Dry friction: torque that resists motion, up to this [N m].",
+            forms::not_negative, Presence::optional},
+  };
+}
+
+constexpr auto describe(Type<Joint>) {
+  return Description{
+      "joint",
       "A joint that carries the child on the parent. It is driven by the torque stiffness (target - position) + "
       "damping "
-      "(target_velocity - velocity), within its limit. For a prismatic joint read m for rad and N for N m.";
-
-  //! Where it is, and how it moves. Python has other names for some of them.
-  static auto motion() {
-    return std::tuple{
-        Field{"name", &Joint::name, "Unique among the joints."},
-        Field{"type", &Joint::type,
-              "fixed: the two move as one. revolute: turns about its axis. prismatic: slides along its axis."},
-        Field{"parent", &Joint::parent, "The body that carries the child.", forms::body},
-        Field{"child", &Joint::child, "The body that is carried; it can move, and is on no other joint.", forms::body},
-        Field{"in_parent", &Joint::in_parent, "The joint's frame in the parent's."},
-        Field{"in_child", &Joint::in_child, "The joint's frame in the child's; the two are one at position 0."},
-        Field{"axis", &Joint::axis, "Unit vector in the joint's frame.", forms::direction},
-        Field{"lower", &Joint::lower, "Limit [rad], or \"-inf\".", forms::lower_limit},
-        Field{"upper", &Joint::upper, "Limit [rad], or \"inf\".", forms::upper_limit},
-        Field{"position", [](auto& joint) -> auto& { return joint.state.position; },
-              "Its position where none is given [rad]."},
-        Field{"velocity", [](auto& joint) -> auto& { return joint.state.velocity; }, "[rad/s]"},
-        Field{"held", &Joint::held, "It keeps the position that it has, whatever the load."},
-        Field{"target", &Joint::target, "[rad]"},
-    };
-  }
-
-  //! Its drive: the same names and defaults in Python.
-  static auto drive() {
-    return std::tuple{
-        Field{"target_velocity", &Joint::target_velocity, "[rad/s]"},
-        Field{"stiffness", &Joint::stiffness, "[N m/rad]", forms::not_negative},
-        Field{"damping", &Joint::damping, "[N m s/rad]", forms::not_negative},
-        Field{"torque_limit", &Joint::torque_limit, "[N m]; infinite: without limit.", forms::largest_size},
-        Field{"mimic", &Joint::mimic, "The joint that it follows, and how; unset: none.", forms::any,
-              Presence::optional},
-        Field{"armature", &Joint::armature, "Inertia of the drive's rotor times the square of the gear ratio [kg m^2].",
-              forms::not_negative, Presence::optional},
-        Field{"friction", &Joint::friction, "Dry friction: torque that resists motion, up to this [N m].",
-              forms::not_negative, Presence::optional},
-    };
-  }
-
-  static auto fields() { return std::tuple_cat(motion(), drive()); }
-};
+      "(target_velocity - velocity), within its limit. For a prismatic joint read m for rad and N for N m.",
+      std::tuple_cat(joint_motion(), joint_drive()),
+  };
+}
 
 constexpr auto describe(Type<Spring>) {
   return Description{

@@ -4,25 +4,12 @@
 #include <cmath>
 #include <memory>
 
-#include "base/angles.hpp"
-#include "sets/body_reader.hpp"
+#include "sets/primitives.hpp"
 
 namespace energymargin {
 namespace {
 
 using Test = std::function<bool(const double*)>;
-
-bool contains(const regions::Ball& ball, const BodyReader& body, const double* state) {
-  return (body.position(state) - ball.center).squaredNorm() <= ball.radius * ball.radius;
-}
-
-bool contains(const regions::Box& box, const BodyReader& body, const double* state) {
-  return ((body.position(state) - box.center).array().abs() <= 0.5 * box.size.array()).all();
-}
-
-bool contains(const regions::Disc& disc, const BodyReader& body, const double* state) {
-  return (body.position(state).head<2>() - disc.center).squaredNorm() <= disc.radius * disc.radius;
-}
 
 bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
   const Vector2 arm = position.head<2>() - sector.center;
@@ -43,21 +30,14 @@ bool contains(const regions::Swept& swept, const BodyReader& body, const double*
   return sector ? in_sector(*sector, position) : (position.head<2>() - motion.position).norm() <= swept.disc_radius;
 }
 
-bool contains(const regions::HalfSpace& half_space, const BodyReader& body, const double* state) {
-  const double beyond = half_space.normal.dot(body.position(state)) - half_space.offset;
-  if (half_space.ahead == 0.0 || beyond <= 0.0) return beyond <= 0.0;
-  return beyond <= half_space.ahead * half_space.normal.dot(body.frame_velocity(state));
-}
-
 bool contains(const regions::Speed& speed, const BodyReader& body, const double* state) {
   const Vector3 velocity = body.velocity(state, speed);
-  if (speed.along) return velocity.dot(*speed.along) <= speed.limit;
-  return velocity.squaredNorm() <= speed.limit * speed.limit;
+  return (speed.along ? velocity.dot(*speed.along) - speed.limit : beyond(speed, velocity)) <= 0.0;
 }
 
-bool contains(const regions::Tilt& tilt, const BodyReader& body, const double* state) {
-  const Vector3 direction = body.direction(state, tilt.axis);
-  return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) <= tilt.limit;
+template <typename Primitive>
+bool contains(const Primitive& primitive, const BodyReader& body, const double* state) {
+  return beyond(primitive, read(primitive, body, state)) <= 0.0;
 }
 
 class Compiler {
@@ -74,10 +54,7 @@ class Compiler {
     };
   }
   Test operator()(const regions::Joint& set) const {
-    return [set, layout = StateLayout(scene_), joint = moving_joint(scene_, set)](const double* state) {
-      const double position = layout.joint(state, joint).position;
-      return set.lower <= position && position <= set.upper;
-    };
+    return [read = joint_reader(scene_, set)](const double* state) { return read(state) <= 0.0; };
   }
   Test operator()(const regions::Predicate& predicate) const {
     return [predicate, size = size_](const double* state) {

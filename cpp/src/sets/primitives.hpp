@@ -1,5 +1,5 @@
 #pragma once
-// A body in a state vector, as a primitive region sees it: from the world, or from another body.
+// What each primitive region reads of a state vector, and how far that is beyond its edge.
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include <string>
 #include <type_traits>
 
-#include "base/angles.hpp"
 #include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/region.hpp"
@@ -38,13 +37,6 @@ inline std::optional<regions::AnnularSector> swept_sector(const regions::Swept& 
   sector.start_angle = std::atan2(outwards.y(), outwards.x()) - turn * swept.behind / radius;
   sector.sweep = turn * std::min((swept.behind + swept.ahead * speed + swept.beyond) / radius, full_turn);
   return sector;
-}
-
-//! The joint of a set, by its index. Throws std::invalid_argument unless its position is a number of the state.
-inline std::size_t moving_joint(const Scene& scene, const regions::Joint& set) {
-  const std::size_t joint = scene.joint_index(set.joint);
-  if (!scene.joints()[joint].moves()) reject("joint", "'" + set.joint + "'", "one that moves and follows no other");
-  return joint;
 }
 
 //! Where a point of a body is, in the body's frame [m]. Throws std::invalid_argument on the centre of mass of a body
@@ -123,5 +115,74 @@ class BodyReader {
   std::size_t body_, other_ = 0;
   bool in_world_ = true;
 };
+
+// How far beyond its edge a primitive is of what it reads: negative inside, in the primitive's own unit.
+
+inline double beyond(const regions::AnnularSector& sector, const Vector3& position) {
+  const Vector2 arm = position.head<2>() - sector.center;
+  const double across = std::abs(arm.norm() - sector.radius) - sector.half_width;
+  const double half = 0.5 * std::abs(sector.sweep);
+  if (2.0 * half >= full_turn) return across;
+  const double middle = sector.start_angle + 0.5 * sector.sweep;
+  const double turned = std::abs(std::remainder(std::atan2(arm.y(), arm.x()) - middle, full_turn));
+  return std::max(across, sector.radius * (turned - half));  // along the arc
+}
+
+// Of most primitives it is what the state says itself.
+template <typename Primitive>
+double beyond(const Primitive&, double read) {
+  return read;
+}
+inline double beyond(const regions::Ball& ball, const Vector3& position) {
+  return (position - ball.center).norm() - ball.radius;
+}
+inline double beyond(const regions::Box& box, const Vector3& position) {
+  const Vector3 out = (position - box.center).cwiseAbs() - 0.5 * box.size;
+  return std::min(out.maxCoeff(), 0.0) + out.cwiseMax(0.0).norm();
+}
+inline double beyond(const regions::Disc& disc, const Vector3& position) {
+  return (position.head<2>() - disc.center).norm() - disc.radius;
+}
+inline double beyond(const regions::Tilt& tilt, const Vector3& direction) {
+  return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) - tilt.limit;
+}
+inline double beyond(const regions::Speed& speed, const Vector3& velocity) { return velocity.norm() - speed.limit; }
+
+template <typename Primitive>
+Vector3 read(const Primitive&, const BodyReader& body, const double* state) {
+  return body.position(state);
+}
+inline Vector3 read(const regions::Disc&, const BodyReader& body, const double* state) {
+  const Vector3 position = body.position(state);
+  return {position.x(), position.y(), 0.0};
+}
+inline Vector3 read(const regions::Tilt& tilt, const BodyReader& body, const double* state) {
+  return body.direction(state, tilt.axis);
+}
+inline double read(const regions::AnnularSector& sector, const BodyReader& body, const double* state) {
+  return beyond(sector, body.position(state));
+}
+inline double read(const regions::Swept& swept, const BodyReader& body, const double* state) {
+  const regions::PlanarMotion motion = swept.at ? *swept.at : planar_motion(body.other(state));
+  const Vector3 position = body.position(state);
+  const std::optional<regions::AnnularSector> sector = swept_sector(swept, motion);
+  return sector ? beyond(*sector, position) : (position.head<2>() - motion.position).norm() - swept.disc_radius;
+}
+inline double read(const regions::HalfSpace& half_space, const BodyReader& body, const double* state) {
+  const double beyond = half_space.normal.dot(body.position(state)) - half_space.offset;
+  if (half_space.ahead == 0.0) return beyond;
+  return beyond - std::max(half_space.ahead * half_space.normal.dot(body.frame_velocity(state)), 0.0);
+}
+
+//! How far the joint of a set is beyond its ends. Throws std::invalid_argument unless its position is a number of the
+//! state.
+inline auto joint_reader(const Scene& scene, const regions::Joint& set) {
+  const std::size_t joint = scene.joint_index(set.joint);
+  if (!scene.joints()[joint].moves()) reject("joint", "'" + set.joint + "'", "one that moves and follows no other");
+  return [set, layout = StateLayout(scene), joint](const double* state) {
+    const double position = layout.joint(state, joint).position;
+    return std::max(set.lower - position, position - set.upper);
+  };
+}
 
 }  // namespace energymargin

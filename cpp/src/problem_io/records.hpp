@@ -1,6 +1,7 @@
 #pragma once
-// Structs from JSON, by the description of their fields.
+// Structs from JSON, and as JSON, by the description of their fields.
 
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -8,7 +9,7 @@
 #include <vector>
 
 #include "base/record.hpp"
-#include "problem_io/json_node.hpp"
+#include "problem_io/json.hpp"
 #include "problem_io/mesh.hpp"
 #include "scene/records.hpp"
 #include "sets/records.hpp"
@@ -46,7 +47,7 @@ class RecordReader {
   template <typename Struct>
   Struct record(const JsonNode& node) const {
     Struct object;
-    read_fields(node, object, std::vector<std::string>(has_type<Struct> ? 1 : 0, "type"));
+    read_fields(node, object, std::vector<std::string>(has_type<Struct>() ? 1 : 0, "type"));
     return object;
   }
 
@@ -87,7 +88,7 @@ class RecordReader {
   void read(const JsonNode& node, Form, std::optional<Region>& set) const { set = region(node); }
   void read(const JsonNode& node, Form, Solid& value) const { read_alternative(node, value); }
   void read(const JsonNode& node, Form, Shape& value) const {
-    if (node["type"].text() != Record<MeshShape>::type) return read_alternative(node, value, {"\"mesh\""});
+    if (node["type"].text() != record_of<MeshShape>.name) return read_alternative(node, value, {"\"mesh\""});
     const auto mesh = record<MeshShape>(node);
     Compound compound = read_mesh_file(node["file"], folder_);
     compound.solid = mesh.solid;
@@ -129,8 +130,8 @@ class RecordReader {
     bool known = false;
     visit_types<std::variant<Alternatives...>>([&](auto alternative) {
       using Alternative = typename decltype(alternative)::type;
-      types.push_back("\"" + std::string(Record<Alternative>::type) + "\"");
-      if (type != Record<Alternative>::type) return;
+      types.push_back("\"" + std::string(record_of<Alternative>.name) + "\"");
+      if (type != record_of<Alternative>.name) return;
       value = record<Alternative>(node);
       known = true;
     });
@@ -141,5 +142,87 @@ class RecordReader {
   std::string folder_;
   int depth_ = 0;  // levels of "and", "or", "not" above
 };
+
+//! JSON has no infinity; a number without limit is the word.
+inline OrderedJson write(double value) {
+  if (!std::isinf(value)) return value;
+  return value > 0.0 ? "inf" : "-inf";
+}
+inline OrderedJson write(const std::string& text) { return text; }
+inline OrderedJson write(const Vector2& v) { return {write(v.x()), write(v.y())}; }
+inline OrderedJson write(const Vector3& v) { return {write(v.x()), write(v.y()), write(v.z())}; }
+inline OrderedJson write(const Quaternion& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+//! Throws std::invalid_argument.
+OrderedJson write(const regions::Predicate& predicate);
+OrderedJson write(const Region& region);
+
+template <typename Value>
+OrderedJson write(const Value& value);
+template <typename Value>
+OrderedJson write(const std::optional<Value>& value);
+template <typename Value>
+OrderedJson write(const std::vector<Value>& values);
+template <typename... Alternatives>
+OrderedJson write(const std::variant<Alternatives...>& value);
+
+template <typename Value>
+bool is_default(const Value& value, const Value& initial) {
+  if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value> || std::is_same_v<Value, std::string>)
+    return value == initial;
+  if constexpr (std::is_same_v<Value, Vector3>) return value == initial;
+  return false;
+}
+template <typename Value>
+bool is_default(const std::optional<Value>& value, const std::optional<Value>&) {
+  return !value;
+}
+
+//! Adds the fields, but for those that may be left out and are at their defaults.
+template <typename Struct>
+void write_fields(const Struct& object, OrderedJson& json) {
+  const auto defaults = initial<Struct>();
+  visit_fields<Struct>([&](const auto& field) {
+    const auto& value = std::invoke(field.get, object);
+    if (field.presence == Presence::optional && is_default(value, std::invoke(field.get, defaults))) return;
+    json[field.name] = write(value);
+  });
+}
+
+template <typename Struct>
+OrderedJson write_record(const Struct& object) {
+  OrderedJson json = OrderedJson::object();
+  if constexpr (has_type<Struct>()) json["type"] = record_of<Struct>.name;
+  write_fields(object, json);
+  return json;
+}
+
+template <typename Value>
+OrderedJson write(const std::optional<Value>& value) {
+  return write(value.value());
+}
+
+template <typename Value>
+OrderedJson write(const Value& value) {
+  if constexpr (std::is_same_v<Value, bool>) {
+    return value;
+  } else if constexpr (std::is_enum_v<Value>) {
+    return word_of(value);
+  } else {
+    return write_record(value);
+  }
+}
+
+template <typename Value>
+OrderedJson write(const std::vector<Value>& values) {
+  OrderedJson list = OrderedJson::array();
+  for (const Value& value : values) list.push_back(write(value));
+  return list;
+}
+
+template <typename... Alternatives>
+OrderedJson write(const std::variant<Alternatives...>& value) {
+  return std::visit([](const auto& alternative) { return write(alternative); }, value);
+}
 
 }  // namespace energymargin::problem_io
