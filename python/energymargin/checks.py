@@ -107,7 +107,8 @@ def numbers_of(
     """`value` as an array of numbers, if there is a shape of that and finite; else a ValueError."""
     try:
         array = np.asarray(value, float)
-        right = shape is None or (array.shape == shape and bool(np.isfinite(array).all()))
+        whole = shape is None or (array.shape == shape and bool(np.isfinite(array).all()))
+        right = whole and value is not None  # which would be a NaN
     except (TypeError, ValueError, OverflowError):
         right = False
     if not right:
