@@ -27,6 +27,7 @@ METADATA = {
 }
 LONGEST_CELL = 300  # s
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")  # of a Python object, another one in each run
+ONCE = re.compile(r"(decomposing .* into convex parts, once: .*\n?)+")  # what a first run says
 
 
 def tutorials() -> list[Path]:
@@ -65,7 +66,9 @@ def _lasting(notebook: NotebookNode) -> NotebookNode:
     notebook.metadata = nbformat.from_dict(METADATA)
     for cell in notebook.cells:
         cell.metadata = NotebookNode()
-        for output in cell.get("outputs", []):
+        outputs = cell.get("outputs", [])
+        outputs[:] = [one for one in outputs if not ONCE.fullmatch(one.get("text", ""))]
+        for output in outputs:
             output.pop("metadata", None)
             if output.output_type in ("execute_result", "display_data"):
                 output.metadata = NotebookNode()

@@ -29,6 +29,14 @@ def test_the_solids_of_a_file_are_counted(tmp_path):
 
 
 @pytest.mark.usefixtures("own_cache")
+def test_a_file_of_several_solids_says_once_that_it_is_decomposed(tmp_path, caplog):
+    far = bars()
+    far.apply_translation((1, 0, 0))
+    mesh(written(tmp_path, bars() + far))
+    assert len(caplog.records) == 1
+
+
+@pytest.mark.usefixtures("own_cache")
 def test_the_links_of_a_robot_are_counted(tmp_path):
     angle(tmp_path)
     shape = '<collision><geometry><mesh filename="angle.stl"/></geometry></collision>'

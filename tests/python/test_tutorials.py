@@ -5,14 +5,19 @@ import re
 import runpy
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import nbformat
 import numpy as np
 import pytest
 from PIL import Image
 
+import energymargin as em
+from code_lines import code_lines
+
 FOLDER = Path(__file__).parents[2] / "docs/tutorials"
 RUN = runpy.run_path(str(FOLDER / "run.py"))
 TUTORIALS = RUN["tutorials"]()
+GRIPPER = FOLDER / "7_your_gripper_your_object.ipynb"
 # Of this machine, or of a run: folders, addresses of objects, times, warnings.
 OF_ONE_RUN = re.compile(r"/tmp|/home|/root|site-packages|0x[0-9a-f]{6}|\d\d:\d\d|Warning|Traceback")
 MOST_BYTES = 300_000
@@ -47,8 +52,8 @@ def tutorial(request):
     return nbformat.read(request.param, as_version=4), RUN["executed"](request.param)
 
 
-def test_there_are_six_tutorials_and_the_page_of_them_names_each():
-    assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3", "4", "5", "6"]
+def test_there_are_seven_tutorials_and_the_page_of_them_names_each():
+    assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3", "4", "5", "6", "7"]
     page = (FOLDER / "index.md").read_text()
     assert all(f"({path.name})" in page for path in TUTORIALS)
 
@@ -110,6 +115,35 @@ def test_more_force_and_more_friction_hold_the_grasp_better_with_each_seed():
         low, middle, high, smooth, usual, rough = map(float, re.findall(r"\d\.\d\d(?!,)", line))
         assert low < middle < high
         assert smooth < usual < rough
+
+
+def gripped(change=str):
+    """The seventh tutorial's probability, its code changed, from its cells up to the last."""
+    names = {}
+    for cell in code_cells(nbformat.read(GRIPPER, as_version=4))[:-1]:
+        exec(change(cell.source), names)
+    plt.close("all")
+    return em.capture_probability(names["grip"].replace(horizon=1.0), rollouts=100)
+
+
+def test_a_gripper_and_an_object_take_fifteen_lines_and_the_words_say_what_comes_out():
+    notebook = nbformat.read(GRIPPER, as_version=4)
+    assert sum(code_lines(cell.source) for cell in code_cells(notebook)) <= 15
+    words = r"(\d\.\d\d) of the futures, with a 95 % interval from (\d\.\d\d) to (\d\.\d\d)"
+    said = list(map(float, re.search(words, notebook.cells[-1].source).groups()))
+    found = gripped()
+    assert [found.captured, *found.interval()] == pytest.approx(said, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "more",
+    ["damping=50, torque_limit=40)})", "damping=50)}, frictions=dict.fromkeys(PADS, 1.5))"],
+    ids=["force", "rubber"],
+)
+def test_what_the_seventh_tutorial_says_would_help_does(more):
+    pads = "PADS = ('panda_leftfinger', 'panda_rightfinger')\n"
+    changed = gripped(lambda source: pads + source.replace("damping=50)})", more))
+    assert changed.captured > 0.97
 
 
 def test_the_command_names_the_cell_that_fails_and_leaves_the_file_as_it_was(tmp_path):

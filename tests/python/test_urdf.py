@@ -233,7 +233,7 @@ def test_a_link_of_next_to_no_mass_is_a_frame_and_gets_a_mass_where_a_joint_move
     tmp_path, inside
 ):
     text = chain(
-        *(joint("tool", "a", "tcp", kind="fixed"), joint("moves", "a", "carrier")),
+        *(joint("tool", "a", "tcp", kind="fixed", at="0 0 0.105"), joint("moves", "a", "carrier")),
         *(joint("hold", "carrier", "b", kind="fixed"), joint("turn", "b", "tip")),
         links="ab",
     ).replace("</robot>", "".join(link(n, inside) for n in ("tcp", "carrier", "tip")) + "</robot>")
@@ -243,7 +243,7 @@ def test_a_link_of_next_to_no_mass_is_a_frame_and_gets_a_mass_where_a_joint_move
     assert [body.name for body in scene.bodies] == ["a", "b", "carrier", "tip"]
     assert [body(scene, name).mass for name in ("carrier", "tip")] == pytest.approx([1e-9, 2e-3])
     assert scene.report == (
-        ("part of another body", "tcp", "a"),
+        ("part of another body", "tcp", "a at (0, 0, 0.105) m"),
         ("stated", "carrier", "1e-09 kg"),
         ("stated", "tip", "0.002 kg"),
         ("joint undriven", "moves", ""),

@@ -1,5 +1,7 @@
 """Warnings of lengths and angles in a URDF file that look like those of other units."""
 
+import warnings
+
 import pytest
 from urdf_files import ARM, BOX, DATA, INERTIAL, body, built, link
 
@@ -43,3 +45,13 @@ def test_a_mesh_in_millimetres_is_a_warning_that_names_its_file(tmp_path):
     )
     with pytest.warns(em.PlausibilityWarning, match=r"cube\.obj 100 m long: .* millimetres"):
         built(tmp_path, text, decompose=False)
+
+
+def test_a_half_turn_of_a_robot_is_taken_as_it_is_written(tmp_path):
+    with pytest.warns(em.PlausibilityWarning, match=r"orientation is \(1, 0, 0, 0\), a half turn"):
+        em.World(built(tmp_path, ARM, orientation=(1, 0, 0, 0)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = built(tmp_path, ARM, orientation=(-1, 0, 0, 0))
+        em.World(scene)
+    assert scene.bodies[0].orientation.tolist() == [-1, 0, 0, 0]

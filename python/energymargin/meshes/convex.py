@@ -18,6 +18,7 @@ import time
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
@@ -116,12 +117,7 @@ class Decomposition:
             if update is not None:
                 update(0, 1)
             else:
-                log.warning(
-                    "decomposing %s into convex parts, once: they are cached in %s. A greater "
-                    "threshold is faster, and decompose=False takes the hull at once",
-                    self.path,
-                    cache_folder(),
-                )
+                _tell(self.path)
             raw = self._run(vertices, faces, settings)
         least = NOTHING * hull_volume(vertices)
         large = [points for points in raw if hull_volume(points) > least]
@@ -167,6 +163,15 @@ class Decomposition:
                 )
             with np.load(folder / "parts.npz") as parts:
                 return [np.asarray(parts[f"arr_{i}"], float) for i in range(len(parts.files))]
+
+
+@cache  # a file may have many solids
+def _tell(path: Path) -> None:
+    log.warning(
+        "decomposing %s into convex parts, once: they are cached in %s. A greater threshold is "
+        "faster, and decompose=False takes the hull at once",
+        *(path, cache_folder()),
+    )
 
 
 def _filled(points: Points, parts: Sequence[Points]) -> float:

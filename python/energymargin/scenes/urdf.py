@@ -21,7 +21,7 @@ from energymargin.plausibility import levels_to_user, warn
 from energymargin.scenes import additions, reports
 from energymargin.scenes.additions import Additions, Control, Mistakes, counted
 from energymargin.scenes.files import found
-from energymargin.scenes.poses import moved, place, pose
+from energymargin.scenes.poses import Pose, moved, place, pose
 from energymargin.scenes.reports import Row
 from energymargin.scenes.urdf_elements import MIMIC
 from energymargin.scenes.urdf_inertias import moving_inertials, warn_of_links
@@ -178,7 +178,7 @@ def from_urdf(
         bodies[name] = {"name": prefix + name, **keywords}
     report(len(bodies), len(bodies))
     warn_of_links(Path(path), robot, bodies)
-    bodies[robot.root] |= place(root @ robot.base)
+    bodies[robot.root] |= _place_as_given(root @ robot.base, orientation)
     for name, link in robot.links.items():
         default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
@@ -195,13 +195,28 @@ def from_urdf(
     return made
 
 
+def _place_as_given(at: Pose, orientation: Sequence[float]) -> dict[str, Any]:
+    """Of the two quaternions of a half turn the nearer one: (1, 0, 0, 0) may be a mistake, and
+    warns; (-1, 0, 0, 0) says that it is meant."""
+    placed = place(at)
+    turn = placed["orientation"]
+    return placed | ({"orientation": -turn} if turn[3] == 0 and turn @ orientation < 0 else {})
+
+
 def _rows(robot: Robot, prefix: str) -> list[Row]:
     """Of the report: what is left out, what is a frame, and what is stated."""
     return [
         *(Row(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
-        *(Row(reports.FRAME, prefix + name, prefix + of) for name, of in robot.merged.items()),
+        *(
+            Row(reports.FRAME, prefix + name, f"{prefix}{of} at {_rounded(at)} m")
+            for name, (of, at) in robot.merged.items()
+        ),
         *(Row(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
     ]
+
+
+def _rounded(at: Pose) -> str:
+    return f"({', '.join(f'{x:.4g}' for x in at[:3, 3] + 0.0)})"
 
 
 def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None:
@@ -225,7 +240,7 @@ def _check_links(robot: Robot, mistakes: Mistakes, **named: Iterable[str]) -> No
             if name in robot.merged:
                 mistakes.add(
                     f"{argument} has {name!r}, a frame without mass that is part of "
-                    f"{robot.merged[name]!r}; name that"
+                    f"{robot.merged[name][0]!r}; name that"
                 )
             elif name not in robot.links:
                 known = ", ".join(robot.links)

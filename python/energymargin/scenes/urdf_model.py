@@ -94,7 +94,7 @@ class Robot:
     joints: dict[str, Joint]
     base: Pose = field(default_factory=lambda: np.eye(4))
     """The root link, in the frame of the file's root link."""
-    merged: dict[str, str] = field(default_factory=dict)
+    merged: dict[str, tuple[str, Pose]] = field(default_factory=dict)
     """Frames that are part of another link, and of which."""
     loose: tuple[str, ...] = ()
     """Joints that follow no other, since their <mimic> is left out."""
@@ -139,8 +139,8 @@ class Robot:
         frames = [
             name for name in (*carriers, *(j.child for j in joints)) if places[name][0] != name
         ]
-        self.merged = {name: places[name][0] for name in frames}
-        self._carry({name: places[name][1] for name in frames}, mistakes)
+        self.merged = {name: places[name] for name in frames}
+        self._carry(mistakes)
         moved = {joint.child for joint in self.joints.values()} | ({self.root} if free else set())
         for name in places:  # parents first
             if name in moved and self.links[name].mass == 0.0:
@@ -160,12 +160,11 @@ class Robot:
             self.root, self.base = joint.child, self.base @ joint.origin
         return places
 
-    def _carry(self, frames: dict[str, Pose], mistakes: Mistakes) -> None:
+    def _carry(self, mistakes: Mistakes) -> None:
         """Links carry from now on what frames did, which are poses in them."""
         shapes: dict[str, list[Geometry]] = {}
-        for name, at in frames.items():
-            frame, into = self.links.pop(name), self.merged[name]
-            link = self.links[into]
+        for name, (into, at) in self.merged.items():
+            frame, link = self.links.pop(name), self.links[into]
             if frame.geometries:
                 if (link.geometries or into in shapes) and link.contact != frame.contact:
                     mistakes.add(
