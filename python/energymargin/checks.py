@@ -54,6 +54,11 @@ def not_negative_number(name: str, value: float) -> float:
     return float(number) + 0.0  # which makes 0.0 of -0.0
 
 
+def finite_number(name: str, value: float) -> float:
+    """`value` as a float, if it is a finite number; else a ValueError with `name`."""
+    return float(_number(name, value, lambda number: True, "a finite number"))
+
+
 def share(name: str, value: float, least: float = 0.0) -> float:
     """`value` as a float, if it is a number from `least` to below 1; else a ValueError."""
     expected = f"a number from {least:g} to below 1"

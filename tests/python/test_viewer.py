@@ -362,7 +362,7 @@ def test_a_search_ends_when_its_viewer_does(problem):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"what": None}, "what is a NoneType, expected a Problem, a Dataset, the file of one"),
+        ({"what": None}, "what is None, expected a Problem, a Dataset, the file of one"),
         ({"what": "nothing"}, "'nothing' is neither a problem file .* nor a task: balance, "),
         ({"what": "missing.h5"}, "missing.h5"),
         ({"what": "missing.json"}, "missing.json"),

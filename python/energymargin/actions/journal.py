@@ -18,7 +18,7 @@ import numpy as np
 
 from energymargin._core import Problem
 from energymargin.actions.trials import Draws, Question, Trial, Trials
-from energymargin.checks import shown
+from energymargin.checks import check_type, shown
 from energymargin.disturbances import Disturbance, text_of
 from energymargin.executors import Executor
 from energymargin.limits import Limit
@@ -44,8 +44,7 @@ class Journal(Trials):
 
         Raises ValueError on another file, and on a line that has changed.
         """
-        if not isinstance(file, (str, Path)):
-            raise ValueError(f"file is {file!r}, expected the name of a file, or None")
+        check_type("file", file, str | Path, "the name of a file, or None")
         self._path, self._common = Path(file), common
         self._known = _evaluations(self._path)
         super().__init__(executor, threads, on_draws)

@@ -25,7 +25,7 @@ from energymargin.actions.choosing import (
     SafestAction,
     candidates_of,
 )
-from energymargin.checks import core_count, function_of, one_of, share, whole_number
+from energymargin.checks import core_count, finite_number, function_of, one_of, share, whole_number
 from energymargin.disturbances import Disturbance
 from energymargin.divergence import ANY, is_unknown
 from energymargin.metrics import TIMED, check_metrics, is_likelihood
@@ -256,9 +256,7 @@ def _candidates(candidates: Candidates | int | None, space: spaces.Space[Any]) -
 
 
 def _checked_weight(weight: float, metric: str | None) -> float:
-    number = float(weight)
-    if not np.isfinite(number):
-        raise ValueError(f"reward_weight is {weight!r}, expected a finite number")
+    number = finite_number("reward_weight", weight)
     if number and (metric is None or not is_likelihood(metric)):
         raise ValueError(
             f"reward_weight is {weight!r} with metric {metric!r}, expected a likelihood in the "

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin._core import Cancel, CaptureProbability, Problem, disturbances
 from energymargin.checks import (
     core_count,
+    finite_number,
     function_of,
     function_or_none,
     not_negative_number,
@@ -192,12 +193,7 @@ class Monitor(Closing):
         anew), RuntimeError once the monitor is closed. A state that makes no problem is a reading
         with an error.
         """
-        try:
-            finite = math.isfinite(time)
-        except TypeError:
-            finite = False
-        if not finite:
-            raise ValueError(f"time is {time!r}, expected a finite number")
+        time = finite_number("time", time)
         vector = np.array(state, dtype=float)
         if vector.ndim != 1:
             raise ValueError(f"state has shape {vector.shape}, expected (n,)")
@@ -210,7 +206,7 @@ class Monitor(Closing):
                     f"time is {time:g} s after {self._newest:g} s, expected it to rise; reset() "
                     "begins a new trajectory"
                 )
-            self._newest = float(time)
+            self._newest = time
             self._waiting.append(_Pushed(self._newest, vector, clock.monotonic(), self._cancel))
             self._count(pushed=1)
             if len(self._waiting) > self._most_waiting:

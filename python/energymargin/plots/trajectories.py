@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.checks import check_shape, numbers_of, one_of
+from energymargin.checks import check_shape, check_type, numbers_of, one_of
 from energymargin.evaluation import LabelledScores
 from energymargin.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
 from energymargin.plots.styles import (
@@ -40,11 +40,8 @@ def labelled_scores(scores: Scores) -> LabelledScores:
     if isinstance(scores, (Run, ScoreStore)):
         run = scores.run() if isinstance(scores, ScoreStore) else scores
         return run.labelled_scores()
-    if not isinstance(scores, LabelledScores):
-        raise ValueError(
-            f"scores is a {type(scores).__name__}, expected LabelledScores, a Run or a ScoreStore, "
-            "or the path of a file of scores"
-        )
+    expected = "LabelledScores, a Run or a ScoreStore, or the path of a file of scores"
+    check_type("scores", scores, LabelledScores, expected)
     return scores
 
 

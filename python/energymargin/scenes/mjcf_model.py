@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import check_type
 from energymargin.errors import needs_extra
 from energymargin.plausibility import warn
 from energymargin.reprs import Record
@@ -50,8 +51,7 @@ def compiled(source: Any) -> Any:
     mujoco = engine()
     if isinstance(source, mujoco.MjModel):
         return source
-    if not isinstance(source, str | Path):
-        raise ValueError(f"model is {type(source).__name__}, expected a path, XML or an MjModel")
+    check_type("model", source, str | Path, "a path, XML or an MjModel")
     text = isinstance(source, str) and "<" in source
     if not text and not Path(source).is_file():
         raise FileNotFoundError(f"there is no file {str(source)!r}")

@@ -16,6 +16,7 @@ from energymargin import datasets, tasks as registry
 from energymargin._core import Problem
 from energymargin.actions import MarginProfile
 from energymargin.actions.trials import Disturbance
+from energymargin.checks import check_type
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
 from energymargin.reprs import Record
@@ -130,11 +131,8 @@ def source_of(
         return StateSource(what, "a problem")
     if isinstance(what, Dataset):
         return StateSource(what, what.task)
-    if not isinstance(what, (str, os.PathLike)):
-        raise ValueError(
-            f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, a "
-            "MarginProfile, or the name of a task"
-        )
+    expected = "a Problem, a Dataset, the file of one, a MarginProfile, or the name of a task"
+    check_type("what", what, (str, os.PathLike), expected)
     path = Path(what)
     if parameters and path.suffix in (PROBLEM, DATASET):
         raise ValueError(f"parameters are given with {path}, expected a task's name with them")
