@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
 from energymargin.actions.trials import Question
-from energymargin.checks import check_type, function_of, shown
+from energymargin.checks import check_type, function_of, numbers_of, shown
 from energymargin.plans import in_steps
 
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]
 Constraint = Callable[[dict[str, float]], float]
 Point = NDArray[np.float64]
 
-EXPECTED = "expected (low, high) or (low, start, high), rising"
+EXPECTED = "(low, high) or (low, start, high), rising"
 
 
 class Parameters:
@@ -144,13 +144,11 @@ class Maker:
 def _bounds(name: Any, value: Any) -> tuple[float, float, float]:
     if not isinstance(name, str):
         raise ValueError(f"parameters has the name {shown(name)}, expected a str")
-    try:
-        numbers = [] if isinstance(value, str) else [float(one) for one in value]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) == 2:
-        numbers.insert(1, sum(numbers) / 2)
-    good = len(numbers) == 3 and np.isfinite(numbers).all()
+    what = f"parameters[{name!r}]"
+    numbers = numbers_of(what, value, EXPECTED)
+    if numbers.shape == (2,):
+        numbers = np.insert(numbers, 1, numbers.sum() / 2)
+    good = numbers.shape == (3,) and np.isfinite(numbers).all()
     if not (good and numbers[0] <= numbers[1] <= numbers[2] and numbers[0] < numbers[2]):
-        raise ValueError(f"parameters[{name!r}] is {shown(value)}, {EXPECTED}")
-    return numbers[0], numbers[1], numbers[2]
+        raise ValueError(f"{what} is {shown(value)}, expected {EXPECTED}")
+    return float(numbers[0]), float(numbers[1]), float(numbers[2])

@@ -54,7 +54,8 @@ class Page:
         self._settings = settings
         self._lock = threading.RLock()
         self._searching, self._cache = WorkThread(), tree_cache()
-        self._sets_later, self._nodes_later, self._future_later = (Debounced() for _ in range(3))
+        self._sets_later, self._nodes_later = Debounced(), Debounced()
+        self._future_later = Debounced()
         self._closing = Cancel()
         self._future: Undisturbed | None = None  # of what is shown, once simulated
         self._error: Exception | None = None
