@@ -84,6 +84,9 @@ struct Text {
     return class_name(record_of<Primitive>.name) + "('" + set.body + "')";
   }
   std::string operator()(const regions::Joint& set) const { return "Joint('" + set.joint + "')"; }
+  std::string operator()(const regions::Touching& set) const {
+    return "Touching('" + set.body + "', '" + set.other + "')";
+  }
   std::string operator()(const regions::Predicate&) const { return "Predicate"; }
   std::string operator()(const regions::Intersection& set) const { return all(set.of, " & "); }
   std::string operator()(const regions::Union& set) const { return all(set.of, " | "); }
@@ -140,6 +143,7 @@ void bind_regions(py::module_& module) {
   def_region<regions::Speed>(primitives, {6, {"point"}});
   def_region<regions::Tilt>(primitives, {5});
   def_region<regions::Joint>(primitives, {1});
+  def_region<regions::Touching>(primitives, {2});
   primitives.def(
       "Predicate",
       [](const Given<StatesPredicate>& function) -> Region { return python_predicate(given("function", function)); },

@@ -19,6 +19,7 @@ from energymargin._core.regions import (
     Speed,
     Swept,
     Tilt,
+    Touching,
 )
 
 __all__ = [
@@ -33,4 +34,5 @@ __all__ = [
     "Speed",
     "Swept",
     "Tilt",
+    "Touching",
 ]

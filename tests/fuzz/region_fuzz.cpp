@@ -33,7 +33,7 @@ class Generator {
   Generator(const std::uint8_t* data, std::size_t size) : bytes_(data, size) {}
 
   Region region(int depth = 0) {
-    const int kind = bytes_.ConsumeIntegralInRange(0, depth < most_depth ? 11 : 7);
+    const int kind = bytes_.ConsumeIntegralInRange(0, depth < most_depth ? 12 : 8);
     switch (kind) {
       case 0:
         return regions::Ball{body(), vector3(), number(), frame()};
@@ -52,10 +52,12 @@ class Generator {
       case 7:
         return regions::Tilt{body(), direction(), direction(), number(), frame()};
       case 8:
-        return region(depth + 1) & region(depth + 1);
+        return regions::Touching{body(), body(), number(), number()};
       case 9:
-        return region(depth + 1) | region(depth + 1);
+        return region(depth + 1) & region(depth + 1);
       case 10:
+        return region(depth + 1) | region(depth + 1);
+      case 11:
         return ~region(depth + 1);
       default:
         return list(depth);

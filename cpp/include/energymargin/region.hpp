@@ -136,6 +136,15 @@ struct Joint {
   double upper = std::numeric_limits<double>::infinity();   //!< [rad] or [m]
 };
 
+//! Two bodies touch: they are at most `gap` apart and, with a force, the normal forces of all their contacts add up to
+//! at least that in one step of the scene from the state, under no disturbance and no plan.
+struct Touching {
+  std::string body;
+  std::string other;
+  double force = 0.0;  //!< 0: whether they press on each other does not count [N]
+  double gap = 1e-4;   //!< what presses on something is in it by micrometres [m]
+};
+
 //! A user's own function of N states, one a row. It has no file format.
 struct Predicate {
   std::function<Mask(const States&)> contains;
@@ -162,8 +171,8 @@ struct Complement {
 class Region {
  public:
   using Expression = std::variant<regions::Ball, regions::Box, regions::Disc, regions::AnnularSector, regions::Swept,
-                                  regions::HalfSpace, regions::Speed, regions::Tilt, regions::Joint, regions::Predicate,
-                                  regions::Intersection, regions::Union, regions::Complement>;
+                                  regions::HalfSpace, regions::Speed, regions::Tilt, regions::Joint, regions::Touching,
+                                  regions::Predicate, regions::Intersection, regions::Union, regions::Complement>;
 
   //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, NaN, or more
   //! levels or primitives than a region may have.

@@ -230,6 +230,7 @@ class Reader {
     });
   }
   ExitEnergy of(const regions::Joint&) const { return unknown("the capture set is one of a joint"); }
+  ExitEnergy of(const regions::Touching&) const { return unknown("the capture set is one of contacts"); }
   ExitEnergy of(const regions::Predicate&) const { return unknown("the capture set has a Predicate"); }
   ExitEnergy of(const regions::Intersection& all) const { return combined(all.of, true); }
   ExitEnergy of(const regions::Union& any) const { return combined(any.of, false); }

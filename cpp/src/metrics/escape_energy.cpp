@@ -49,6 +49,9 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   if (options.reach) require_positive("reach", *options.reach);
   validate(problem);
   require_no_clock(problem, "escape_energy");
+  if (asks_for_force(problem.captured) || (problem.within && asks_for_force(*problem.within))) {
+    reject("captured or within", "a set with a Touching of a force", "one of a gap alone: nothing moves, and presses");
+  }
   const std::size_t object = escaping_object(problem.scene, options.object);
   require_free_object(problem, object, "escape_energy");
   if (!std::isfinite(problem.scene.smallest_half_extent(object))) {

@@ -46,12 +46,14 @@ void require_no_deep_penetration(const Scene& scene, const State& state) {
   }
 }
 
-void require_region(const std::string& name, const Region& region, const Scene& scene) {
+void require_region(const std::string& name, const Region& region, const Problem& problem) {
   try {
-    Membership(region, scene);
+    Membership(region, problem.scene);
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(name + ": " + error.what());
   }
+  if (!problem.plan || !asks_for_force(region)) return;
+  reject(name, "a set with a Touching of a force", "one of a gap alone: its step knows nothing of the problem's plan");
 }
 
 void require_whole_steps(const std::string& name, double value, int least, double step) {
@@ -129,12 +131,12 @@ void validate(const Problem& problem) {
   require_disturbance(problem);
   require_clock(problem);
   require_fields(problem);
-  require_region("captured", problem.captured, scene);
-  if (problem.succeeded) require_region("succeeded", *problem.succeeded, scene);
-  if (problem.captured_any) require_region("captured_any", *problem.captured_any, scene);
-  if (problem.succeeded_any) require_region("succeeded_any", *problem.succeeded_any, scene);
+  require_region("captured", problem.captured, problem);
+  if (problem.succeeded) require_region("succeeded", *problem.succeeded, problem);
+  if (problem.captured_any) require_region("captured_any", *problem.captured_any, problem);
+  if (problem.succeeded_any) require_region("succeeded_any", *problem.succeeded_any, problem);
   if (problem.within) {
-    require_region("within", *problem.within, scene);
+    require_region("within", *problem.within, problem);
     if (!Membership(*problem.within, scene)(problem.state)) {
       reject("state", "outside of the bounds `within`", "a start inside, or no bounds");
     }
@@ -145,6 +147,19 @@ void validate(const Problem& problem) {
     require_fields(contact, "contact ");
   }
   require_no_deep_penetration(scene, problem.state);
+}
+
+bool asks_for_force(const Region& region) {
+  const auto asks = [](const auto& set) {
+    using Set = std::decay_t<decltype(set)>;
+    if constexpr (std::is_same_v<Set, regions::Touching>) return set.force > 0.0;
+    if constexpr (std::is_same_v<Set, regions::Intersection> || std::is_same_v<Set, regions::Union> ||
+                  std::is_same_v<Set, regions::Complement>) {
+      return std::any_of(set.of.begin(), set.of.end(), asks_for_force);
+    }
+    return false;
+  };
+  return std::visit(asks, region.expression());
 }
 
 const Region& capture_set(const Problem& problem, Captured captured) {

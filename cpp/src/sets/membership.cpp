@@ -11,35 +11,6 @@ namespace {
 
 using Test = std::function<bool(const double*)>;
 
-bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
-  const Vector2 arm = position.head<2>() - sector.center;
-  if (std::abs(arm.norm() - sector.radius) > sector.half_width) return false;
-  const double direction = sector.sweep < 0.0 ? -1.0 : 1.0;
-  const double turned = direction * (std::atan2(arm.y(), arm.x()) - sector.start_angle);
-  return turned - full_turn * std::floor(turned / full_turn) <= std::abs(sector.sweep);
-}
-
-bool contains(const regions::AnnularSector& sector, const BodyReader& body, const double* state) {
-  return in_sector(sector, body.position(state));
-}
-
-bool contains(const regions::Swept& swept, const BodyReader& body, const double* state) {
-  const regions::PlanarMotion motion = swept.at ? *swept.at : planar_motion(body.other(state));
-  const Vector3 position = body.position(state);
-  const std::optional<regions::AnnularSector> sector = swept_sector(swept, motion);
-  return sector ? in_sector(*sector, position) : (position.head<2>() - motion.position).norm() <= swept.disc_radius;
-}
-
-bool contains(const regions::Speed& speed, const BodyReader& body, const double* state) {
-  const Vector3 velocity = body.velocity(state, speed);
-  return (speed.along ? velocity.dot(*speed.along) - speed.limit : beyond(speed, velocity)) <= 0.0;
-}
-
-template <typename Primitive>
-bool contains(const Primitive& primitive, const BodyReader& body, const double* state) {
-  return beyond(primitive, read(primitive, body, state)) <= 0.0;
-}
-
 class Compiler {
  public:
   explicit Compiler(const Scene& scene)
@@ -49,12 +20,18 @@ class Compiler {
 
   template <typename Primitive>
   Test operator()(const Primitive& primitive) const {
-    return [primitive, body = BodyReader(scene_, kinematics_, primitive)](const double* state) {
-      return contains(primitive, body, state);
+    return [primitive, read = body_reader(scene_, kinematics_, primitive)](const double* state) {
+      return beyond(primitive, read(state)) <= 0.0;
     };
   }
   Test operator()(const regions::Joint& set) const {
     return [read = joint_reader(scene_, set)](const double* state) { return read(state) <= 0.0; };
+  }
+  Test operator()(const regions::Touching& set) const {
+    return [readers = touch_readers(scene_, set)](const double* state) {
+      const auto& [gap, force] = readers;
+      return gap(state) <= 0.0 && (!force || force(state) <= 0.0);
+    };
   }
   Test operator()(const regions::Predicate& predicate) const {
     return [predicate, size = size_](const double* state) {

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
@@ -51,14 +53,10 @@ inline Vector3 position_in_body(const Scene& scene, const std::string& name, reg
 //! The point whose position counts in a region; regions about no position have the origin.
 template <typename Primitive>
 Vector3 position_in_body(const Scene& scene, const Primitive& primitive) {
-  constexpr bool has_no_position =
-      std::is_same_v<Primitive, regions::Speed> || std::is_same_v<Primitive, regions::Tilt>;
-  if constexpr (has_no_position) {
-    return Vector3::Zero();
-  } else {
-    return position_in_body(scene, primitive.body, primitive.point);
-  }
+  return position_in_body(scene, primitive.body, primitive.point);
 }
+inline Vector3 position_in_body(const Scene&, const regions::Speed&) { return Vector3::Zero(); }
+inline Vector3 position_in_body(const Scene&, const regions::Tilt&) { return Vector3::Zero(); }
 
 //! Reads the body of a primitive out of a state vector, as seen from its frame; of Swept also the body that sweeps.
 class BodyReader {
@@ -146,7 +144,9 @@ inline double beyond(const regions::Disc& disc, const Vector3& position) {
 inline double beyond(const regions::Tilt& tilt, const Vector3& direction) {
   return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) - tilt.limit;
 }
-inline double beyond(const regions::Speed& speed, const Vector3& velocity) { return velocity.norm() - speed.limit; }
+inline double beyond(const regions::Speed& speed, const Vector3& velocity) {
+  return (speed.along ? velocity.dot(*speed.along) : velocity.norm()) - speed.limit;
+}
 
 template <typename Primitive>
 Vector3 read(const Primitive&, const BodyReader& body, const double* state) {
@@ -155,6 +155,9 @@ Vector3 read(const Primitive&, const BodyReader& body, const double* state) {
 inline Vector3 read(const regions::Disc&, const BodyReader& body, const double* state) {
   const Vector3 position = body.position(state);
   return {position.x(), position.y(), 0.0};
+}
+inline Vector3 read(const regions::Speed& speed, const BodyReader& body, const double* state) {
+  return body.velocity(state, speed);
 }
 inline Vector3 read(const regions::Tilt& tilt, const BodyReader& body, const double* state) {
   return body.direction(state, tilt.axis);
@@ -173,6 +176,20 @@ inline double read(const regions::HalfSpace& half_space, const BodyReader& body,
   if (half_space.ahead == 0.0) return beyond;
   return beyond - std::max(half_space.ahead * half_space.normal.dot(body.frame_velocity(state)), 0.0);
 }
+
+//! What a primitive reads of the bodies of a scene: a number, or a vector.
+template <typename Primitive>
+auto body_reader(const Scene& scene, std::shared_ptr<const Kinematics> kinematics, const Primitive& primitive) {
+  return [primitive, body = BodyReader(scene, std::move(kinematics), primitive)](const double* state) {
+    return read(primitive, body, state);
+  };
+}
+
+using StateReader = std::function<double(const double*)>;
+
+//! How far two bodies are beyond their gap [m] and, for a set with a force, how much is missing of it [N], else null.
+//! Any thread may ask. Implemented in `physics`. Throws std::invalid_argument on two bodies that never collide.
+std::pair<StateReader, StateReader> touch_readers(const Scene& scene, const regions::Touching& set);
 
 //! How far the joint of a set is beyond its ends. Throws std::invalid_argument unless its position is a number of the
 //! state.

@@ -159,6 +159,22 @@ constexpr auto describe(Type<Joint>) {
   };
 }
 
+constexpr auto describe(Type<Touching>) {
+  return Alternative{
+      "touching",
+      "Two bodies touch: they are at most a gap apart and, with \"force\", press on each other at least so much.",
+      Field{"body", &Touching::body, "One of the two bodies.", forms::body},
+      Field{"other", &Touching::other, "The other one, which can collide with it.", forms::body},
+      Field{
+          "force", &Touching::force,
+          "Sum of the normal forces of their contacts in one step of the scene from the state, without a disturbance, "
+          "at least [N]; 0, or left out: it does not count. Not with a plan, nor for the escape energy.",
+          forms::not_negative, Presence::optional},
+      Field{"gap", &Touching::gap, "Between their surfaces, at most [m]; left out: 0.0001.", forms::not_negative,
+            Presence::optional},
+  };
+}
+
 constexpr auto describe(Type<Intersection>) {
   return Alternative{"and", "Inside all of these.", Field{"of", &Intersection::of, "Regions.", forms::regions}};
 }

@@ -18,6 +18,9 @@ void validate(const Primitive& primitive) {
     if (primitive.lower <= primitive.upper) return;
     reject("lower", text(primitive.lower), "a number up to upper, " + text(primitive.upper));
   }
+  if constexpr (std::is_same_v<Primitive, regions::Touching>) {
+    if (primitive.body == primitive.other) reject("other", "'" + primitive.other + "'", "another body than body");
+  }
 }
 
 void validate(const regions::Predicate& predicate) {

@@ -29,16 +29,24 @@ class DistanceCompiler {
 
   template <typename Primitive>
   Distance operator()(const Primitive& primitive) {
-    return add([primitive, body = reader(primitive)](const double* state) { return read(primitive, body, state); },
+    return add(body_reader(scene_, kinematics_, primitive),
                [primitive](const auto& at) { return beyond(primitive, at); });
   }
   Distance operator()(const regions::Speed& speed) {
-    const auto velocity = [speed, body = reader(speed)](const double* state) { return body.velocity(state, speed); };
-    if (!speed.along) return add(velocity, [speed](const Vector3& now) { return beyond(speed, now); });
-    return add_scalar(
-        [speed, velocity](const double* state) { return velocity(state).dot(*speed.along) - speed.limit; });
+    const auto velocity = body_reader(scene_, kinematics_, speed);
+    const auto far = [speed](const Vector3& now) { return beyond(speed, now); };
+    if (!speed.along) return add(velocity, far);
+    return add_scalar([far, velocity](const double* state) { return far(velocity(state)); });
   }
   Distance operator()(const regions::Joint& set) { return add_scalar(joint_reader(scene_, set)); }
+  Distance operator()(const regions::Touching& set) {
+    const auto [read_gap, read_force] = touch_readers(scene_, set);
+    const Distance gap = add_scalar(read_gap);
+    if (!read_force) return gap;
+    return [gap, force = add_scalar(read_force)](const double* coordinates, const double* units) {
+      return std::max(gap(coordinates, units), force(coordinates, units));
+    };
+  }
   Distance operator()(const regions::Predicate&) {
     reject("captured", "a Predicate, which has no distance to its edge",
            "other regions, or level=, a function of the state that rises towards the edge");
@@ -94,11 +102,6 @@ class DistanceCompiler {
     return [distance, number, first](const double* coordinates, const double* units) {
       return distance(coordinates + first) / units[number];
     };
-  }
-
-  template <typename Primitive>
-  BodyReader reader(const Primitive& primitive) const {
-    return {scene_, kinematics_, primitive};
   }
 
   std::vector<Distance> compile_each(const std::vector<Region>& regions) {

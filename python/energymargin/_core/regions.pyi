@@ -7,7 +7,7 @@ import energymargin._core
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AnnularSector', 'Ball', 'Box', 'Disc', 'HalfSpace', 'Joint', 'Predicate', 'Speed', 'Swept', 'Tilt']
+__all__: list[str] = ['AnnularSector', 'Ball', 'Box', 'Disc', 'HalfSpace', 'Joint', 'Predicate', 'Speed', 'Swept', 'Tilt', 'Touching']
 def AnnularSector(body: str, center: numpy.typing.ArrayLike, radius: float, half_width: float, start_angle: float, sweep: float, frame: str | None = None, *, point: str = 'origin') -> energymargin._core.Region:
     """
     What an arc of some width sweeps in x and y.
@@ -102,4 +102,13 @@ def Tilt(body: str, axis: numpy.typing.ArrayLike, reference: numpy.typing.ArrayL
     axis: Unit vector in the body's frame.
     reference: Unit vector in the frame.
     limit: [rad]
+    """
+def Touching(body: str, other: str, *, force: float = 0.0, gap: float = 0.0001) -> energymargin._core.Region:
+    """
+    Two bodies touch: they are at most a gap apart and, with "force", press on each other at least so much.
+    
+    body: One of the two bodies.
+    other: The other one, which can collide with it.
+    force: Sum of the normal forces of their contacts in one step of the scene from the state, without a disturbance, at least [N]; 0, or left out: it does not count. Not with a plan, nor for the escape energy.
+    gap: Between their surfaces, at most [m]; left out: 0.0001.
     """

@@ -1,0 +1,89 @@
+// Whether two bodies touch, for regions of states.
+
+#include <limits>
+#include <memory>
+#include <mutex>
+
+#include "base/check.hpp"
+#include "physics/simulation.hpp"
+#include "sets/primitives.hpp"
+
+namespace energymargin {
+namespace {
+
+// The pair of bodies of a set in simulations of its scene: as many as there are threads that ask at once.
+class TouchingPair {
+ public:
+  TouchingPair(const Scene& scene, const regions::Touching& set)
+      : scene_(scene), set_(set), a_(scene.index(set.body)), b_(scene.index(set.other)) {
+    if (CollisionFilter(scene)(a_, b_) && has_parts(a_) && has_parts(b_)) return;
+    reject("other", "'" + set.other + "', which never collides with '" + set.body + "'", "a body that can touch it");
+  }
+
+  double beyond_gap(const double* state) {
+    return ask(state, [this](Simulation& simulation) {
+      const auto closest = simulation.pairs().closest(a_, b_, everywhere);
+      return closest ? closest->distance - set_.gap : infinity;
+    });
+  }
+
+  double missing_force(const double* state) {
+    return ask(state, [this](Simulation& simulation) {
+      double left = scene_.stepping().step;
+      for (int substeps = 0; left > 0.0; ++substeps) left -= simulation.advance(left, substeps).duration;
+      double missing = set_.force;
+      for (const Contact& contact : simulation.contacts()) {
+        const bool of_pair = contact.body_a == set_.body ? contact.body_b == set_.other
+                                                         : contact.body_a == set_.other && contact.body_b == set_.body;
+        if (of_pair) missing -= contact.normal_force;
+      }
+      return missing;
+    });
+  }
+
+ private:
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  static constexpr double everywhere = 1e9;  // m
+
+  bool has_parts(std::size_t body) const {
+    const auto* compound = std::get_if<Compound>(&scene_.bodies()[body].shape);
+    return !compound || !compound->parts.empty();
+  }
+
+  template <typename Question>
+  double ask(const double* state, const Question& question) {
+    std::unique_ptr<Simulation> simulation = take();
+    const State at = Eigen::Map<const State>(state, simulation->layout().dimension());
+    if (!at.allFinite()) return infinity;
+    simulation->restore(at);
+    const double answer = question(*simulation);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    idle_.push_back(std::move(simulation));
+    return answer;
+  }
+
+  std::unique_ptr<Simulation> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (idle_.empty()) return std::make_unique<Simulation>(scene_);
+    std::unique_ptr<Simulation> simulation = std::move(idle_.back());
+    idle_.pop_back();
+    return simulation;
+  }
+
+  Scene scene_;
+  regions::Touching set_;
+  std::size_t a_, b_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Simulation>> idle_;
+};
+
+}  // namespace
+
+std::pair<StateReader, StateReader> touch_readers(const Scene& scene, const regions::Touching& set) {
+  const auto pair = std::make_shared<TouchingPair>(scene, set);
+  StateReader force;
+  if (set.force > 0.0) force = [pair](const double* state) { return pair->missing_force(state); };
+  return {[pair](const double* state) { return pair->beyond_gap(state); }, force};
+}
+
+}  // namespace energymargin
