@@ -4,9 +4,9 @@
 
 #include <cmath>
 
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/rare.hpp"
 #include "long_call.hpp"
-#include "metrics/check_times.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"

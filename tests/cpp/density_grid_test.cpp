@@ -1,13 +1,13 @@
 // The grid of EST: how likely each node is to be drawn.
 
-#include "search/density_grid.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 #include <numeric>
 #include <random>
+
+#include "search/planners.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -1,7 +1,5 @@
 // The controls of a search, and how they are drawn.
 
-#include "search/wrench_space.hpp"
-
 #include <gtest/gtest.h>
 #include <ompl/control/ControlSampler.h>
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "base/check.hpp"
 #include "energymargin/world.hpp"
@@ -52,6 +53,18 @@ std::vector<Warning> implausible(const StepCounts& counts, double time) {
                           " s of simulation, as bodies would have passed through each other: " + remedy});
   }
   return warnings;
+}
+
+bool too_many_diverged(int diverged, int rollouts, double most) {
+  if (most >= 1.0 || diverged == 0) return false;
+  return diverged == rollouts || diverged > (most > 0.0 ? std::max(1.0, most * rollouts) : 0.0);
+}
+
+void require_few_diverged(int diverged, int rollouts, double most) {
+  if (!too_many_diverged(diverged, rollouts, most)) return;
+  throw std::runtime_error(std::to_string(diverged) + " of " + std::to_string(rollouts) +
+                           " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
+                           "or a weaker disturbance");
 }
 
 std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem) {

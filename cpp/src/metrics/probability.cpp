@@ -10,7 +10,6 @@
 #include "base/thread_pool.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
-#include "metrics/check_times.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin {
@@ -162,7 +161,7 @@ class Estimator {
   }
 
   Survival survival(std::size_t set, const std::vector<double>& shares) const {
-    const std::vector<int> steps = check_steps(timing_);
+    const std::vector<int> steps = search::check_steps(timing_);
     const double step = problem_.scene.stepping().step;
     Survival survival{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(steps.size()))};
     for (std::size_t i = 0; i < shares.size(); ++i) {
@@ -229,7 +228,7 @@ class Estimator {
 
   void set_times(CaptureProbability& p) const {
     const double step = problem_.scene.stepping().step;
-    p.times = times_of(check_steps(timing_), step);
+    p.times = search::times_of(search::check_steps(timing_), step);
     p.undisturbed_time = std::numeric_limits<double>::quiet_NaN();
     if (!undisturbed_) return;
     const int exit = undisturbed_->exits[0];

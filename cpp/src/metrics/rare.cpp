@@ -9,7 +9,6 @@
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/signed_distance.hpp"
-#include "metrics/check_times.hpp"
 #include "metrics/forecast.hpp"
 #include "metrics/splitting.hpp"
 #include "search/horizon.hpp"
@@ -63,7 +62,7 @@ class ReplicaSimulator {
         nearness_(nearness),
         fit_(fit),
         timing_(*timing_of(problem)),
-        last_check_(static_cast<int>(check_steps(timing_).size()) - 1),
+        last_check_(static_cast<int>(search::check_steps(timing_).size()) - 1),
         captured_(problem.captured, problem.scene),
         world_(world_of(problem)),
         check_period_(timing_.check * problem.scene.stepping().step) {
@@ -215,7 +214,7 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
   };
   const auto last = splitting::split<Replica>(replicas, random, draw, branch, options.limit);
   const Timing timing = *timing_of(problem);
-  const std::vector<int> checks = check_steps(timing);
+  const std::vector<int> checks = search::check_steps(timing);
   ReplicaBatch batch;
   static_cast<Tally&>(batch) = simulator.tally();
   batch.lost = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(checks.size()));
@@ -237,7 +236,7 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
 // evenly spread from the start to the edge, and their estimate counts for nothing. Returns their steps.
 StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& nearness) {
   const SignedDistance distance(problem.captured, problem.scene, problem.state);
-  ForecastFit fit(distance, static_cast<int>(check_steps(*timing_of(problem)).size()));
+  ForecastFit fit(distance, static_cast<int>(search::check_steps(*timing_of(problem)).size()));
   const int scouts = std::max(options.rollouts / replicas_a_scout, fewest_scouts);
   const StepCounts counts = run_batch(problem, options, nearness, scouts, stream_of_scouts, &fit);
   nearness.forecast = fit.fit();
@@ -246,7 +245,7 @@ StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& n
 
 // What the batches say together.
 CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBatch>& batches) {
-  const std::vector<int> checks = check_steps(*timing_of(problem));
+  const std::vector<int> checks = search::check_steps(*timing_of(problem));
   const double step = problem.scene.stepping().step;
   const auto count = static_cast<Eigen::Index>(batches.size());
   Eigen::MatrixXd lost(count, static_cast<Eigen::Index>(checks.size()));
@@ -264,7 +263,7 @@ CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBa
     p.diverged += batch.diverged;
   }
   require_few_diverged(p.diverged, splitting.simulated, ProbabilityOptions{}.most_diverged);
-  p.times = times_of(checks, step);
+  p.times = search::times_of(checks, step);
   p.lost = lost.colwise().mean();
   p.all.curve = 1.0 - p.lost.array();
   p.all.mean_time = step * (checks.back() - mean_loss);

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "energymargin/random.hpp"
-#include "search/wrench_space.hpp"
+#include "search/cost_space.hpp"
 
 namespace energymargin::quasistatic {
 namespace {

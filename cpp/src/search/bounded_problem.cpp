@@ -15,7 +15,6 @@
 #include "energymargin/random.hpp"
 #include "search/cost_space.hpp"
 #include "search/horizon.hpp"
-#include "search/wrench_space.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "energymargin/kinematics.hpp"
-#include "energymargin/search/tree.hpp"
 
 namespace energymargin::search {
 namespace {

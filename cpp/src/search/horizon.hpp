@@ -14,6 +14,21 @@
 
 namespace energymargin::search {
 
+//! Steps after which the sets are checked, from 0 to the horizon.
+inline std::vector<int> check_steps(const Timing& timing) {
+  std::vector<int> steps;
+  for (int step = 0; step < timing.horizon; step += timing.check) steps.push_back(step);
+  steps.push_back(timing.horizon);
+  return steps;
+}
+
+//! Their times [s].
+inline Eigen::VectorXd times_of(const std::vector<int>& steps, double step) {
+  Eigen::VectorXd times(static_cast<Eigen::Index>(steps.size()));
+  for (std::size_t i = 0; i < steps.size(); ++i) times[static_cast<Eigen::Index>(i)] = step * steps[i];
+  return times;
+}
+
 //! Outside at a check time, and at all that follow until `dwell` steps are over or the horizon has come.
 class Exit {
  public:

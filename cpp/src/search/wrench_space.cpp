@@ -1,5 +1,3 @@
-#include "search/wrench_space.hpp"
-
 #include <ompl/control/ControlSampler.h>
 #include <ompl/util/Console.h>
 #include <ompl/util/RandomNumbers.h>

@@ -30,6 +30,13 @@ std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limi
 //! Whether too many of the steps, which take `time` together [s], did not converge, or too much of the time is lost.
 std::vector<Warning> implausible(const StepCounts& counts, double time);
 
+//! Whether more rollouts have diverged than a result may have: one and this share, if others are left; none if it is 0,
+//! any number if it is 1.
+bool too_many_diverged(int diverged, int rollouts, double most);
+
+//! Throws std::runtime_error on too many.
+void require_few_diverged(int diverged, int rollouts, double most);
+
 //! The `warnings` of a result: those of its steps; a capture score that is coarse, or high although the object leaves
 //! without a disturbance; an effort above 0 although it does, or above that of an escape that was discarded.
 std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem);
