@@ -30,7 +30,7 @@ Bind bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_world, bind
 
 using BindToScene = void(pybind11::class_<Scene>& scene);
 BindToScene bind_add_body;   // and add_plane
-BindToScene bind_add_joint;  // and add_spring
+BindToScene bind_add_joint;  // add_tendon, add_loop and add_spring
 
 //! What Python gives for a Value; `given` makes that of it. A type checker sees what it may be.
 template <typename Value>

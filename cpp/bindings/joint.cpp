@@ -1,6 +1,7 @@
-// Joints and springs for Python.
+// Joints, tendons, loops and springs for Python.
 
 #include "energymargin/scene.hpp"
+#include "energymargin/state.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"
 #include "scene/records.hpp"
@@ -26,6 +27,20 @@ constexpr const char* add_spring_doc =
 
 It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
 a spring too stiff for the scene's step.)";
+
+constexpr const char* add_tendon_doc =
+    R"(Add a fixed tendon, whose length is the sum of joints' positions, each times a coefficient.
+
+joints: {joint: coefficient}. limits, friction and the control are as those of a joint, along the length; target is by default
+the length at the scene's start. A plan's targets may name it. Raises ValueError on bad values, a fixed joint, and joints on
+more than two chains of links that hang on fixed bodies.)";
+
+constexpr const char* add_loop_doc = R"(Tie a frame of one body to a frame of another: it closes a loop of joints.
+
+type is 'point' (a ball joint: the frames' origins stay together) or 'weld' (the frames do). point_a, point_b [m] and
+orientation_a, orientation_b (unit quaternions x, y, z, w) are in the bodies' frames; where they are apart at the start they
+are pulled together. The bodies still collide unless disable_collisions says otherwise. Raises ValueError on bad values, and
+on two bodies that no force moves.)";
 
 // What files call otherwise.
 auto renamed_fields() {
@@ -69,6 +84,37 @@ void def_add_joint(py::class_<Scene>& scene) {
   with_fields(std::tuple_cat(renamed_fields(), joint_drive()), signature, add_joint, define);
 }
 
+void def_add_tendon(py::class_<Scene>& scene) {
+  const auto add_tendon =
+      +[](Tendon tendon, Scene& its_scene, const std::string& name, const Given<std::map<std::string, double>>& joints,
+          const Given<std::pair<Given<double>, Given<double>>>& limits, const Given<std::optional<double>>& target) {
+        const auto [lower, upper] =
+            cast<std::pair<Given<double>, Given<double>>>("limits", limits.value, "a tuple (a number, a number)");
+        tendon.name = name;
+        tendon.lower = given("limits[0]", lower);
+        tendon.upper = given("limits[1]", upper);
+        const State start = pack(its_scene);
+        double length = 0.0;
+        for (const auto& [key, number] : cast<py::dict>("joints", joints.value, "a dict {joint: coefficient}")) {
+          const std::string joint = word("joints", key);
+          tendon.joints.push_back({joint, convert(Type<double>{}, "joints['" + joint + "']", number)});
+          const JointState at = StateLayout(its_scene).joint(start.data(), its_scene.joint_index(joint));
+          length += tendon.joints.back().coefficient * at.position;
+        }
+        tendon.target = given("target", target).value_or(length);
+        its_scene.add_tendon(std::move(tendon));
+      };
+  const auto fields =
+      std::tuple_cat(control_fields<Tendon>(), std::tuple{Field{"friction", &Tendon::friction, nullptr}});
+  const auto define = [&](const auto& function, const auto&... keywords) {
+    scene.def("add_tendon", function, py::arg("name"), py::arg("joints"), py::kw_only(),
+              py::arg("limits") = py::make_tuple(Tendon{}.lower, Tendon{}.upper), py::arg("target") = py::none(),
+              keywords..., add_tendon_doc);
+  };
+  with_fields(fields, {99, {"target_velocity", "stiffness", "damping", "torque_limit", "friction"}}, add_tendon,
+              define);
+}
+
 }  // namespace
 
 void bind_joint(py::module_& module) {
@@ -79,12 +125,27 @@ void bind_joint(py::module_& module) {
   def_fields(joint, record_of<Joint>.fields, {"in_parent", "in_child", "lower", "upper", "position", "velocity"});
   def_fields(joint, renamed_fields());
   joint.def_property_readonly("limits", [](const Joint& of) { return std::pair(of.lower, of.upper); }, "[rad].");
+  bind_record<TendonJoint>(module, "TendonJoint", "A joint of a tendon, and how much of its position counts.",
+                           {99, {"coefficient"}});
+  py::class_<Tendon> tendon(module, "Tendon", "A fixed tendon of a scene: a sum of joints' positions.");
+  def_fields(tendon, record_of<Tendon>.fields, {"lower", "upper"});
+  tendon.def_property_readonly(
+      "limits", [](const Tendon& of) { return std::pair(of.lower, of.upper); }, "Of its length.");
+  py::class_<Loop> loop(module, "Loop", "A frame of one body and one of another that stay together.");
+  def_fields(loop, record_of<Loop>.fields);
   py::class_<Spring> spring(module, "Spring", "A spring between two bodies.");
   def_fields(spring, record_of<Spring>.fields);
 }
 
 void bind_add_joint(py::class_<Scene>& scene) {
   def_add_joint(scene);
+  def_add_tendon(scene);
+  with_fields(
+      record_of<Loop>.fields, {2, {"type", "point_a", "point_b", "orientation_a", "orientation_b"}},
+      +[](Loop loop, Scene& its_scene) { its_scene.add_loop(std::move(loop)); },
+      [&](const auto& add_loop, const auto&... keywords) {
+        scene.def("add_loop", add_loop, keywords..., add_loop_doc);
+      });
   with_fields(
       record_of<Spring>.fields, {2, {"rest_length", "damping", "point_a", "point_b"}},
       +[](Spring spring, Scene& its_scene) { its_scene.add_spring(std::move(spring)); },

@@ -80,6 +80,10 @@ void bind_parts(py::class_<Scene>& scene) {
       .def_property_readonly(
           "joints", [](const Scene& of) { return of.joints(); }, "In the order in which they were added.")
       .def_property_readonly(
+          "tendons", [](const Scene& of) { return of.tendons(); }, "In the order in which they were added.")
+      .def_property_readonly(
+          "loops", [](const Scene& of) { return of.loops(); }, "In the order in which they were added.")
+      .def_property_readonly(
           "springs", [](const Scene& of) { return of.springs(); }, "In the order in which they were added.")
       .def("disable_collisions", &Scene::disable_collisions, py::arg("body_a"), py::arg("body_b"),
            "From now on the two bodies never collide. Those that a joint connects never do.")

@@ -23,6 +23,7 @@ from energymargin._core import (
     ForceWeights as ForceWeights,
     Inertial as Inertial,
     Joint as Joint,
+    Loop as Loop,
     LowerBound as LowerBound,
     MassProperties as MassProperties,
     Mimic as Mimic,
@@ -36,6 +37,8 @@ from energymargin._core import (
     Sphere as Sphere,
     Spring as Spring,
     Surface as Surface,
+    Tendon as Tendon,
+    TendonJoint as TendonJoint,
     Tree as Tree,
     World as World,
 )

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
 
-    from energymargin.scenes.reports import SceneReport
+    import energymargin.scenes.reports
 
 __all__ = ["MOST_ROWS", "Picture", "Summarized", "Summary", "attach", "html_or_text", "summary"]
 
@@ -166,7 +166,7 @@ def attach() -> None:
             setattr(kind, "__repr__", _text)  # noqa: B010
 
 
-def _report(self: Any) -> SceneReport:
+def _report(self: Any) -> energymargin.scenes.reports.SceneReport:
     """What the readers of files left out of this scene, left loose, or stated; a table."""
     from energymargin.scenes.reports import report_of
 

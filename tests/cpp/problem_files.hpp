@@ -138,6 +138,15 @@ inline Problem articulated() {
   Joint twin = joint("twin", JointType::revolute, "palm", "twin", Vector3::UnitX(), {0.0, -0.5, 0.3});
   twin.mimic = Mimic{"left 1", -1.0 / 3.0, 0.1};
   scene.add_joint(twin);
+  Tendon tendon;
+  tendon.name = "tendon";
+  tendon.joints = {{"left 1", 1.0 / 3.0}, {"rail", -1.0 / 7.0}};
+  tendon.lower = -1.0 / 3.0;
+  tendon.target = 0.1;
+  tendon.stiffness = 1.0 / 3.0;
+  tendon.friction = 1.0 / 11.0;
+  scene.add_tendon(tendon);
+  scene.add_loop({"tip", "palm", LoopType::weld, {0.01, 0.0, 1.0 / 3.0}, {0.0, 0.1, 0.0}, turn(0.3, Vector3::UnitY())});
   scene.add_spring({"tip", "object", {0.01, 0.0, 0.0}, {0.0, 0.01, 1.0 / 300.0}, 1.0 / 3.0, 0.1, 0.01});
   Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.2, regions::Ball{"object"});
   problem.state = pack(scene, {}, {{"left 1", {0.5 + 1.0 / 30.0, 1.0 / 7.0}}});

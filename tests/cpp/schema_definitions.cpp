@@ -191,6 +191,9 @@ OrderedJson schema_definitions() {
   define<Body>(definitions);
   define<Joint>(definitions);
   define<Mimic>(definitions);
+  define<Tendon>(definitions);
+  define<TendonJoint>(definitions);
+  define<Loop>(definitions);
   define<Spring>(definitions);
   define<PairFriction>(definitions);
   define_each<Region::Expression>(definitions);

@@ -69,6 +69,9 @@ struct Body {
   Vector3 angular_factor = Vector3::Ones();  //!< 1: free about the axis, 0: locked
   //! Acts at the centre of mass all the time, in the world's axes, as a motor or a counterweight does [N].
   Vector3 force = Vector3::Zero();
+  //! Resist its motion at the centre of mass; of a link its joint's do [N s/m], [N m s/rad].
+  double linear_damping = 0.0;
+  double angular_damping = 0.0;
   //! Goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass, by a drive without limits.
   //! Its mass does not count, nor does what it meets of fixed and other kinematic bodies.
   bool kinematic = false;
@@ -77,6 +80,10 @@ struct Body {
 
   //! Whether forces move it.
   bool dynamic() const { return !fixed() && !kinematic; }
+
+  //! Along or about an axis, 0..2 or 3..5.
+  double damping(int axis) const { return axis < 3 ? linear_damping : angular_damping; }
+  bool damped() const { return linear_damping > 0.0 || angular_damping > 0.0; }
 
   //! Centre of mass and principal axes in the body's frame; for a body that no force moves the frame itself, with
   //! moments of 0.
@@ -96,10 +103,21 @@ struct Mimic {
   double offset = 0.0;      //!< [rad] or [m]
 };
 
-//! A joint that carries `child` on `parent`. It is driven by position control with compliance: by the torque
-//! stiffness (target - position) + damping (target_velocity - velocity), within its limit. For a prismatic joint read
-//! m for rad and N for N m.
-struct Joint {
+//! Position control with compliance, of a joint or a tendon: the torque stiffness (target - position) + damping
+//! (target_velocity - velocity), within its limit.
+struct PositionControl {
+  double target = 0.0;                                            //!< [rad]
+  double target_velocity = 0.0;                                   //!< [rad/s]
+  double stiffness = 0.0;                                         //!< [N m/rad]
+  double damping = 0.0;                                           //!< [N m s/rad]
+  double torque_limit = std::numeric_limits<double>::infinity();  //!< [N m]
+
+  bool drives() const { return stiffness > 0.0 || damping > 0.0; }
+};
+
+//! A joint that carries `child` on `parent`, and its position control. For a prismatic joint read m for rad and N for
+//! N m.
+struct Joint : PositionControl {
   std::string name;  //!< unique among the scene's joints
   JointType type = JointType::revolute;
   std::string parent;                                       //!< body
@@ -111,18 +129,41 @@ struct Joint {
   double upper = std::numeric_limits<double>::infinity();   //!< limit [rad]
   JointState state{};                                       //!< where it is when nothing else is said
   bool held = false;             //!< it keeps the position it has, whatever the load; its velocity is 0
-  double target = 0.0;           //!< [rad]
-  double target_velocity = 0.0;  //!< [rad/s]
-  double stiffness = 0.0;        //!< [N m/rad]
-  double damping = 0.0;          //!< [N m s/rad]
-  double torque_limit = std::numeric_limits<double>::infinity();  //!< [N m]
-  std::optional<Mimic> mimic{};                                   //!< set: it has no limits and no drive of its own
+  std::optional<Mimic> mimic{};  //!< set: it has no limits and no control of its own
   //! Inertia of the drive's rotor times the square of the gear ratio: it resists accelerations of the joint [kg m^2].
   double armature = 0.0;
   double friction = 0.0;  //!< dry friction: torque that resists motion, up to this [N m]
 
   //! Whether its position and velocity are numbers of the state.
   bool moves() const { return type != JointType::fixed && !mimic; }
+};
+
+//! A joint of a tendon, and how much of its position counts.
+struct TendonJoint {
+  std::string joint;         //!< not a fixed one
+  double coefficient = 1.0;  //!< not 0
+};
+
+//! A fixed tendon: a sum of joints' positions, its length, with a control, stops and dry friction of its own.
+struct Tendon : PositionControl {
+  std::string name;  //!< unique among the scene's tendons and joints
+  std::vector<TendonJoint> joints{};
+  double lower = -std::numeric_limits<double>::infinity();  //!< limit of the length
+  double upper = std::numeric_limits<double>::infinity();
+  double friction = 0.0;  //!< dry friction, up to this, along the length
+};
+
+enum class LoopType {
+  point,  ///< a point of one body stays at a point of the other: a ball joint
+  weld,   ///< the two bodies move as one
+};
+
+//! Closes a loop of joints, or ties bodies that hang on none: a frame of one body and a frame of another stay together.
+struct Loop {
+  std::string body_a, body_b;
+  LoopType type = LoopType::point;
+  Vector3 point_a = Vector3::Zero(), point_b = Vector3::Zero();  //!< the frames' origins in those of the bodies [m]
+  Quaternion orientation_a = Quaternion::Identity(), orientation_b = Quaternion::Identity();  //!< of a weld
 };
 
 //! A spring between a point of one body and a point of another.
@@ -181,6 +222,12 @@ class Scene {
   //! one parent at most, joints form no loops, and jointed bodies have no locked axes.
   std::size_t add_joint(Joint joint);
 
+  //! Adds a tendon over joints that hang, in the end, on at most two free or fixed bodies' children.
+  std::size_t add_tendon(Tendon tendon);
+
+  //! Ties two bodies, of which forces move one at least. They may still collide.
+  void add_loop(Loop loop);
+
   //! Adds a spring; it has to be soft enough for the simulation's step.
   void add_spring(Spring spring);
 
@@ -201,6 +248,8 @@ class Scene {
   Scene with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
+  const std::vector<Tendon>& tendons() const { return tendons_; }
+  const std::vector<Loop>& loops() const { return loops_; }
   const std::vector<Spring>& springs() const { return springs_; }
   const std::set<std::pair<std::string, std::string>>& disabled_collisions() const { return disabled_; }
 
@@ -233,6 +282,12 @@ class Scene {
   //! Index of a joint by name; the error lists the names that there are.
   std::size_t joint_index(const std::string& name) const;
 
+  //! The control of a joint or, beyond all joints, a tendon.
+  const PositionControl& control(std::size_t index) const;
+
+  //! Index of a joint or a tendon among them by name; the error lists the names that there are.
+  std::size_t control_index(const std::string& name) const;
+
   //! The joint that carries a body; none for a body that is no link.
   std::optional<std::size_t> joint_to(std::size_t body) const;
 
@@ -250,6 +305,7 @@ class Scene {
 
  private:
   bool carries(std::size_t above, std::size_t body) const;
+  std::size_t tree_of(std::size_t joint) const;
   void place_links(std::size_t joint);
 
   Vector3 gravity_;
@@ -257,6 +313,8 @@ class Scene {
   std::vector<Body> bodies_;
   std::vector<std::shared_ptr<const BodyConstants>> constants_;  // of each body
   std::vector<Joint> joints_;
+  std::vector<Tendon> tendons_;
+  std::vector<Loop> loops_;
   std::vector<Spring> springs_;
   std::set<std::pair<std::string, std::string>> disabled_;  // the lesser name first
   FrictionRule friction_rule_;

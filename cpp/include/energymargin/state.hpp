@@ -33,6 +33,14 @@ class StateLayout {
   //! Where a joint is in the state that starts at `numbers`; a fixed joint is at 0.
   JointState joint(const double* numbers, std::size_t joint) const;
 
+  //! Length and its rate of a tendon, by its index in the scene.
+  JointState tendon(const double* numbers, std::size_t tendon) const;
+
+  //! Where a joint or, beyond all joints, a tendon is.
+  JointState controlled(const double* numbers, std::size_t index) const {
+    return index < joints_.size() ? joint(numbers, index) : tendon(numbers, index - joints_.size());
+  }
+
   //! Reads a body's numbers from a state that starts at `numbers`.
   static BodyState read(const double* numbers);
   static void write(const BodyState& body, double* numbers);
@@ -47,6 +55,7 @@ class StateLayout {
 
   std::vector<int> offsets_;
   std::vector<JointNumbers> joints_;
+  std::vector<std::vector<std::pair<std::size_t, double>>> tendons_;  // their joints and coefficients
   int dimension_ = 0;
 };
 

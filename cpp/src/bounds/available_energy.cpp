@@ -37,7 +37,13 @@ class Stores {
     add_kinetic();
     add_driven();
     for (const Spring& spring : scene_.springs()) add(spring);
-    for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) add_joint(joint);
+    for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) {
+      if (scene_.joints()[joint].moves() && !scene_.joints()[joint].held)
+        add_control(joint, scene_.joints()[joint].name);
+    }
+    for (std::size_t i = 0; i < scene_.tendons().size(); ++i) {
+      add_control(scene_.joints().size() + i, scene_.tendons()[i].name);
+    }
     for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
       if (body != subject_.object && !immovable_[body] && scene_.bodies()[body].dynamic()) add_weight(body);
     }
@@ -92,13 +98,12 @@ class Stores {
     energy_.stored += 0.5 * spring.stiffness * std::pow(span.norm() - spring.rest_length, 2);
   }
 
-  void add_joint(std::size_t index) {
-    const Joint& joint = scene_.joints()[index];
-    if (!joint.moves() || joint.held) return;
-    const double position = StateLayout(scene_).joint(problem_.state.data(), index).position;
-    energy_.stored += compliance_energy(joint, position);
-    if (joint.target_velocity != 0.0 && joint.damping != 0.0) {
-      without_end("the drive of '" + joint.name + "' has a target velocity, and does work");
+  void add_control(std::size_t index, const std::string& name) {
+    const PositionControl& control = scene_.control(index);
+    const double position = StateLayout(scene_).controlled(problem_.state.data(), index).position;
+    energy_.stored += compliance_energy(control, position);
+    if (control.target_velocity != 0.0 && control.damping != 0.0) {
+      without_end("the drive of '" + name + "' has a target velocity, and does work");
     }
   }
 

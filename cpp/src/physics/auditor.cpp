@@ -7,9 +7,9 @@ namespace energymargin {
 Auditor::Auditor(Simulation& simulation, const Energy& energy)
     : simulation_(simulation), energy_(energy), length_rates_(simulation.scene().springs().size()) {
   const std::vector<Joint>& joints = simulation.scene().joints();
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const bool control = joints[i].stiffness > 0.0 || joints[i].damping > 0.0;
-    if (control && joints[i].moves() && !joints[i].held) controlled_.push_back(i);
+  for (std::size_t i = 0; i < joints.size() + simulation.scene().tendons().size(); ++i) {
+    const bool moves = i >= joints.size() || (joints[i].moves() && !joints[i].held);
+    if (moves && simulation.scene().control(i).drives()) controlled_.push_back(i);
   }
   simulation_.impulses() = {&before_, {}};
   simulation_.read(next_);
@@ -34,7 +34,7 @@ void Auditor::end(const SubstepResult& substep) {
   add_actuations(substep.duration);
   const StateLayout& layout = simulation_.layout();
   for (const std::size_t i : controlled_) {
-    add_control(i, layout.joint(state_.data(), i), layout.joint(next_.data(), i), substep.duration);
+    add_control(i, layout.controlled(state_.data(), i), layout.controlled(next_.data(), i), substep.duration);
   }
   for (std::size_t i = 0; i < length_rates_.size(); ++i) {
     const double stretch = 0.5 * (length_rates_[i] + simulation_.springs().span(i).length_rate) * substep.duration;
@@ -52,6 +52,7 @@ Audit Auditor::audit() const {
   audit.friction = work.friction;
   audit.contacts = work.contacts;
   audit.joints = work.joints;
+  audit.damping += work.damping;
   audit.plan += work.plan;
   audit.overlap += work.overlap;
   audit.integration += work.integration;
@@ -73,15 +74,15 @@ void Auditor::add_actuations(double duration) {
 // energy loses and gains, which is about the scene's target: where the robot moves that, the rest is its work. What
 // the torque limit leaves room for is damping and drive.
 void Auditor::add_control(std::size_t index, const JointState& before, const JointState& after, double duration) {
-  const Joint& joint = simulation_.scene().joints()[index];
-  const auto limited = [&](double torque) { return std::clamp(torque, -joint.torque_limit, joint.torque_limit); };
-  const double spring = joint.stiffness * (simulation_.target(index) - after.position);
-  const double about_scene_target = joint.stiffness * (joint.target - after.position);
-  const double damping = -joint.damping * after.velocity;
-  const double drive = joint.damping * joint.target_velocity;
+  const PositionControl& control = simulation_.scene().control(index);
+  const auto limited = [&](double torque) { return std::clamp(torque, -control.torque_limit, control.torque_limit); };
+  const double spring = control.stiffness * (simulation_.target(index) - after.position);
+  const double about_scene_target = control.stiffness * (control.target - after.position);
+  const double damping = -control.damping * after.velocity;
+  const double drive = control.damping * control.target_velocity;
   const double turned = 0.5 * (before.velocity + after.velocity) * duration;
-  audit_.integration += limited(about_scene_target) * turned + compliance_energy(joint, after.position) -
-                        compliance_energy(joint, before.position);
+  audit_.integration += limited(about_scene_target) * turned + compliance_energy(control, after.position) -
+                        compliance_energy(control, before.position);
   audit_.plan += (limited(spring) - limited(about_scene_target)) * turned;
   const double moving = damping + drive;
   if (moving == 0.0) return;

@@ -25,7 +25,7 @@ class Auditor {
 
  private:
   void add_actuations(double duration);
-  void add_control(std::size_t joint, const JointState& before, const JointState& after, double duration);
+  void add_control(std::size_t index, const JointState& before, const JointState& after, double duration);
 
   Simulation& simulation_;
   const Energy& energy_;
@@ -36,7 +36,7 @@ class Auditor {
   State state_;                                         // before the substep
   State next_;                                          // after it
   std::vector<double> length_rates_;                    // of the springs, before the substep
-  std::vector<std::size_t> controlled_;                 // joints with a stiffness or a damping
+  std::vector<std::size_t> controlled_;                 // joints and tendons with a stiffness or a damping
   Audit audit_;
 };
 

@@ -55,9 +55,9 @@ class Simulation {
   //! A motor of limited force [N] and torque [N m] keeps a free body at the velocities of its frame, until `unload`.
   void add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
 
-  //! The target of a joint, until `restore`.
-  void set_target(std::size_t joint, double target) { bodies_.set_target(joint, target); }
-  double target(std::size_t joint) const { return bodies_.target(joint); }
+  //! The target of a joint or, beyond all joints, a tendon, until `restore`.
+  void set_target(std::size_t index, double target) { bodies_.set_target(index, target); }
+  double target(std::size_t index) const { return bodies_.target(index); }
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `substeps` of the step are over;
   //! if they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
@@ -69,7 +69,6 @@ class Simulation {
   //! Sums up the work of the impulses in the next steps, while that has a motion to begin with.
   ImpulseAudit& impulses() { return equations_.audit; }
 
-  //! A free body as it moves.
   //! What a load acts on, as a substep begins.
   LoadedMotion before(const Load& load) const;
 

@@ -52,7 +52,7 @@ class Robot {
  public:
   Robot(const Scene& scene, const Plan& plan) : plan_(fine_rows(plan, scene.stepping().step)) {
     for (const Drive& drive : plan.wrenches) wrench_bodies_.push_back(scene.index(drive.body));
-    for (const Targets& targets : plan.targets) joints_.push_back(scene.joint_index(targets.joint));
+    for (const Targets& targets : plan.targets) joints_.push_back(scene.control_index(targets.joint));
     for (Servo& servo : plan_.velocities) {
       servo = with_default_limits(scene, servo);
       servo_bodies_.push_back(scene.index(servo.body));

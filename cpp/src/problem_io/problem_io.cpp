@@ -44,6 +44,8 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
   json["bodies"] = OrderedJson::array();
   for (const Body& body : scene.bodies()) json["bodies"].push_back(write_body(body, meshes));
   json["joints"] = write(scene.joints());
+  if (!scene.tendons().empty()) json["tendons"] = write(scene.tendons());
+  if (!scene.loops().empty()) json["loops"] = write(scene.loops());
   json["springs"] = write(scene.springs());
   if (!scene.disabled_collisions().empty()) json["disabled_collisions"] = scene.disabled_collisions();
   if (!scene.pair_frictions().empty()) json["pair_frictions"] = write(scene.pair_frictions());

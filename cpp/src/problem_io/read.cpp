@@ -70,8 +70,8 @@ void read_disabled_collision(const JsonNode& pair, Scene& scene) {
 
 Scene read_scene(const JsonNode& node, int version, const std::string& folder, std::vector<Warning>* warnings) {
   std::vector<std::string> keys{
-      "gravity", "step",   "solver_iterations", "solver_tolerance",    "margin",        "friction_rule",
-      "bodies",  "joints", "springs",           "disabled_collisions", "pair_frictions"};
+      "gravity", "step",    "solver_iterations",   "solver_tolerance", "margin",  "friction_rule", "bodies",
+      "joints",  "springs", "disabled_collisions", "pair_frictions",   "tendons", "loops"};
   if (version < version_with_newton_solver) keys.emplace_back("friction_directions");
   node.allow_keys(keys);
   if (node.has("friction_directions")) read_friction_directions(node["friction_directions"], warnings);
@@ -92,6 +92,9 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
     require_version(joint, {"friction"}, version_with_newton_solver, version);
     scene.add_joint(records.record<Joint>(joint));
   });
+  require_version(node, {"tendons", "loops"}, version_with_newton_solver, version);
+  for_each_item(node, "tendons", [&](const JsonNode& tendon) { scene.add_tendon(records.record<Tendon>(tendon)); });
+  for_each_item(node, "loops", [&](const JsonNode& loop) { scene.add_loop(records.record<Loop>(loop)); });
   for_each_item(node, "springs", [&](const JsonNode& spring) { scene.add_spring(records.record<Spring>(spring)); });
   for_each_item(node, "disabled_collisions", [&](const JsonNode& pair) { read_disabled_collision(pair, scene); });
   for_each_item(node, "pair_frictions",

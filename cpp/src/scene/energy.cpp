@@ -7,11 +7,11 @@ namespace energymargin {
 
 // Up to the torque limit a compliant joint is a linear spring; beyond it its torque, and so the slope of its energy,
 // stays.
-double compliance_energy(const Joint& joint, double position) {
-  if (joint.stiffness == 0.0 || joint.held) return 0.0;
-  const double away = std::abs(joint.target - position);
-  const double linear = std::min(away, joint.torque_limit / joint.stiffness);
-  return 0.5 * joint.stiffness * linear * linear + (away > linear ? joint.torque_limit * (away - linear) : 0.0);
+double compliance_energy(const PositionControl& control, double position) {
+  if (control.stiffness == 0.0) return 0.0;
+  const double away = std::abs(control.target - position);
+  const double linear = std::min(away, control.torque_limit / control.stiffness);
+  return 0.5 * control.stiffness * linear * linear + (away > linear ? control.torque_limit * (away - linear) : 0.0);
 }
 
 Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(scene) {
@@ -32,8 +32,11 @@ double Energy::operator()(const State& state) const {
   for (const Spring& spring : scene_.springs()) energy += of_spring(spring, state);
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
     const JointState at = layout_.joint(state.data(), i);
-    energy += compliance_energy(scene_.joints()[i], at.position);
+    if (!scene_.joints()[i].held) energy += compliance_energy(scene_.joints()[i], at.position);
     energy += 0.5 * scene_.joints()[i].armature * at.velocity * at.velocity;
+  }
+  for (std::size_t i = 0; i < scene_.tendons().size(); ++i) {
+    energy += compliance_energy(scene_.tendons()[i], layout_.tendon(state.data(), i).position);
   }
   return energy;
 }

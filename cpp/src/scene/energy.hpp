@@ -10,7 +10,7 @@
 namespace energymargin {
 
 //! Of a joint's compliance, zero at its target [J].
-double compliance_energy(const Joint& joint, double position);
+double compliance_energy(const PositionControl& control, double position);
 
 //! E of eq. 3: kinetic energy of all bodies that forces move, links included; potential energy of gravity and of the
 //! constant forces, with its zero at the world's origin; of the springs; and of the joints' compliance, zero at their

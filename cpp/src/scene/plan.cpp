@@ -40,9 +40,11 @@ void require_step(const Plan& plan, const Scene& scene) {
 }
 
 void require_position_control(const Scene& scene, const std::string& name, const std::string& joint_name) {
-  const Joint& joint = scene.joints()[scene.joint_index(joint_name)];
-  if (!joint.moves() || joint.held || joint.stiffness == 0.0) {
-    reject(name, "for a joint without position control", "a joint that moves, is not held, and has a stiffness");
+  const std::size_t index = scene.control_index(joint_name);
+  const Joint* joint = index < scene.joints().size() ? &scene.joints()[index] : nullptr;
+  if ((joint && (!joint->moves() || joint->held)) || scene.control(index).stiffness == 0.0) {
+    reject(name, joint ? "for a joint without position control" : "for a tendon without position control",
+           "a joint that moves, is not held, and has a stiffness, or a tendon with one");
   }
 }
 
@@ -163,6 +165,10 @@ Plan hold(const Scene& scene, const State& state, double duration) {
   for (const Joint& joint : scene.joints()) {
     if (!joint.moves() || joint.held || joint.mimic || joint.stiffness == 0.0) continue;
     plan.targets.push_back({joint.name, Eigen::VectorXd::Constant(rows, joint.target)});
+  }
+  for (const Tendon& tendon : scene.tendons()) {
+    if (tendon.stiffness == 0.0) continue;
+    plan.targets.push_back({tendon.name, Eigen::VectorXd::Constant(rows, tendon.target)});
   }
   if (plan.rows() == 0) {
     reject("scene", "without a free body of role \"effector\" and without a joint under position control",

@@ -186,6 +186,11 @@ constexpr auto body_settings() {
             forms::factors},
       Field{"force", &Body::force, "Acts at the centre of mass all the time, in the world's axes [N].", forms::any,
             Presence::added},
+      Field{"linear_damping", &Body::linear_damping,
+            "Resists the velocity of the centre of mass; of a link its joint's does [N s/m].", forms::not_negative,
+            Presence::optional},
+      Field{"angular_damping", &Body::angular_damping, "Resists its turning, as linear_damping [N m s/rad].",
+            forms::not_negative, Presence::optional},
       Field{"inertial", &Body::inertial, "Its centre of mass and inertia; unset: those of the shape, of even density.",
             forms::any, Presence::optional},
       Field{"kinematic", &Body::kinematic,
@@ -227,6 +232,17 @@ constexpr auto describe(Type<Mimic>) {
   };
 }
 
+//! The control of a joint or a tendon.
+template <typename Controlled>
+constexpr auto control_fields() {
+  return std::tuple{
+      Field{"target_velocity", &Controlled::target_velocity, "[rad/s]"},
+      Field{"stiffness", &Controlled::stiffness, "[N m/rad]", forms::not_negative},
+      Field{"damping", &Controlled::damping, "[N m s/rad]", forms::not_negative},
+      Field{"torque_limit", &Controlled::torque_limit, "[N m]; infinite: without limit.", forms::largest_size},
+  };
+}
+
 //! Where a joint is, and how it moves. Python has other names for some of them.
 constexpr auto joint_motion() {
   return std::tuple{
@@ -248,19 +264,19 @@ constexpr auto joint_motion() {
   };
 }
 
-//! Its drive: the same names and defaults in Python.
+//! Its control and the like: the same names and defaults in Python.
 constexpr auto joint_drive() {
-  return std::tuple{
-      Field{"target_velocity", &Joint::target_velocity, "[rad/s]"},
-      Field{"stiffness", &Joint::stiffness, "[N m/rad]", forms::not_negative},
-      Field{"damping", &Joint::damping, "[N m s/rad]", forms::not_negative},
-      Field{"torque_limit", &Joint::torque_limit, "[N m]; infinite: without limit.", forms::largest_size},
-      Field{"mimic", &Joint::mimic, "The joint that it follows, and how; unset: none.", forms::any, Presence::optional},
-      Field{"armature", &Joint::armature, "Inertia of the drive's rotor times the square of the gear ratio [kg m^2].",
-            forms::not_negative, Presence::optional},
-      Field{"friction", &Joint::friction, "Dry friction: torque that resists motion, up to this [N m].",
-            forms::not_negative, Presence::optional},
-  };
+  return std::tuple_cat(
+      control_fields<Joint>(),
+      std::tuple{
+          Field{"mimic", &Joint::mimic, "The joint that it follows, and how; unset: none.", forms::any,
+                Presence::optional},
+          Field{"armature", &Joint::armature,
+                "Inertia of the drive's rotor times the square of the gear ratio [kg m^2].", forms::not_negative,
+                Presence::optional},
+          Field{"friction", &Joint::friction, "Dry friction: torque that resists motion, up to this [N m].",
+                forms::not_negative, Presence::optional},
+      });
 }
 
 constexpr auto describe(Type<Joint>) {
@@ -270,6 +286,53 @@ constexpr auto describe(Type<Joint>) {
       "damping "
       "(target_velocity - velocity), within its limit. For a prismatic joint read m for rad and N for N m.",
       std::tuple_cat(joint_motion(), joint_drive()),
+  };
+}
+
+constexpr auto describe(Type<TendonJoint>) {
+  return Description{
+      "tendon_joint",
+      "A joint of a tendon.",
+      Field{"joint", &TendonJoint::joint, "One that is not fixed."},
+      Field{"coefficient", &TendonJoint::coefficient, "Of its position; not 0."},
+  };
+}
+
+constexpr auto describe(Type<Tendon>) {
+  return Description{
+      "tendon",
+      "A fixed tendon: its length is a sum of joints' positions, each times a coefficient. It has a control, limits "
+      "and "
+      "dry friction along its length, as a joint has.",
+      std::tuple_cat(
+          std::tuple{
+              Field{"name", &Tendon::name, "Unique among the tendons and joints."},
+              Field{"joints", &Tendon::joints, "What its length is the sum of."},
+              Field{"lower", &Tendon::lower, "Limit of the length, or \"-inf\".", forms::lower_limit},
+              Field{"upper", &Tendon::upper, "Limit of the length, or \"inf\".", forms::upper_limit},
+              Field{"target", &Tendon::target, "Of the length."},
+          },
+          control_fields<Tendon>(),
+          std::tuple{Field{"friction", &Tendon::friction, "Dry friction along the length.", forms::not_negative}}),
+  };
+}
+
+template <>
+struct Words<LoopType> {
+  static constexpr std::pair<const char*, LoopType> all[]{{"point", LoopType::point}, {"weld", LoopType::weld}};
+};
+
+constexpr auto describe(Type<Loop>) {
+  return Description{
+      "loop",
+      "A frame of one body and a frame of another stay together: it closes a loop of joints, or ties free bodies.",
+      Field{"body_a", &Loop::body_a, "One of the two bodies.", forms::body},
+      Field{"body_b", &Loop::body_b, "The other one.", forms::body},
+      Field{"type", &Loop::type, "point: the frames' origins stay together, as in a ball joint. weld: the frames do."},
+      Field{"point_a", &Loop::point_a, "Origin of the frame of body_a in the body's [m]."},
+      Field{"point_b", &Loop::point_b, "Origin of the frame of body_b in the body's [m]."},
+      Field{"orientation_a", &Loop::orientation_a, "Of the frame of body_a in the body's: unit quaternion x, y, z, w."},
+      Field{"orientation_b", &Loop::orientation_b, "Of the frame of body_b in the body's: unit quaternion x, y, z, w."},
   };
 }
 

@@ -5,6 +5,7 @@
 #include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/plausible.hpp"
+#include "scene/records.hpp"
 #include "scene/scene_checks.hpp"
 
 namespace energymargin {
@@ -114,10 +115,14 @@ std::size_t Scene::add_joint(Joint joint) {
   std::size_t child = 0;
   try {
     validate_joint(joint);
+    for (const Tendon& of : tendons_) {
+      if (of.name == joint.name) reject("name", "'" + joint.name + "'", "a name that no tendon has");
+    }
     if (joint_indices_.count(joint.name)) reject("name", "'" + joint.name + "'", "a name that no other joint has");
     parent = index(joint.parent);
     child = index(joint.child);
     require_hangable(bodies_[child], "child");
+    if (bodies_[child].damped()) reject("child", "'" + joint.child + "'", "a body without damping: its joint has it");
     if (bodies_[child].kinematic) reject("child", "'" + joint.child + "'", "a body that is not kinematic");
     if (!bodies_[parent].fixed()) require_hangable(bodies_[parent], "parent");
     if (joint_to(child)) reject("child", "'" + joint.child + "'", "a body that no other joint carries");
@@ -161,6 +166,53 @@ void Scene::place_links(std::size_t joint) {
     }
     bodies_[child].state = child_state(next, state, bodies_[index(next.parent)].state);
     left.insert(left.end(), joints_below_[child].begin(), joints_below_[child].end());
+  }
+}
+
+std::size_t Scene::add_tendon(Tendon tendon) {
+  try {
+    validate_tendon(tendon);
+    for (const auto& of : tendons_) {
+      if (of.name == tendon.name) reject("name", "'" + tendon.name + "'", "a name that no other tendon has");
+    }
+    if (joint_indices_.count(tendon.name)) reject("name", "'" + tendon.name + "'", "a name that no joint has");
+    std::set<std::size_t> trees;
+    for (const TendonJoint& of : tendon.joints) {
+      const std::size_t joint = joint_index(of.joint);
+      if (joints_[joint].type == JointType::fixed) reject("joints", "'" + of.joint + "'", "joints that are not fixed");
+      trees.insert(tree_of(joint));
+    }
+    if (trees.size() > 2) {
+      reject("joints", "of " + std::to_string(trees.size()) + " chains of links that hang on fixed bodies alone",
+             "of at most two, or a body with a mass that carries them");
+    }
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("tendon '" + tendon.name + "': " + error.what());
+  }
+  tendons_.push_back(std::move(tendon));
+  return tendons_.size() - 1;
+}
+
+void Scene::add_loop(Loop loop) {
+  try {
+    require_fields(loop);
+    const Body& a = bodies_[index(loop.body_a)];
+    const Body& b = bodies_[index(loop.body_b)];
+    if (a.name == b.name) reject("body_b", "'" + loop.body_b + "'", "another body than body_a");
+    if (!a.dynamic() && !b.dynamic()) reject("body_b", "'" + loop.body_b + "'", "at most one fixed or kinematic body");
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("loop '" + loop.body_a + "' - '" + loop.body_b + "': " + error.what());
+  }
+  loops_.push_back(std::move(loop));
+}
+
+// The free body that a joint hangs on in the end or, on a fixed one, the first joint there.
+std::size_t Scene::tree_of(std::size_t joint) const {
+  while (true) {
+    const std::size_t parent = index(joints_[joint].parent);
+    if (bodies_[parent].fixed()) return bodies_.size() + joint;
+    if (!joint_to(parent)) return parent;
+    joint = *joint_to(parent);
   }
 }
 
@@ -234,6 +286,18 @@ const CollisionShape& Scene::collision_shape(std::size_t body) const {
 std::size_t Scene::index(const std::string& name) const { return find(body_indices_, bodies_, name, "body"); }
 
 std::size_t Scene::joint_index(const std::string& name) const { return find(joint_indices_, joints_, name, "joint"); }
+
+const PositionControl& Scene::control(std::size_t index) const {
+  if (index < joints_.size()) return joints_[index];
+  return tendons_[index - joints_.size()];
+}
+
+std::size_t Scene::control_index(const std::string& name) const {
+  for (std::size_t i = 0; i < tendons_.size(); ++i) {
+    if (tendons_[i].name == name) return joints_.size() + i;
+  }
+  return joint_index(name);
+}
 
 std::optional<std::size_t> Scene::joint_to(std::size_t body) const { return joints_to_[body]; }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <type_traits>
 
 #include "energymargin/plausible.hpp"
@@ -17,6 +18,7 @@ void validate_kinematic(const Body& body) {
   if (body.fixed()) reject("kinematic", "true", "false for a body of mass 0, which never moves");
   if (body.role == Role::object) reject("kinematic", "true", "false for an object, which disturbances move");
   if (!body.force.isZero(0.0)) reject("force", text(body.force), "0 for a kinematic body, which no force moves");
+  if (body.damped()) reject("linear_damping and angular_damping", "given", "none of a kinematic body");
 }
 
 void validate_mimic(const Joint& joint) {
@@ -192,6 +194,21 @@ void validate_joint(const Joint& joint) {
     }
   }
   if (joint.mimic) validate_mimic(joint);
+}
+
+void validate_tendon(const Tendon& tendon) {
+  if (tendon.name.empty()) reject("name", "empty", "a name that no other tendon has");
+  require_fields(tendon);
+  if (!(tendon.lower < tendon.upper)) {
+    reject("lower limit", text(tendon.lower), "a number below the upper limit, " + text(tendon.upper));
+  }
+  if (tendon.joints.empty()) reject("joints", "none", "at least one joint");
+  std::set<std::string> names;
+  for (const TendonJoint& of : tendon.joints) {
+    require_fields(of, "joint '" + of.joint + "': ");
+    if (of.coefficient == 0.0) reject("joint '" + of.joint + "': coefficient", "0", "another number");
+    if (!names.insert(of.joint).second) reject("joints", "'" + of.joint + "' twice", "each joint once");
+  }
 }
 
 void validate_spring(const Spring& spring, const Body& a, const Body& b, const std::vector<Spring>& others,

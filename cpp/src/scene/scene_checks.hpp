@@ -13,6 +13,7 @@ namespace energymargin {
 std::shared_ptr<const BodyConstants> validate_body(const Body& body);
 
 void validate_joint(const Joint& joint);
+void validate_tendon(const Tendon& tendon);
 
 //! How far a position is beyond a limit of the joint [rad] or [m]; 0 if that is no more than a simulated joint yields.
 double beyond_limits(const Joint& joint, double position);

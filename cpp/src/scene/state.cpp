@@ -22,6 +22,22 @@ StateLayout::StateLayout(const Scene& scene) {
       joints_[i] = {joints_[scene.joint_index(mimic->joint)].offset, mimic->multiplier, mimic->offset, true};
     }
   }
+  for (const Tendon& tendon : scene.tendons()) {
+    tendons_.emplace_back();
+    for (const TendonJoint& of : tendon.joints) {
+      tendons_.back().emplace_back(scene.joint_index(of.joint), of.coefficient);
+    }
+  }
+}
+
+JointState StateLayout::tendon(const double* numbers, std::size_t tendon) const {
+  JointState sum;
+  for (const auto& [index, coefficient] : tendons_[tendon]) {
+    const JointState at = joint(numbers, index);
+    sum.position += coefficient * at.position;
+    sum.velocity += coefficient * at.velocity;
+  }
+  return sum;
 }
 
 JointState StateLayout::joint(const double* numbers, std::size_t joint) const {

@@ -3,13 +3,12 @@ The compiled core of energymargin.
 """
 from __future__ import annotations
 import collections.abc
-import energymargin.scenes.reports
 import numpy
 import numpy.typing
 import typing
 from . import regions
 from . import disturbances
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LEAST_GYRATION', 'LowerBound', 'MOST_GYRATION', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Surface', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'too_many_diverged', 'warn_of_steps']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LEAST_GYRATION', 'Loop', 'LowerBound', 'MOST_GYRATION', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Surface', 'Survival', 'Tendon', 'TendonJoint', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'too_many_diverged', 'warn_of_steps']
 class Cancelled(RuntimeError):
     """
     A Cancel ended a long call that had no result yet.
@@ -316,6 +315,11 @@ class Body:
         Name(property=value, ...)
         """
     @property
+    def angular_damping(self) -> float:
+        """
+        Resists its turning, as linear_damping [N m s/rad].
+        """
+    @property
     def angular_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         For the world's x, y, z: 1, free about the axis, or 0, locked. Shape (3,).
@@ -349,6 +353,11 @@ class Body:
     def kinematic(self) -> bool:
         """
         It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.
+        """
+    @property
+    def linear_damping(self) -> float:
+        """
+        Resists the velocity of the centre of mass; of a link its joint's does [N s/m].
         """
     @property
     def linear_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -542,6 +551,125 @@ class Joint:
         """
         fixed: the two move as one. revolute: turns about its axis. prismatic: slides along its axis.
         """
+class TendonJoint:
+    """
+    A joint of a tendon, and how much of its position counts.
+    """
+    def __init__(self, joint: str, coefficient: float = 1.0) -> None:
+        """
+        joint: One that is not fixed.
+        coefficient: Of its position; not 0.
+        """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
+    @property
+    def coefficient(self) -> float:
+        """
+        Of its position; not 0.
+        """
+    @property
+    def joint(self) -> str:
+        """
+        One that is not fixed.
+        """
+class Tendon:
+    """
+    A fixed tendon of a scene: a sum of joints' positions.
+    """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
+    @property
+    def damping(self) -> float:
+        """
+        [N m s/rad].
+        """
+    @property
+    def friction(self) -> float:
+        """
+        Dry friction along the length.
+        """
+    @property
+    def joints(self) -> list[TendonJoint]:
+        """
+        What its length is the sum of.
+        """
+    @property
+    def limits(self) -> tuple[float, float]:
+        """
+        Of its length.
+        """
+    @property
+    def name(self) -> str:
+        """
+        Unique among the tendons and joints.
+        """
+    @property
+    def stiffness(self) -> float:
+        """
+        [N m/rad].
+        """
+    @property
+    def target(self) -> float:
+        """
+        Of the length.
+        """
+    @property
+    def target_velocity(self) -> float:
+        """
+        [rad/s].
+        """
+    @property
+    def torque_limit(self) -> float:
+        """
+        [N m]; infinite: without limit.
+        """
+class Loop:
+    """
+    A frame of one body and one of another that stay together.
+    """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
+    @property
+    def body_a(self) -> str:
+        """
+        One of the two bodies.
+        """
+    @property
+    def body_b(self) -> str:
+        """
+        The other one.
+        """
+    @property
+    def orientation_a(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Of the frame of body_a in the body's: unit quaternion x, y, z, w.
+        """
+    @property
+    def orientation_b(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Of the frame of body_b in the body's: unit quaternion x, y, z, w.
+        """
+    @property
+    def point_a(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Origin of the frame of body_a in the body's [m]. Shape (3,).
+        """
+    @property
+    def point_b(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Origin of the frame of body_b in the body's [m]. Shape (3,).
+        """
+    @property
+    def type(self) -> str:
+        """
+        point: the frames' origins stay together, as in a ball joint. weld: the frames do.
+        """
 class Spring:
     """
     A spring between two bodies.
@@ -606,7 +734,7 @@ class Scene:
         The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
             cell of a notebook fails for its picture.
         """
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), inertial: Inertial | None = None, kinematic: bool = False) -> None:
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), linear_damping: float = 0.0, angular_damping: float = 0.0, inertial: Inertial | None = None, kinematic: bool = False) -> None:
         """
         Add a body.
         
@@ -624,6 +752,8 @@ class Scene:
         linear_factor: For the world's x, y, z: 1, free along the axis, or 0, locked.
         angular_factor: For the world's x, y, z: 1, free about the axis, or 0, locked.
         force: Acts at the centre of mass all the time, in the world's axes [N].
+        linear_damping: Resists the velocity of the centre of mass; of a link its joint's does [N s/m].
+        angular_damping: Resists its turning, as linear_damping [N m s/rad].
         inertial: Its centre of mass and inertia; unset: those of the shape, of even density.
         kinematic: It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.
         """
@@ -642,6 +772,15 @@ class Scene:
         The parent may be fixed, free or a link; a body has one parent, joints make no loops, and bodies on joints have no locked
         axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
         """
+    def add_loop(self, body_a: str, body_b: str, *, type: str = 'point', point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation_a: numpy.typing.ArrayLike | None = None, orientation_b: numpy.typing.ArrayLike | None = None) -> None:
+        """
+        Tie a frame of one body to a frame of another: it closes a loop of joints.
+        
+        type is 'point' (a ball joint: the frames' origins stay together) or 'weld' (the frames do). point_a, point_b [m] and
+        orientation_a, orientation_b (unit quaternions x, y, z, w) are in the bodies' frames; where they are apart at the start they
+        are pulled together. The bodies still collide unless disable_collisions says otherwise. Raises ValueError on bad values, and
+        on two bodies that no force moves.
+        """
     def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
         Add the fixed half space below a plane; by default z <= 0.
@@ -652,6 +791,14 @@ class Scene:
         
         It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
         a spring too stiff for the scene's step.
+        """
+    def add_tendon(self, name: str, joints: collections.abc.Mapping[str, typing.SupportsFloat | typing.SupportsIndex], *, limits: tuple[float, float] = ..., target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., friction: float = 0.0) -> None:
+        """
+        Add a fixed tendon, whose length is the sum of joints' positions, each times a coefficient.
+        
+        joints: {joint: coefficient}. limits, friction and the control are as those of a joint, along the length; target is by default
+        the length at the scene's start. A plan's targets may name it. Raises ValueError on bad values, a fixed joint, and joints on
+        more than two chains of links that hang on fixed bodies.
         """
     def contact_friction(self, body_a: str, body_b: str) -> float:
         """
@@ -726,6 +873,11 @@ class Scene:
         In the order in which they were added.
         """
     @property
+    def loops(self) -> list[Loop]:
+        """
+        In the order in which they were added.
+        """
+    @property
     def margin(self) -> float | None:
         """
         [m]
@@ -736,7 +888,7 @@ class Scene:
         Coefficients that were set, by pair of bodies, the one that was added first in front.
         """
     @property
-    def report(self) -> energymargin.scenes.reports.SceneReport:
+    def report(self) -> SceneReport:
         """
         What the readers of files left out of this scene, left loose, or stated; a table.
         """
@@ -759,6 +911,11 @@ class Scene:
     def step(self) -> float:
         """
         [s]
+        """
+    @property
+    def tendons(self) -> list[Tendon]:
+        """
+        In the order in which they were added.
         """
 class Plan:
     """

@@ -35,9 +35,9 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
             joints stay where they are in it.
         step: MuJoCo's [s], by default the scene's. The shorter, the stiffer are contacts.
 
-    Bodies and joints have the scene's names. A joint's drive is an actuator of the joint's name
-    whose control is the target; a body's constant force is an actuator without control. Boxes of
-    bodies in a plane are thinner by a share of 1e-4, each by more than that before. Raises
+    Bodies, joints and tendons have the scene's names. What drives a joint or a tendon is an
+    actuator of its name whose control is the target; a body's constant force is one of its own.
+    Boxes of bodies in a plane are thinner by a share of 1e-4, each by more than that before. Raises
     ValueError on what MJCF cannot express: a body with one locked axis of rotation, a joint with
     one limit for both ends, a body of the name "world", a kinematic body, a surface that moves,
     gives way or bounces.
@@ -73,7 +73,12 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
         integrator="implicitfast" if damped else "Euler",
     )
     bodies = Bodies(scene, at, root, timestep)
-    _add_springs(scene, bodies, add(root, "tendon"))
+    tendons = add(root, "tendon")
+    _add_springs(scene, bodies, tendons)
+    for tendon in scene.tendons:
+        bodies.add_tendon(tendon, tendons)
+    for number, loop in enumerate(scene.loops):
+        bodies.add_loop(loop, number)
     _add_contacts(scene, bodies, add(root, "contact"), timestep)
     frame = {key: values for key, values in bodies.start.items() if values}
     add(add(root, "keyframe"), "key", name=START, **frame)

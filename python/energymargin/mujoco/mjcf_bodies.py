@@ -22,12 +22,15 @@ from energymargin._core import (
     Cylinder,
     Inertial,
     Joint,
+    Loop,
     MassProperties,
     Plane,
     Scene,
     Sphere,
+    Tendon,
     mass_properties,
 )
+from energymargin.scenes.mjcf_model import CENTRAL
 
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before
@@ -74,7 +77,15 @@ class Bodies:
         if body.fixed:
             pass
         elif len(linear) == len(angular) == 3:
-            add(element, "freejoint", name=body.name)
+            slides, turns = body.linear_damping, body.angular_damping
+            apart = np.abs(inertia_of(body).center).max() > CENTRAL
+            if slides != turns or (slides and apart):
+                raise ValueError(
+                    f"'{body.name}' has linear_damping {slides} and angular_damping {turns}, "
+                    "expected one number, and its frame at the centre of mass, for MJCF"
+                )
+            damping = {"damping": slides} if slides else {}
+            add(element, "joint", name=body.name, type="free", **damping)
             spin = Rotation.from_quat(orientation).inv().apply(now["angular_velocity"])
             self._begin([*position, *_scalar_first(orientation)], [*now["velocity"], *spin])
         else:
@@ -88,16 +99,21 @@ class Bodies:
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         speed = now["velocity"] + np.cross(spin, turn.apply(center))
         own = turn.inv().apply(np.eye(3))  # the world's axes, in the body's frame
+        damping = body.angular_damping
         for axis in linear:
-            add(element, "joint", name=f"{body.name}/slide{axis}", type="slide", axis=own[axis])
+            slide = {"type": "slide", "axis": own[axis], "damping": body.linear_damping}
+            add(element, "joint", name=f"{body.name}/slide{axis}", **slide)
             self._begin([0.0], [speed[axis]])
         if len(angular) == 3:
-            add(element, "joint", name=f"{body.name}/ball", type="ball", pos=center)
+            add(
+                element, "joint", name=f"{body.name}/ball", type="ball", pos=center, damping=damping
+            )
             self._begin([1.0, 0.0, 0.0, 0.0], turn.inv().apply(spin))
             return
         for axis in angular:
             name = f"{body.name}/hinge{axis}"
-            add(element, "joint", name=name, type="hinge", pos=center, axis=own[axis])
+            hinge = {"type": "hinge", "pos": center, "axis": own[axis], "damping": damping}
+            add(element, "joint", name=name, **hinge)
             self._begin([0.0], [spin[axis]])
 
     def _add_links(self, parent: xml.Element, body: Body) -> None:
@@ -142,15 +158,38 @@ class Bodies:
             joints = {"joint1": joint.name, "joint2": joint.mimic.joint, "polycoef": line}
             add(self._equalities, "joint", **joints, solref=(EQUALITY_STEPS * self._step, 1.0))
             return
-        stiffness, damping = joint.stiffness, joint.damping
+        self._control(joint, joint=joint.name)
+
+    def _control(self, of: Joint | Tendon, **transmission: str) -> None:
+        stiffness, damping = of.stiffness, of.damping
         if not (stiffness or damping):
             return
-        bias = (damping * joint.target_velocity, -stiffness, -damping)
+        bias = (damping * of.target_velocity, -stiffness, -damping)
         law = {"gainprm": stiffness, "biastype": "affine", "biasprm": bias}
-        most = joint.torque_limit
+        most = of.torque_limit
         limit = {"forcerange": (-most, most)} if np.isfinite(most) else {}
-        add(self._actuators, "general", name=joint.name, joint=joint.name, **law, **limit)
-        self.start["ctrl"].append(joint.target)
+        add(self._actuators, "general", name=of.name, **transmission, **law, **limit)
+        self.start["ctrl"].append(of.target)
+
+    def add_tendon(self, tendon: Tendon, section: xml.Element) -> None:
+        """A fixed tendon, and what drives it."""
+        loss = {"frictionloss": tendon.friction} if tendon.friction else {}
+        element = add(section, "fixed", name=tendon.name, **_limits(tendon), **loss)
+        for of in tendon.joints:
+            add(element, "joint", joint=of.joint, coef=of.coefficient)
+        self._control(tendon, tendon=tendon.name)
+
+    def add_loop(self, loop: Loop, number: int) -> None:
+        """A connection or a weld of two sites."""
+        sites = {}
+        for end, body, point, turn in (
+            ("1", loop.body_a, loop.point_a, loop.orientation_a),
+            ("2", loop.body_b, loop.point_b, loop.orientation_b),
+        ):
+            sites[f"site{end}"] = f"loop{number}/{body}"
+            add(self.elements[body], "site", name=sites[f"site{end}"], **_pose(point, turn))
+        kind = {"point": "connect", "weld": "weld"}[loop.type]
+        add(self._equalities, kind, **sites, solref=(EQUALITY_STEPS * self._step, 1.0))
 
     def _add_forces(self) -> None:
         """At centres of mass, along the world's axes."""
@@ -250,9 +289,9 @@ def add(parent: xml.Element, tag: str, **attributes: Any) -> xml.Element:
     return element
 
 
-def _limits(joint: Joint) -> dict[str, Any]:
+def _limits(joint: Joint | Tendon) -> dict[str, Any]:
     low, high = joint.limits
-    if joint.mimic or not (np.isfinite(low) or np.isfinite(high)):
+    if getattr(joint, "mimic", None) or not (np.isfinite(low) or np.isfinite(high)):
         return {}
     if low == high:
         raise ValueError(f"limits of '{joint.name}' are {joint.limits}, expected two for MJCF")

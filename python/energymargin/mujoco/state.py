@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Joint, Scene
+from energymargin._core import Joint, Scene, Tendon
 from energymargin.mujoco.states import Names, States
 from energymargin.plausibility import warn
 from energymargin.scenes.mjcf_couplings import couplings
@@ -77,7 +77,7 @@ def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: 
 
 
 def targets(scene: Scene, model: Any, data: Any, *, prefix: str = "") -> dict[str, float]:
-    """By joint under position control, the target [rad or m] that MuJoCo's control asks for.
+    """By joint or tendon under position control, the target [rad or m] that the control asks for.
 
     For `Plan(targets=...)`, or a scene whose joints were made at another control. It is that of
     `em.scenes.from_mjcf` for joints that one actuator drives, also by a tendon or beside a spring.
@@ -97,9 +97,9 @@ FILTERS = ("filter", "filterexact")  # activations that follow the control
 
 @dataclass(frozen=True)
 class Servo:
-    """The one actuator that drives a joint by position or velocity control."""
+    """The one actuator that drives a joint or a tendon by position or velocity control."""
 
-    joint: Joint
+    joint: Joint | Tendon
     """The scene's."""
     address: int
     """Place of its control in `ctrl`."""
@@ -136,15 +136,21 @@ class Servo:
 
 
 def servos(names: Names, model: Any) -> dict[str, Servo]:
-    """By joint of the scene that is driven in it as in the model, by one actuator there."""
+    """By joint or tendon that is driven in the scene as in the model, by one actuator there."""
     features = Features(())
     selection = Selection(model, None, "fixed", start_of(model, None, None), features)
-    found = drives(selection, couplings(selection, features), (), features)
+    found, tendons = drives(selection, couplings(selection, features), (), features)
+    driven = {names.prefix + tendon.name: tendon.drive for tendon in tendons}
+    pairs: list[tuple[Joint | Tendon, Drive]] = [
+        (joint, found[number])
+        for joint, number in names.moving
+        if number in found and not joint.held
+    ]
+    pairs += [(of, driven[of.name]) for of in names.tendons if of.name in driven]
     clamps, result = not disabled(model, "CLAMPCTRL"), {}
-    for joint, number in names.moving:
-        drive = found.get(number, Drive())
+    for joint, drive in pairs:
         alike = (drive.stiffness > 0) == (joint.stiffness > 0)
-        if len(drive.controls) != 1 or not alike or joint.held:
+        if len(drive.controls) != 1 or not alike:
             continue
         ((actuator, slope),) = drive.controls.items()
         address = control_address(model, actuator)

@@ -157,6 +157,8 @@ class Additions:
     planes: list[dict[str, Any]] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     """Of the scene's report."""
+    tendons: list[dict[str, Any]] = field(default_factory=list)
+    loops: list[dict[str, Any]] = field(default_factory=list)
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
@@ -168,6 +170,10 @@ class Additions:
         for keywords in self.joints:
             limit.require(f"joint {keywords['name']!r} was added")
             scene.add_joint(**keywords)
+        for keywords in self.tendons:
+            scene.add_tendon(**keywords)
+        for keywords in self.loops:
+            scene.add_loop(**keywords)
         for body_a, body_b in self.disabled:
             limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
             scene.disable_collisions(body_a, body_b)
@@ -193,7 +199,13 @@ def added(
     check_names(scene, new.bodies + new.planes, new.joints)
     made = new.add_to(Scene() if scene is None else _empty(scene), limit)
     moving = [joint for joint in new.joints if joint["type"] != "fixed"]
-    undriven = [joint["name"] for joint in moving if not any(map(joint.get, DRIVING))]
+    driving = (tendon["joints"] for tendon in new.tendons if any(map(tendon.get, DRIVING)))
+    by_tendon = {joint for joints in driving for joint in joints}
+    undriven = [
+        joint["name"]
+        for joint in moving
+        if not any(map(joint.get, DRIVING)) and joint["name"] not in by_tendon
+    ]
     rows = [*new.rows, *(Row(reports.UNDRIVEN, name) for name in undriven)]
     if self_collision and moving:
         limit.require("links that overlap were looked for")

@@ -16,7 +16,8 @@ from energymargin.scenes.additions import Control, Mistakes
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import couplings
-from energymargin.scenes.mjcf_drives import drives, joint_drives
+from energymargin.scenes.mjcf_drives import drives, joint_drives, tendon_drives
+from energymargin.scenes.mjcf_loops import ties
 from energymargin.scenes.mjcf_model import (
     Features,
     Selection,
@@ -137,7 +138,8 @@ def from_mjcf(
     control = joints or {}
     with mistakes.listed():
         additions.check_control(control, settable)
-    driven = drives(selection, coupled, control, features, mimic_limits=mimic_limits)
+    driven, tendons = drives(selection, coupled, control, features, mimic_limits=mimic_limits)
+    tied = ties(selection, features)
     contacts = Contacts(selection, features)
     mistakes.features = features.found
     jointed = joint_drives(selection, coupled, driven, control, prefix=prefix, mistakes=mistakes)
@@ -151,7 +153,8 @@ def from_mjcf(
     own_gravity = np.zeros(3) if disabled(made, "GRAVITY") else made.opt.gravity
     gravity = np.array(own_gravity if scene is None else scene.gravity)
     builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
-    new = builder.additions(jointed, self_collision=self_collision)
+    new = builder.additions(jointed, tied, self_collision=self_collision)
+    new.tendons.extend(tendon_drives(made, tendons, prefix))
     new.disabled.extend((prefix + a, prefix + b) for a, b in pairs)
     new.rows.extend(features.rows(prefix))
     into = Scene(gravity, friction_rule=FRICTION_RULE) if scene is None else scene

@@ -16,7 +16,16 @@ from energymargin.limits import Limit
 from energymargin.scenes import reports
 from energymargin.scenes.additions import Additions
 from energymargin.scenes.mjcf_contacts import Contacts, Group
-from energymargin.scenes.mjcf_model import MASSLESS, WORLD, Selection, local_pose, name_of, word
+from energymargin.scenes.mjcf_loops import Tie
+from energymargin.scenes.mjcf_model import (
+    MASSLESS,
+    WORLD,
+    Selection,
+    damps,
+    local_pose,
+    name_of,
+    word,
+)
 from energymargin.scenes.poses import Pose, place, pose
 from energymargin.scenes.reports import Row
 
@@ -52,7 +61,9 @@ class Builder:
         self._of_group: dict[Group, str] = {}
         self._stated: dict[str, float] = {}
 
-    def additions(self, drives: Mapping[int, dict[str, Any]], *, self_collision: bool) -> Additions:
+    def additions(
+        self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], *, self_collision: bool
+    ) -> Additions:
         """All of it; `drives`: by joint, keywords of its drive, start and mimic."""
         for body in self.selection.bodies:
             self.limit.require(f"body {self._name(body)!r} was made")
@@ -62,6 +73,7 @@ class Builder:
                 self._add_moving(body)
         order = [*drives, None]
         joints = sorted(self._joints, key=lambda each: order.index(each[0]))
+        loops = [self._loop(tie) for tie in ties]
         disabled, frictions = self._pairs(self_collision)
         return Additions(
             sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0)),
@@ -73,7 +85,23 @@ class Builder:
             frictions,
             list(self._planes.values()),
             [Row(reports.STATED, name, f"{mass:.3g} kg") for name, mass in self._stated.items()],
+            loops=loops,
         )
+
+    def _loop(self, tie: Tie) -> dict[str, Any]:
+        """Keywords of `Scene.add_loop`."""
+        keywords: dict[str, Any] = {"type": tie.kind}
+        for end, (body, frame) in zip("ab", tie.ends, strict=True):
+            if body in self.selection.static:
+                name, at = self._static_parent(body, None), frame
+            else:
+                name = self._name(self.selection.carrier[body])
+                at = self.selection.offset[body] @ frame
+            placed = place(at)
+            keywords |= {f"body_{end}": self.prefix + name, f"point_{end}": placed["position"]}
+            if tie.kind == "weld":
+                keywords[f"orientation_{end}"] = placed["orientation"]
+        return keywords
 
     def _name(self, body: int) -> str:
         return name_of(self._model, "body", body)
@@ -132,7 +160,9 @@ class Builder:
     def _add_moving(self, body: int) -> None:
         name = self._name(body)
         main = None if self._splits(body) else self._main(body)
-        keywords = {"shape": Compound([]), **self._mass(body)}
+        moved = body in self.selection.moved
+        mass = {"kinematic": True, "mass": 1.0} if moved else self._mass(body)
+        keywords = {"shape": Compound([]), **mass}
         if main is not None:
             keywords |= {"shape": self._shape(main), **main.keywords()}
             self._of_group[main] = name
@@ -140,13 +170,21 @@ class Builder:
         if free:
             twist, turn = self.selection.start.twists[body], self._shift[:3, :3]
             speed = {"velocity": turn @ twist[3:], "angular_velocity": turn @ twist[:3]}
-            keywords |= self._place(body) | speed
+            keywords |= self._place(body) | speed | self._damping(body)
         self._add_body(name, body, **keywords)
         if not free:
             self._hang(body, main)
         for group in self._groups[body]:
             if group not in self._of_group:
                 self._add_part(body, group)
+
+    def _damping(self, body: int) -> dict[str, float]:
+        """Of a body on a free or a ball joint, as `mjcf_drives` counts what has none here."""
+        first, count = self._model.body_dofadr[body], self._model.body_dofnum[body]
+        if not count or not damps(self._model, body):
+            return {}
+        value = float(self._model.dof_damping[first])
+        return {"angular_damping": value} | ({"linear_damping": value} if count == 6 else {})
 
     def _main(self, body: int) -> Group | None:
         """The geoms that a body has as its own shape."""
@@ -236,7 +274,7 @@ class Builder:
 
     def _negligible(self, body: int) -> dict[str, Any]:
         """Mass and inertia that change nothing, of what only connects."""
-        mass = NEGLIGIBLE * float(self._model.body_subtreemass[body])
+        mass = NEGLIGIBLE * max(float(self._model.body_subtreemass[body]), MASSLESS)
         moments = np.full(3, mass * GYRATION**2)
         return {"mass": mass, "inertial": Inertial(self._model.body_ipos[body], inertia=moments)}
 

@@ -116,12 +116,9 @@ def _equations(selection: Selection, features: Features) -> list[_Equation]:
         if kind in ("joint", "tendon"):
             equation = _equation(model, i, ends, own, features)
             equations += [equation] if equation else []
-        elif kind in ("connect", "weld"):
-            bodies = _held(selection, i, ends)
-            features.add(f"equality/{kind}", bool(bodies), bodies=bodies)
         elif kind == "distance":
             features.add("equality/distance")
-        else:
+        elif kind not in ("connect", "weld"):
             features.add("flex")
     return equations
 
@@ -153,17 +150,6 @@ def _beyond(model: Any, end: int, *, of_joints: bool) -> Linear | None:
         return Linear({end: 1.0}, -float(model.qpos0[model.jnt_qposadr[end]]))
     length = linear_tendon(model, end)
     return length and length.plus(Linear({}, -float(model.tendon_length0[end])))
-
-
-def _held(selection: Selection, equality: int, ends: list[int]) -> list[str]:
-    """The bodies of the selection that a connection or a weld holds and that can move."""
-    model = selection.model
-    if word("mjtObj", model.eq_objtype[equality]) == "site":
-        ends = [int(model.site_bodyid[site]) for site in ends]
-    if selection.root in ends and not all(body in selection.lump for body in ends):
-        return []  # where the base is, and how it moves, the caller says
-    moving = [body for body in ends if body in selection.lump and body not in selection.static]
-    return [name_of(model, "body", body) for body in moving]
 
 
 def linear_tendon(model: Any, tendon: int) -> Linear | None:

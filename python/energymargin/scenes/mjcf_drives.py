@@ -16,6 +16,7 @@ from energymargin.scenes.mjcf_model import (
     Features,
     Selection,
     control_address,
+    damps,
     disabled,
     name_of,
     word,
@@ -77,6 +78,15 @@ class Drive:
         return given
 
 
+@dataclass(frozen=True, eq=False)
+class TendonDrive:
+    """What acts along a sum of several joints' positions."""
+
+    name: str
+    sum: Linear
+    drive: Drive
+
+
 def drives(
     selection: Selection,
     coupled: Mapping[int, Linear],
@@ -84,8 +94,8 @@ def drives(
     features: Features,
     *,
     mimic_limits: str = "file",
-) -> dict[int, Drive]:
-    """By joint that follows no other; what acts on joints that follow acts there.
+) -> tuple[dict[int, Drive], list[TendonDrive]]:
+    """By joint that follows no other; what acts on joints that follow acts there. And of tendons.
 
     `commanded`: joints whose drives the caller gives, by name. `mimic_limits`: "leader" leaves out
     the limits of joints that follow. Counts what is not simulated.
@@ -101,7 +111,7 @@ def drives(
         for joint in selection.all_joints():
             maker.add_ceiling(joint)
     maker.count(commanded)
-    return maker.drives
+    return maker.drives, maker.tendons
 
 
 class _Drives:
@@ -117,11 +127,25 @@ class _Drives:
             for what in ("LIMIT", "DAMPER", "SPRING", "FRICTIONLOSS")
         )
         self.drives = {joint: Drive() for joint in self._own if joint not in coupled}
+        self.tendons: list[TendonDrive] = []
 
-    def _on_joint(self, length: Linear) -> tuple[Drive, float]:
-        """The drive of the one joint that a length depends on, and its coefficient."""
+    def _along(self, length: Linear) -> tuple[Drive, float]:
+        """What drives a length, of one joint or of those of a tendon, and its coefficient."""
+        if len(length.terms) > 1:
+            found = self._of_tendon(length)
+            assert found
+            return found
         ((joint, factor),) = length.terms.items()
         return self.drives[joint], factor
+
+    def _of_tendon(self, length: Linear) -> tuple[Drive, float] | None:
+        """The same of several joints; None if no tendon is simulated that is a multiple of it."""
+        first = next(iter(length.terms))
+        for tendon in self.tendons:
+            factor = length.terms[first] / tendon.sum.terms.get(first, math.inf)
+            if not length.plus(tendon.sum, -factor).terms:
+                return tendon.drive, factor
+        return None
 
     def _of(self, joint: int) -> Linear:
         return Linear({joint: 1.0}).with_couplings(self._coupled)
@@ -129,7 +153,7 @@ class _Drives:
     def _stop(self, length: Linear, limited: Any, ends: Any) -> None:
         """Limits; those of a joint that follows stop the one that leads."""
         if self._stops and limited and length.terms:
-            drive, factor = self._on_joint(length)
+            drive, factor = self._along(length)
             drive.stop(*sorted((float(end) - length.constant) / factor for end in ends))
 
     def _push(
@@ -137,7 +161,7 @@ class _Drives:
     ) -> None:
         """Adds force - stiffness * length - damping * rate, along the length."""
         if length.terms:
-            drive, factor = self._on_joint(length)
+            drive, factor = self._along(length)
             drive.force += factor * (force - stiffness * length.constant)
             drive.stiffness += factor**2 * stiffness
             drive.damping += factor**2 * damping
@@ -150,7 +174,7 @@ class _Drives:
         rest, stiffness, damping = law
         self._push(length, stiffness * rest, stiffness, damping, armature)
         if length.terms:
-            drive, factor = self._on_joint(length)
+            drive, factor = self._along(length)
             drive.passive_force |= stiffness > 0
             drive.friction += abs(factor) * friction
 
@@ -187,7 +211,7 @@ class _Drives:
         return (length.with_couplings(self._coupled) if here else None), names
 
     def add_tendon(self, tendon: int) -> None:
-        """Limits, springs and dampers of a fixed tendon that depends on one joint."""
+        """Limits, springs and dampers of a fixed tendon."""
         model, add = self._model, self._features.add
         length, names = self._tendon(tendon)
         limited = model.tendon_limited[tendon]
@@ -201,8 +225,15 @@ class _Drives:
             add("tendon", acts and bool(names or self._near(tendon)), names)
         elif length.terms:
             if len(length.terms) > 1:
-                add("tendon", pulls or not self._within(tendon, length), names)
-                return
+                limited = not self._within(tendon, length)
+                if "tendon" in self._features.ignored:
+                    add("tendon", pulls or limited, names)
+                    return
+                add("tendon", bool(armature))
+                name = name_of(model, "tendon", tendon)
+                taken = {name_of(model, "joint", joint) for joint in range(model.njnt)}
+                name = f"{name}/tendon" if name in taken else name
+                self.tendons.append(TendonDrive(name, Linear(length.terms), Drive()))
             self._stop(length, limited, model.tendon_range[tendon])
             low, high = map(float, model.tendon_lengthspring[tendon])
             add("tendon", bool(stiffness) and low != high)
@@ -263,7 +294,7 @@ class _Drives:
             names = [name_of(model, "joint", joint) for joint in length.terms]
             add("actuator/gain", loose=names)
             return
-        drive, factor = self._on_joint(length)
+        drive, factor = self._along(length)
         if law[1] == 0 and law[2] == 0:
             drive.motors += 1
             drive.idle += law[0] == 0
@@ -298,7 +329,9 @@ class _Drives:
         length: Linear | None = None
         if kind == "tendon":
             length, names = self._tendon(end)
-            if length is None or len(length.terms) > 1:
+            several = length is not None and len(length.terms) > 1
+            left_out = several and "actuator/tendon" in self._features.ignored
+            if length is None or left_out or (several and not self._of_tendon(length)):
                 add("actuator/tendon", bool(names) or linear_tendon(model, end) is None, names)
                 return None
         elif kind not in ("joint", "jointinparent"):
@@ -318,10 +351,11 @@ class _Drives:
             if model.body_jntnum[body]:
                 for what in ("armature", "frictionloss", "damping"):
                     values = getattr(model, f"dof_{what}")[dof : dof + model.body_dofnum[body]]
-                    add(f"joint.{what}", bool(np.any(values > 0)))
+                    own = what == "damping" and damps(model, body)
+                    add(f"joint.{what}", bool(np.any(values > 0)) and not own)
                 add("joint.stiffness", bool(model.jnt_stiffness[joint] > 0))
-        for joint, drive in self.drives.items():
-            name = name_of(model, "joint", joint)
+        named = [(name_of(model, "joint", joint), of) for joint, of in self.drives.items()]
+        for name, drive in [*named, *((tendon.name, tendon.drive) for tendon in self.tendons)]:
             if name not in commanded:
                 add("actuator/motor", drive.motors - drive.idle, [name])
                 self._features.leave("actuator/motor", drive.idle, [name])
@@ -368,6 +402,19 @@ def joint_drives(
             leader = prefix + name_of(model, "joint", source)
             keywords[joint] = {"mimic": Mimic(leader, multiplier, of.constant)}
     return keywords
+
+
+def tendon_drives(model: Any, tendons: list[TendonDrive], prefix: str) -> list[dict[str, Any]]:
+    """Keywords of `Scene.add_tendon`, of those that do something."""
+    found = []
+    for tendon in tendons:
+        joints = {prefix + name_of(model, "joint", j): v for j, v in tendon.sum.terms.items()}
+        keywords = tendon.drive.keywords()
+        if any(value for name, value in keywords.items() if name != "limits") or any(
+            map(math.isfinite, keywords["limits"])
+        ):
+            found.append({"name": prefix + tendon.name, "joints": joints, **keywords})
+    return found
 
 
 def _number(model: Any, name: str, index: int) -> float:

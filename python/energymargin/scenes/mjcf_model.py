@@ -26,6 +26,7 @@ from energymargin.scenes.reports import Row
 COPYING = ("replicate", "composite", "flexcomp")
 # Of a model with copies; MuJoCo 3.11 takes 4 s for 10,000 geoms, and grows with the square of that.
 MOST_ELEMENTS = 100_000
+CENTRAL = 1e-6  # m; a centre of mass so near to a frame's origin is there
 MASSLESS = 1e-15  # kg; MuJoCo's least mass of what moves
 WORLD = 0
 
@@ -217,6 +218,8 @@ class Selection:
     """The bodies of a model that become a scene's, and what holds them together.
 
     Bodies are in MuJoCo's order: parents first. `lump`: the topmost body that a body is rigid with.
+    `balls`: bodies on a ball joint alone, which are free, and that joint. `moved`: mocap bodies
+    that something is tied to.
     """
 
     def __init__(
@@ -232,6 +235,15 @@ class Selection:
         self.lump: dict[int, int] = {}
         self.static: set[int] = set()
         self.free: set[int] = set()
+        self.balls: dict[int, int] = {}
+        self.moved: set[int] = {
+            int(body)
+            for equality in np.flatnonzero(model.eq_active0)
+            if (kind := word("mjtEq", model.eq_type[equality])) in ("connect", "weld")
+            and f"equality/{kind}" not in features.ignored
+            for body in tie_ends(model, int(equality))
+            if model.body_mocapid[body] >= 0
+        }
         self.joints: dict[int, list[int]] = {}
         self.carrier: dict[int, int] = {}
         self.offset: dict[int, Pose] = {}
@@ -248,10 +260,13 @@ class Selection:
         self.lump[body] = body
         if body == self.root:
             (self.static if base == "fixed" else self.free).add(body)
-        elif body == WORLD or model.body_mocapid[body] >= 0:
+        elif body == WORLD or (model.body_mocapid[body] >= 0 and body not in self.moved):
             self.static.add(body)
-        elif "free" in kinds.values():
+        elif body in self.moved or "free" in kinds.values():
             self.free.add(body)
+        elif list(kinds.values()) == ["ball"] and "joint/ball" not in features.ignored:
+            self.free.add(body)
+            self.balls[body] = first
         else:
             self.joints[body] = [joint for joint, kind in kinds.items() if kind != "ball"]
             features.add("joint/ball", len(kinds) - len(self.joints[body]))
@@ -270,10 +285,10 @@ class Selection:
             self.offset[body] = self.offset[parent] @ self.at(body)
 
     def at(self, body: int) -> Pose:
-        """A body's frame in its parent's, before its joints; on a ball joint alone, which is not
-        simulated, as it starts."""
-        model = self.model
-        if body in self.joints and not self.joints[body] and model.body_jntnum[body]:
+        """A body's frame in its parent's, before its joints; on a ball joint that is ignored, as it
+        starts."""
+        model, loose = self.model, body in self.joints and body not in self.balls
+        if loose and not self.joints[body] and model.body_jntnum[body]:
             poses = self.start.poses
             return np.linalg.inv(poses[int(model.body_parentid[body])]) @ poses[body]
         return local_pose(model.body_pos[body], model.body_quat[body])
@@ -285,6 +300,20 @@ class Selection:
     def rigid(self, body_a: int, body_b: int) -> bool:
         """Whether two bodies move as one, or not at all."""
         return self.lump[body_a] == self.lump[body_b] or {body_a, body_b} <= self.static
+
+
+def damps(model: Any, body: int) -> bool:
+    """Whether the damping of a body's free or ball joint is that of a body about its centre."""
+    central = float(np.abs(model.body_ipos[body]).max()) < CENTRAL
+    return (central or int(model.body_dofnum[body]) == 3) and not disabled(model, "DAMPER")
+
+
+def tie_ends(model: Any, equality: int) -> list[int]:
+    """The two bodies of a connection or a weld."""
+    ends = [int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])]
+    if word("mjtObj", model.eq_objtype[equality]) == "site":
+        ends = [int(model.site_bodyid[site]) for site in ends]
+    return ends
 
 
 def body_id(model: Any, argument: str, name: str) -> int:

@@ -19,9 +19,10 @@ Articulation::Articulation(const Scene& scene, std::size_t base, std::optional<s
   ways_.resize(count());
   for (int i = 1; i < static_cast<int>(links_.size()); ++i) {
     const Joint& joint = scene.joints()[*link(i).joint];
-    if (link(i).velocity >= 0 && !joint.mimic) controls_.push_back({&joint, i, link(i).velocity, joint.target});
+    if (link(i).velocity >= 0 && !joint.mimic)
+      controls_.push_back({{&joint, joint.target}, &joint, i, link(i).velocity});
   }
-  for (const JointControl& control : controls_) drives_ = drives_ || control.drives();
+  for (const JointControl& control : controls_) drives_ = drives_ || control.law->drives();
   inertia_.resize(count() * count(), 0.0);
   for (std::vector<double>* numbers : {&forces_, &bias_, &rates_, &coasting_, &kicked_}) numbers->resize(count());
   for (auto* of_links : {&bodies_, &composites_}) of_links->resize(links_.size());
@@ -201,6 +202,12 @@ void Articulation::put_off(const std::vector<double>& way) {
     links_[i].position = positions_[i] + way[static_cast<std::size_t>(links_[i].velocity)];
   }
   place_links();
+}
+
+void Articulation::look_ahead(double duration) {
+  std::vector<double> way = ways_;
+  for (double& along : way) along *= duration;
+  put_off(way);
 }
 
 void Articulation::put_back() {

@@ -16,20 +16,23 @@ namespace energymargin {
 //! A free body has six velocities: three linear ones of its centre of mass, and three angular ones.
 inline constexpr int velocities_of_free_body = 6;
 
-//! A joint's position control with compliance. The torque is that at the end of the substep, which is stable for any
-//! stiffness: over a substep of duration h [s] its impulse is h (k (target - q - h v) + d (v_target - v)) = pull -
-//! resistance v, within the limit.
-struct JointControl {
+//! Position control with compliance. The torque is that at the end of the substep, which is stable for any stiffness:
+//! over a substep of duration h [s] its impulse is h (k (target - q - h v) + d (v_target - v)) = pull - resistance v,
+//! within the limit.
+struct Control {
+  const PositionControl* law;  // of the scene's joint or tendon
+  double target;               // [rad] or [m]
+
+  bool limited() const { return law->torque_limit < std::numeric_limits<double>::infinity(); }
+  double resistance(double duration) const { return duration * (duration * law->stiffness + law->damping); }
+  double pull(double duration, double position) const {
+    return duration * (law->stiffness * (target - position) + law->damping * law->target_velocity);
+  }
+};
+
+struct JointControl : Control {
   const Joint* joint;  // the scene's
   int link, velocity;  // indices among the tree's
-  double target;       // [rad] or [m]
-
-  bool drives() const { return joint->stiffness > 0.0 || joint->damping > 0.0; }
-  bool limited() const { return joint->torque_limit < std::numeric_limits<double>::infinity(); }
-  double resistance(double duration) const { return duration * (duration * joint->stiffness + joint->damping); }
-  double pull(double duration, double position) const {
-    return duration * (joint->stiffness * (target - position) + joint->damping * joint->target_velocity);
-  }
 };
 
 //! A tree of links on its base: a free body, or a fixed one that stays what it is outside of the tree. Its velocities
@@ -108,6 +111,10 @@ class Articulation {
   //! Moves all on their ways, for a share of `duration` [s]; a kinematic base loses no time.
   void move(double duration, double share);
 
+  //! Puts the links, but not the bodies, where they get on their ways in `duration` [s], and back.
+  void look_ahead(double duration);
+  void put_back();
+
   //! Moves a free base, with all that hangs on it.
   void put_base(const btTransform& pose);
 
@@ -122,8 +129,10 @@ class Articulation {
   void prepare(double duration, const btVector3& gravity, bool alone);
   bool drives() const { return drives_; }
 
-  //! A tree whose joints follow others does not coast, which would part them: what its velocities do to it is a force.
+  //! A tree whose joints are coupled, or in a loop, does not coast, which would part them: what its velocities do to
+  //! it is a force.
   void couple() { coupled_ = true; }
+  bool coupled() const { return coupled_; }
 
   //! Inertia with what the drives resist, row by row, count() each.
   const double* inertia_row(std::size_t i) const { return driven_.data() + i * count(); }
@@ -165,7 +174,6 @@ class Articulation {
   void set_motions();
   const std::vector<SpatialVector>& link_motions(const std::vector<double>& velocities) const;
   void put_off(const std::vector<double>& way);
-  void put_back();
 
   void find_inertia();
   void find_forces(const btVector3& gravity, bool loads);

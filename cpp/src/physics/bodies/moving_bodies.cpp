@@ -17,7 +17,8 @@ MovingBodies::MovingBodies(const Scene& scene)
     if (!scene.bodies()[i].fixed()) add_free(i, layout.offset(i));
   }
   add_trees();
-  add_mimics();
+  add_sums();
+  add_loops();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Vector3& force = scene.bodies()[i].force;
     if (links_[i] && !force.isZero(0.0)) link_loads_.push_back({i, to_bullet(force), btVector3(0, 0, 0)});
@@ -59,14 +60,37 @@ void MovingBodies::add_trees() {
 }
 
 // A joint and the one that it follows may be on two trees.
-void MovingBodies::add_mimics() {
+void MovingBodies::add_sums() {
   const auto link = [this](std::size_t joint) { return *links_[scene_.index(scene_.joints()[joint].child)]; };
+  for (const Tendon& tendon : scene_.tendons()) {
+    TendonControl& made = tendons_.emplace_back(TendonControl{{}, {&tendon, tendon.target}, &tendon});
+    for (const TendonJoint& of : tendon.joints) {
+      made.terms.push_back({link(scene_.joint_index(of.joint)), of.coefficient});
+      trees_[made.terms.back().link.tree]->couple();
+    }
+  }
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
     const auto& mimic = scene_.joints()[i].mimic;
     if (!mimic) continue;
     const std::size_t followed = scene_.joint_index(mimic->joint);
     if (scene_.joints()[followed].held) continue;  // then both are rigid
-    mimics_.push_back({link(i), link(followed), *mimic});
+    mimics_.push_back({{{{link(i), 1.0}, {link(followed), -mimic->multiplier}}}, mimic->offset});
+    for (const JointSum::Term& term : mimics_.back().terms) trees_[term.link.tree]->couple();
+  }
+}
+
+void MovingBodies::add_loops() {
+  const auto frame = [this](std::size_t body, const Vector3& point, const Quaternion& orientation) {
+    const Inertial& inertial = scene_.inertial(body);
+    return bullet_pose(inertial, BodyState{}).inverse() * btTransform(to_bullet(orientation), to_bullet(point));
+  };
+  for (const Loop& loop : scene_.loops()) {
+    const std::size_t a = scene_.index(loop.body_a), b = scene_.index(loop.body_b);
+    loops_.push_back({loop.type == LoopType::weld, a, b, frame(a, loop.point_a, loop.orientation_a),
+                      frame(b, loop.point_b, loop.orientation_b)});
+    for (const std::size_t body : {a, b}) {
+      if (links_[body]) trees_[links_[body]->tree]->couple();
+    }
   }
 }
 
@@ -79,6 +103,7 @@ void MovingBodies::restore(const State& state) {
     each.velocity = {to_bullet(center.velocity), to_bullet(center.angular_velocity)};
   }
   for (const auto& tree : trees_) tree->restore(state);
+  for (TendonControl& tendon : tendons_) tendon.target = tendon.tendon->target;
 }
 
 void MovingBodies::read(State& state) const {
@@ -136,19 +161,21 @@ void MovingBodies::apply(const Load& load) {
   each.torque += load.torque;
 }
 
-void MovingBodies::set_target(std::size_t joint, double target) {
-  if (JointControl* control = control_of(joint)) control->target = target;
+void MovingBodies::set_target(std::size_t index, double target) {
+  if (Control* control = control_of(index)) control->target = target;
 }
 
-double MovingBodies::target(std::size_t joint) const {
-  const JointControl* control = control_of(joint);
-  return control ? control->target : scene_.joints()[joint].target;
+double MovingBodies::target(std::size_t index) const {
+  const Control* control = control_of(index);
+  return control ? control->target : scene_.control(index).target;
 }
 
-JointControl* MovingBodies::control_of(std::size_t joint) const {
+Control* MovingBodies::control_of(std::size_t index) const {
+  const std::size_t joints = scene_.joints().size();
+  if (index >= joints) return &tendons_[index - joints];
   for (const auto& tree : trees_) {
     for (JointControl& control : tree->controls()) {
-      if (control.joint == &scene_.joints()[joint]) return &control;
+      if (control.joint == &scene_.joints()[index]) return &control;
     }
   }
   return nullptr;

@@ -37,10 +37,30 @@ struct TreeLink {
   int link;
 };
 
-//! A joint that follows another one, on the same tree or on two.
-struct MimicConstraint {
-  TreeLink follower, followed;
-  Mimic mimic;
+//! A sum of joints' positions, each times a coefficient: joints of one tree, or of two.
+struct JointSum {
+  struct Term {
+    TreeLink link;
+    double coefficient;
+  };
+  std::vector<Term> terms{};
+};
+
+//! A joint that follows another one: the sum is constant.
+struct MimicConstraint : JointSum {
+  double constant;
+};
+
+//! A tendon, whose length is the sum.
+struct TendonControl : JointSum, Control {
+  const Tendon* tendon;  // the scene's
+};
+
+//! A frame of one body that stays at one of another: the scene's loop, by the bodies' centres and principal axes.
+struct LoopConstraint {
+  bool weld;
+  std::size_t a, b;
+  btTransform in_a, in_b;
 };
 
 //! Where the bodies are, how they move and what acts on them.
@@ -59,10 +79,10 @@ class MovingBodies {
   //! Null for one that is fixed or on a tree.
   FreeBody* free(std::size_t body) const { return free_of_[body]; }
 
-  //! Free bodies of role "object", in the scene's order.
-
   const std::vector<std::unique_ptr<Articulation>>& trees() const { return trees_; }
   const std::vector<MimicConstraint>& mimics() const { return mimics_; }
+  const std::vector<TendonControl>& tendons() const { return tendons_; }
+  const std::vector<LoopConstraint>& loops() const { return loops_; }
 
   //! Where a body is in a tree, if it is in one.
   const std::optional<TreeLink>& link(std::size_t body) const { return links_[body]; }
@@ -91,9 +111,9 @@ class MovingBodies {
   void clear_loads();
   void apply(const Load& load);
 
-  //! Target of a joint, until the next `restore`.
-  void set_target(std::size_t joint, double target);
-  double target(std::size_t joint) const;
+  //! Target of a joint or, beyond all joints, a tendon, until the next `restore`.
+  void set_target(std::size_t index, double target);
+  double target(std::size_t index) const;
 
   //! Moves all on their ways, for a share of `duration` [s]; a kinematic body loses no time.
   void move(double duration, double share);
@@ -107,8 +127,9 @@ class MovingBodies {
  private:
   void add_free(std::size_t body, int offset);
   void add_trees();
-  void add_mimics();
-  JointControl* control_of(std::size_t joint) const;  // null for one without
+  void add_sums();
+  void add_loops();
+  Control* control_of(std::size_t index) const;  // null for a joint without
 
   const Scene& scene_;
   std::vector<btTransform> poses_;
@@ -118,6 +139,8 @@ class MovingBodies {
   std::vector<std::optional<TreeLink>> links_;  // of all bodies
   std::vector<Load> link_loads_;                // constant forces on bodies of trees
   std::vector<MimicConstraint> mimics_;
+  mutable std::vector<TendonControl> tendons_;
+  std::vector<LoopConstraint> loops_;
 };
 
 }  // namespace energymargin

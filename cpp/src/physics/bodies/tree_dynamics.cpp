@@ -94,11 +94,17 @@ void Articulation::kick(double duration) {
   driven_ = inertia_;
   for (std::size_t i = 0; i < count(); ++i) rates_[i] = duration * forces_[i];
   for (const JointControl& control : controls_) {
-    if (!control.drives() || control.limited()) continue;
+    if (!control.law->drives() || control.limited()) continue;
     const auto i = static_cast<std::size_t>(control.velocity);
     const double position = links_[static_cast<std::size_t>(control.link)].position;
     driven_[i * count() + i] += control.resistance(duration);
     rates_[i] += control.pull(duration, position) - control.resistance(duration) * velocities_[i];
+  }
+  for (int axis = 0; free_ && !kinematic() && axis < velocities_of_free_body; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    const double resistance = duration * scene_.bodies()[links_.front().body].damping(axis);
+    driven_[i * count() + i] += resistance;
+    rates_[i] -= resistance * velocities_[i];
   }
   for (std::size_t i = 0; i < prescribed(); ++i) {
     const double change = base_[i] - velocities_[i];
@@ -214,9 +220,7 @@ double Articulation::gravity_beside(double duration, const std::vector<double>& 
     return sum;
   };
   const double at_start = power(before);
-  std::vector<double> way = ways_;
-  for (double& along : way) along *= duration;
-  put_off(way);
+  look_ahead(duration);
   const double at_end = power(after);
   put_back();
   return 0.5 * duration * (at_end - at_start);

@@ -1,18 +1,19 @@
 #include "physics/solver/step_equations.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 namespace energymargin {
 namespace {
 
-constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad or m] ...
-constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get there in so many steps
-
 // A body whose spin changes by less than this share of itself coasts as it is; the midpoint rule goes on for as long as
 // it changes by more.
 constexpr double steady_spin = 1e-9;
 constexpr int midpoint_iterations = 8;
+
+// Solutions of a substep that close its loops where it ends.
+constexpr int most_closings = 4;
 
 // A vector after a turn by a rotation vector [rad] (Rodrigues 1840).
 btVector3 rotated(const btVector3& vector, const btVector3& turn) {
@@ -31,22 +32,20 @@ btVector3 rotated(const btVector3& vector, const btVector3& turn) {
 }  // namespace
 
 StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies)
-    : scene_(scene), surfaces_(scene.has_surfaces()), bodies_(bodies), trees_(bodies.trees().size()) {
-  for (const MimicConstraint& mimic : bodies.mimics()) {
-    tree(mimic.follower.tree).couple();
-    tree(mimic.followed.tree).couple();
-  }
-}
+    : scene_(scene), surfaces_(scene.has_surfaces()), bodies_(bodies), trees_(bodies.trees().size()) {}
 
 bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
   contact_points_.clear();
+  loop_rows_.clear();
   for (const auto& tree : bodies_.trees()) tree->keep_base();
   for (const Motor& motor : substep.motors) drive_kinematic(motor);
   for (FreeBody& body : bodies_.free()) add_free(body, substep.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, substep);
   for (const Motor& motor : substep.motors) add_motor(motor, substep.duration);
   for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic);
+  for (const TendonControl& tendon : bodies_.tendons()) add_tendon(tendon, substep.duration);
+  for (const LoopConstraint& loop : bodies_.loops()) add_loop(loop, substep.duration);
   for (std::size_t i = 0; i < substep.contacts.size(); ++i) {
     const ContactPoint& point = substep.contacts[i];
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
@@ -55,9 +54,17 @@ bool StepEquations::solve(const Substep& substep) {
   const Stepping& stepping = scene_.stepping();
   bool converged = solver_.solve(stepping.iterations, stepping.tolerance);
   if (update_bends(substep)) converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
-  for (FreeBody& body : bodies_.free()) set_free(body, substep.duration);
-  for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, substep.duration);
+  set_all(substep.duration);
+  for (int i = 0; i < most_closings && close_loops(substep.duration); ++i) {
+    converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
+    set_all(substep.duration);
+  }
   return converged;
+}
+
+void StepEquations::set_all(double duration) {
+  for (FreeBody& body : bodies_.free()) set_free(body, duration);
+  for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, duration);
 }
 
 int StepEquations::mover_of(std::size_t body) const {
@@ -98,7 +105,21 @@ void StepEquations::add_free(FreeBody& body, double duration) {
     }
   }
   kick(body, duration, solver_.free(body.mover));
+  if (scene_.bodies()[body.body].damped()) damp(body, duration);
   if (count == 6) find_turning(body, duration);
+}
+
+// The damping is that at the end of the substep: what it resists counts as inertia, as of drives.
+void StepEquations::damp(const FreeBody& body, double duration) {
+  const auto count = static_cast<Eigen::Index>(body.axes.size());
+  Eigen::Map<Eigen::MatrixXd> inertia(solver_.inertia(body.mover), count, count);
+  Eigen::Map<Eigen::VectorXd> free(solver_.free(body.mover), count);
+  Eigen::VectorXd resistance(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    resistance[i] = duration * scene_.bodies()[body.body].damping(body.axes[static_cast<std::size_t>(i)]);
+  }
+  inertia.diagonal() += resistance;
+  free -= inertia.ldlt().solve(resistance.cwiseProduct(free));
 }
 
 // Velocities after the loads of the substep.
@@ -159,7 +180,7 @@ void StepEquations::coast(FreeBody& body, double duration) const {
 // Whether nothing constrains a tree in this substep, and nothing drives it.
 bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   Articulation& tree = this->tree(index);
-  if (tree.drives() || tree.kinematic()) return false;
+  if (tree.drives() || tree.kinematic() || tree.coupled()) return false;
   const auto is_here = [&](std::size_t body) { return bodies_.link(body) && bodies_.link(body)->tree == index; };
   for (const Articulation::Link& link : tree.links()) {
     if (!link.force.isZero() || !link.torque.isZero()) return false;
@@ -169,9 +190,6 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   }
   for (const Motor& motor : substep.motors) {
     if (is_here(motor.body)) return false;
-  }
-  for (const MimicConstraint& mimic : bodies_.mimics()) {
-    if (mimic.follower.tree == index || mimic.followed.tree == index) return false;
   }
   return std::all_of(tree.controls().begin(), tree.controls().end(), [](const JointControl& control) {
     const Joint& joint = *control.joint;
@@ -203,10 +221,14 @@ void StepEquations::add_tree(std::size_t i, const Substep& substep) {
     const double position = tree.link(control.link).position;
     const double lower = position - control.joint->lower;
     const double upper = control.joint->upper - position;
-    if (control.drives() && control.limited()) add_drive(i, control, position, substep.duration);
-    if (control.joint->friction > 0.0) add_dry_friction(i, control, substep.duration);
-    if (lower < reach) add_stop(i, control, 1.0, lower, substep.duration);
-    if (upper < reach) add_stop(i, control, -1.0, upper, substep.duration);
+    if (control.law->drives() && control.limited()) {
+      set_drive(add_joint_row(i, control, 1.0), control, position, substep.duration);
+    }
+    if (control.joint->friction > 0.0) {
+      set_dry_friction(add_joint_row(i, control, 1.0), control.joint->friction, substep.duration);
+    }
+    if (lower < reach) set_stop(add_joint_row(i, control, 1.0), lower, substep.duration);
+    if (upper < reach) set_stop(add_joint_row(i, control, -1.0), upper, substep.duration);
   }
 }
 

@@ -20,6 +20,16 @@ struct Substep {
 //! contacts, stops, limited drives, mimics and motors are rows of J.
 class StepEquations {
  public:
+  //! A stop takes part from this gap on [rad or m], or if a joint could get there in so many steps.
+  static constexpr double stop_reach = 0.05, stop_steps = 4.0;
+
+  //! Motors and stops are soft in the same sense as contacts.
+  static constexpr double softness_share = 1e-5;
+
+  //! An impulse along a row has to move its bodies by more than this share of what it would do to them alone: two links
+  //! of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
+  static constexpr double least_mobility = 1e-6;
+
   //! Both outlive this.
   StepEquations(const Scene& scene, MovingBodies& bodies);
 
@@ -51,17 +61,40 @@ class StepEquations {
     double sign;
   };
 
+  struct LoopGap {
+    btVector3 at_a, at_b;  // the frames' origins
+    SpatialVector gap;
+  };
+  struct LoopRow {
+    const LoopConstraint* loop;
+    bool turns;
+    btVector3 axis;
+    std::size_t row;  // among the limited ones
+    double wanted;    // gap along the axis at the end of the substep
+    double weight;    // of what it is off by
+  };
+
   void add_free(FreeBody& body, double duration);
+  void damp(const FreeBody& body, double duration);
   void kick(const FreeBody& body, double duration, double* free) const;
   void find_turning(FreeBody& body, double duration) const;
   void coast(FreeBody& body, double duration) const;
   void add_tree(std::size_t i, const Substep& substep);
   void add_motor(const Motor& motor, double duration);
   void drive_kinematic(const Motor& motor);
-  void add_stop(std::size_t tree, const JointControl& control, double direction, double gap, double duration);
-  void add_dry_friction(std::size_t tree, const JointControl& control, double duration);
-  void add_drive(std::size_t tree, const JointControl& control, double position, double duration);
+  LimitedRow& add_joint_row(std::size_t tree, const JointControl& control, double direction);
+  void set_stop(LimitedRow& row, double gap, double duration);
+  void set_dry_friction(LimitedRow& row, double most, double duration);
+  static void set_drive(LimitedRow& row, const Control& control, double position, double duration);
+  JointState sum_of(const JointSum& sum) const;
+  LimitedRow& add_sum_row(const JointSum& sum, double direction);
   void add_mimic(const MimicConstraint& mimic);
+  void add_tendon(const TendonControl& tendon, double duration);
+  static LoopGap gap_of(const LoopConstraint& loop, const btTransform& of_a, const btTransform& of_b);
+  void add_loop(const LoopConstraint& loop, double duration);
+  void add_loop_rows(const LoopConstraint& loop, const LoopGap& gap, bool turns, double duration);
+  double add_loop_end(LimitedRow& row, std::size_t body, const btVector3& point, const SpatialVector& along);
+  bool close_loops(double duration);
   bool add_contact(const ContactPoint& point, const Substep& substep);
   static Frame frame_of(const ContactPoint& point, const Surface& surface);
   bool set_normal(ContactRows& rows, const ContactPoint& point, const Surface& surface, double duration) const;
@@ -73,6 +106,7 @@ class StepEquations {
   btVector3 bend_change(const End& end, double duration) const;
   void share_error(double error, double& target, double& recovery) const;
   void write_contacts(std::vector<ContactPoint>& points) const;
+  void set_all(double duration);
   void set_free(FreeBody& body, double duration) const;
   void set_tree(std::size_t i, double duration);
   bool is_alone(std::size_t tree, const Substep& substep) const;
@@ -86,6 +120,7 @@ class StepEquations {
   void add_surface_work(const ContactPoint& point);
   void add_limited_work();
   void add_recovery_work(double duration);
+  void add_damping_work(double duration);
 
   const Scene& scene_;
   bool surfaces_;  // whether a body has one, or a pair of bodies its coefficients
@@ -93,6 +128,7 @@ class StepEquations {
   std::vector<TreeMover> trees_;
   NewtonSolver solver_;
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
+  std::vector<LoopRow> loop_rows_;
 };
 
 }  // namespace energymargin

@@ -1,4 +1,4 @@
-// Contacts, stops, limited drives, mimics and motors as rows over the velocities, and back; the work of their impulses.
+// Contacts and motors as rows over the velocities, and back; the work of impulses.
 
 #include <algorithm>
 
@@ -6,10 +6,6 @@
 
 namespace energymargin {
 namespace {
-
-// An impulse along a normal has to move its bodies by more than this share of what it would do to them alone: two links
-// of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
-constexpr double least_mobility = 1e-6;
 
 // What sticks uses less than this share of its friction. Bends that change by less than this are not worth a solution
 // of their own [m/s].
@@ -22,18 +18,6 @@ constexpr double most_bent = 0.1;
 
 // Where a contact twists more easily than it slides, its friction is as much harder, but not more than this.
 constexpr double least_twisting = 0.05;
-
-// Motors and stops are soft in the same sense.
-constexpr double softness_share = 1e-5;
-
-// Mimics hold more tightly.
-constexpr double mimic_softness = 1e-7;
-
-// This share of a penetration, or of another error of the positions, is put right in a whole step; Bullet's own value.
-constexpr double error_share = 0.2;
-
-// Up to this speed errors are put right by the velocities, which no one can tell from rest; beyond, beside them [m/s].
-constexpr double slow = 1e-3;
 
 }  // namespace
 
@@ -199,61 +183,6 @@ void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {
   }
 }
 
-// impulse = pull - resistance * speed, within the limit.
-void StepEquations::add_drive(std::size_t tree, const JointControl& control, double position, double duration) {
-  LimitedRow& row = solver_.add_limited(trees_[tree].mover, -1);
-  solver_.numbers(row.of_a)[static_cast<std::size_t>(control.velocity) - this->tree(tree).prescribed()] = 1.0;
-  row.softness = 1.0 / control.resistance(duration);
-  row.target = control.pull(duration, position) * row.softness;
-  row.high = duration * control.joint->torque_limit;
-  row.low = -row.high;
-}
-
-void StepEquations::add_dry_friction(std::size_t tree, const JointControl& control, double duration) {
-  LimitedRow& row = solver_.add_limited(trees_[tree].mover, -1);
-  row.work = &audit.work.joints;
-  solver_.numbers(row.of_a)[static_cast<std::size_t>(control.velocity) - this->tree(tree).prescribed()] = 1.0;
-  row.softness = softness_share * solver_.inverse_mass(row, 0);
-  row.high = duration * control.joint->friction;
-  row.low = -row.high;
-}
-
-// Speed that puts a share of an error right, and how much of that is to be done beside the velocities.
-void StepEquations::share_error(double error, double& target, double& recovery) const {
-  const double speed = error_share * error / scene_.stepping().step;
-  target = std::clamp(speed, -slow, slow);
-  recovery = speed - target;
-}
-
-// The joint may not cross its stop in this step; beyond it, it is brought back.
-void StepEquations::add_stop(std::size_t tree, const JointControl& control, double direction, double gap,
-                             double duration) {
-  LimitedRow& row = solver_.add_limited(trees_[tree].mover, -1);
-  row.work = &audit.work.joints;
-  solver_.numbers(row.of_a)[static_cast<std::size_t>(control.velocity) - this->tree(tree).prescribed()] = direction;
-  row.low = 0.0;
-  row.softness = softness_share * solver_.inverse_mass(row, 0);
-  row.target = -gap / duration;
-  if (gap <= 0.0) share_error(-gap, row.target, row.recovery);
-}
-
-void StepEquations::add_mimic(const MimicConstraint& mimic) {
-  const Articulation &tree_a = tree(mimic.follower.tree), &tree_b = tree(mimic.followed.tree);
-  const Articulation::Link& follower = tree_a.link(mimic.follower.link);
-  const Articulation::Link& followed = tree_b.link(mimic.followed.link);
-  const double multiplier = mimic.mimic.multiplier;
-  LimitedRow& row = solver_.add_limited(trees_[mimic.follower.tree].mover, trees_[mimic.followed.tree].mover);
-  row.work = &audit.work.joints;
-  const auto column = [](const Articulation& tree, const Articulation::Link& link) {
-    return static_cast<std::size_t>(link.velocity) - tree.prescribed();
-  };
-  solver_.numbers(row.of_a)[column(tree_a, follower)] += 1.0;
-  solver_.numbers(row.b < 0 ? row.of_a : row.of_b)[column(tree_b, followed)] -= multiplier;
-  const double error = follower.position - multiplier * followed.position - mimic.mimic.offset;
-  row.softness = mimic_softness * solver_.inverse_mass(row, 0);
-  share_error(-error, row.target, row.recovery);
-}
-
 // A row along and about each axis that is not locked.
 void StepEquations::add_motor(const Motor& motor, double duration) {
   const int mover = mover_of(motor.body);
@@ -276,6 +205,7 @@ void StepEquations::add_work(const Substep& substep, double share) {
   for (const std::size_t k : contact_points_) add_contact_work(substep.contacts[k]);
   add_limited_work();
   add_recovery_work(substep.duration * share);
+  add_damping_work(substep.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) {
     if (tree(i).prescribed() > 0) audit.work.plan += tree(i).work_on_base(substep.duration, audit.before->trees[i]);
   }
@@ -332,6 +262,26 @@ void StepEquations::add_limited_work() {
   }
   for (const LimitedRow& row : solver_.limited()) {
     if (row.work) *row.work += 0.5 * row.impulse * solver_.speed(row, 0, sums);
+  }
+}
+
+void StepEquations::add_damping_work(double duration) {
+  const auto add = [&](std::size_t body, const auto& before, const auto& after) {
+    for (int axis = 0; axis < velocities_of_free_body; ++axis) {
+      const double resistance = duration * scene_.bodies()[body].damping(axis);
+      audit.work.damping -= resistance * after(axis) * 0.5 * (before(axis) + after(axis));
+    }
+  };
+  for (const FreeBody& body : bodies_.free()) {
+    const Velocity& before = audit.before->bodies[body.body].velocity;
+    if (!body.kinematic) add(body.body, [&](int i) { return before[i]; }, [&](int i) { return body.velocity[i]; });
+  }
+  for (std::size_t k = 0; k < trees_.size(); ++k) {
+    if (!tree(k).free() || tree(k).kinematic()) continue;
+    const auto at = [](const std::vector<double>& of) {
+      return [&of](int i) { return of[static_cast<std::size_t>(i)]; };
+    };
+    add(tree(k).link(0).body, at(audit.before->trees[k]), at(tree(k).velocities()));
   }
 }
 

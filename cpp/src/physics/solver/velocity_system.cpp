@@ -90,6 +90,16 @@ double VelocitySystem::inverse_mass(const RowSides& sides, int row) const {
   return sum;
 }
 
+double VelocitySystem::mobility(const LimitedRow& a, const LimitedRow& b) const {
+  double sum = 0.0;
+  for (const auto& [mover, of_a, of_b] : {std::tuple{a.a, a.of_a, b.of_a}, {a.b, a.of_b, b.of_b}}) {
+    if (mover < 0) continue;
+    const double* const inverses = inverse_diagonal_.data() + begin(mover);
+    for (int i = 0; i < count(mover); ++i) sum += numbers(of_a)[i] * numbers(of_b)[i] * inverses[i];
+  }
+  return sum;
+}
+
 double VelocitySystem::speed(const RowSides& sides, int row, const std::vector<double>& velocities) const {
   double sum = 0.0;
   for_each_side(sides, [&](const Mover& mover, const double* jacobian) {

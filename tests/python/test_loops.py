@@ -1,0 +1,194 @@
+"""Loops, ball joints, tendons and damped bodies of MuJoCo's models, beside MuJoCo."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import energymargin as em
+
+# Shapes that collide with nothing have no extent.
+pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+
+OFF = 'contype="0" conaffinity="0"'
+MODEL = f"""<mujoco><compiler angle="radian"/>
+<option gravity="0 0 -9.81" timestep="0.0002" integrator="implicitfast"/>
+<worldbody>
+  <body name="crank"><joint name="crank" axis="0 1 0" damping="0.05"/>
+    <geom type="capsule" fromto="0 0 0 0 0 .1" size=".01" mass=".2" {OFF}/>
+    <body name="rod" pos="0 0 .1"><joint name="rod" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 0 .3 0 0" size=".01" mass=".3" {OFF}/></body></body>
+  <body name="rocker" pos=".3 0 -.05"><joint name="rocker" axis="0 1 0"/>
+    <geom type="capsule" fromto="0 0 0 0 0 .15" size=".01" mass=".2" {OFF}/></body>
+  <body name="bob" pos="0 .5 0"><joint name="ball" type="ball" pos="0 0 .2" damping=".01"/>
+    <geom type="box" size=".05 .03 .1" mass="1" {OFF}/></body>
+  <body name="mocap" mocap="true" pos="0 1 0"/>
+  <body name="carried" pos="0 1.1 0"><freejoint/>
+    <geom type="box" size=".05 .03 .1" mass="1" {OFF}/></body>
+  <body name="damped" pos="0 2 0" gravcomp="1"><joint name="damped" type="free" damping="0.3"/>
+    <geom type="box" size=".1 .1 .1" mass="1" {OFF}/></body>
+</worldbody>
+<equality>
+  <connect body1="rod" body2="rocker" anchor=".3 0 0" solref="0.001 1"/>
+  <weld body1="mocap" body2="carried" solref="0.001 1"/>
+</equality>
+<tendon><fixed name="sum" range="-9 .9" limited="true" frictionloss=".001">
+  <joint joint="crank" coef="1"/><joint joint="rocker" coef=".5"/></fixed></tendon>
+<actuator><position name="pull" tendon="sum" kp="1" kv=".02" ctrlrange="-2 2"/></actuator>
+</mujoco>"""
+
+
+@pytest.fixture(scope="module")
+def model():
+    return mujoco.MjModel.from_xml_string(MODEL)
+
+
+@pytest.fixture
+def data(model):
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.6
+    ball, damped = (model.joint(name).dofadr[0] for name in ("ball", "damped"))
+    data.qvel[ball : ball + 3] = 1, 2, 3
+    data.qvel[damped : damped + 6] = 1, 2, 3, 4, 5, 6
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def scene_of(model, data=None, **options):
+    return em.scenes.from_mjcf(model, data=data, object="rocker", **options)
+
+
+def test_moves_as_in_mujoco(model, data):
+    scene = scene_of(model, data)
+    start = em.mujoco.state(scene, model, data)
+    assert [loop.type for loop in scene.loops] == ["point", "point", "weld"]
+    (tendon,) = scene.tendons
+    assert {of.joint: of.coefficient for of in tendon.joints} == {"crank": 1, "rocker": 0.5}
+    simulation = em.World(scene).simulate(start, 240, record=range(0, 241, 24))
+    for state, time in zip(simulation.states, np.ravel(simulation.times), strict=True):
+        while data.time < time - 1e-6:
+            mujoco.mj_step(model, data)
+        ours, theirs = scene.unpack(state), scene.unpack(em.mujoco.state(scene, model, data))
+        for body in ("bob", "carried", "damped"):
+            assert ours[body]["position"] == pytest.approx(theirs[body]["position"], abs=2e-3)
+        for joint in ("crank", "rod", "rocker"):
+            angles = (of["joints"][joint]["position"] for of in (ours, theirs))
+            assert next(angles) == pytest.approx(next(angles), abs=0.02)
+    assert ours["joints"]["crank"]["position"] > 0.3
+
+
+def test_mocap_body_carries_what_is_welded_to_it(model):
+    scene = scene_of(model)
+    assert [body.name for body in scene.bodies if body.kinematic] == ["mocap"]
+    rows = np.tile([0.2, 0, 0, 0, 0, 1.0], (240, 1))
+    plan = em.Plan(step=1 / 240, velocities={"mocap": rows})
+    state = em.World(scene, plan).simulate(scene.pack(), 240).states[-1]
+    at = scene.unpack(state)
+    gap = np.linalg.norm(at["carried"]["position"] - at["mocap"]["position"])
+    assert gap == pytest.approx(0.1, abs=1e-6)
+    assert at["carried"]["position"][0] == pytest.approx(0.2 - 0.1 * np.sin(1.0), abs=1e-3)
+
+
+def test_plan_pulls_a_tendon_and_mujoco_is_told(model, data):
+    scene = scene_of(model, data)
+    assert em.mujoco.targets(scene, model, data) == {"sum": pytest.approx(0.6)}
+    rows = np.full(480, 0.3)
+    plan = em.Plan(step=1 / 240, targets={"sum": rows})
+    at = scene.unpack(em.World(scene, plan).simulate(scene.pack(), 480).states[-1])["joints"]
+    low = at["crank"]["position"]
+    plan = em.Plan(step=1 / 240, targets={"sum": rows + 0.5})
+    at = scene.unpack(em.World(scene, plan).simulate(scene.pack(), 480).states[-1])["joints"]
+    assert at["crank"]["position"] > low + 0.1
+    with pytest.raises(ValueError, match="'nothing'"):
+        em.World(scene, em.Plan(step=1 / 240, targets={"nothing": rows}))
+
+
+def test_ignored_they_are_left_out(model):
+    ignore = ("tendon", "actuator/tendon", "equality/connect", "equality/weld", "joint/ball")
+    scene = scene_of(model, ignore=ignore)
+    assert not scene.loops
+    assert not scene.tendons
+    assert set(scene.report.names("left out")) >= {"tendon", "equality/weld", "joint/ball"}
+    assert scene.report.names("body loose") == ["rod", "rocker", "carried"]
+
+
+def named(body):
+    return "ground" if body == "world" else body
+
+
+def test_twin_in_mujoco_moves_alike(model, data):
+    scene = scene_of(model, data)
+    kept = em.Scene(scene.gravity, friction_rule="max")
+    for body in scene.bodies:
+        if body.kinematic or body.name == "carried":
+            continue
+        kept.add_body(
+            named(body.name),
+            body.shape,
+            mass=body.mass,
+            position=body.position,
+            orientation=body.orientation,
+            force=body.force,
+            velocity=body.velocity,
+            angular_velocity=body.angular_velocity,
+            inertial=body.inertial,
+            linear_damping=body.angular_damping if body.name == "damped" else 0.0,
+            angular_damping=body.angular_damping if body.name == "damped" else 0.0,
+        )
+    for joint in scene.joints:
+        kept.add_joint(
+            joint.name,
+            parent=named(joint.parent),
+            child=joint.child,
+            axis=joint.axis,
+            origin=joint.origin,
+            child_origin=joint.child_origin,
+            damping=joint.damping,
+        )
+    (tendon,) = scene.tendons
+    terms = {of.joint: of.coefficient for of in tendon.joints}
+    kept.add_tendon("sum", terms, target=0.6, stiffness=1, damping=0.02, limits=(-9, 0.9))
+    for loop in scene.loops[:2]:
+        kept.add_loop(named(loop.body_a), loop.body_b, point_a=loop.point_a, point_b=loop.point_b)
+    twin = em.mujoco.model_of(kept, step=2e-4)
+    own = mujoco.MjData(twin)
+    mujoco.mj_resetDataKeyframe(twin, own, 0)
+    for _ in range(5000):
+        mujoco.mj_step(twin, own)
+    state = em.World(kept).simulate(kept.pack(), 240).states[-1]
+    ours = kept.unpack(state)
+    for name in ("bob", "rod", "rocker", "damped"):
+        assert ours[name]["position"] == pytest.approx(own.body(name).xpos, abs=1e-3)
+
+
+def test_problem_file_keeps_them(model, data, tmp_path):
+    scene = scene_of(model, data)
+    ball = em.regions.Ball("rocker", center=(0.3, 0, 0), radius=1.0)
+    wrench = {"force": (1, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+    problem = em.Problem(scene, scene.pack(), captured=ball, **wrench)
+    problem.save(tmp_path / "p.json")
+    read = em.Problem.load(tmp_path / "p.json").scene
+    assert repr(read.tendons[0].joints[0].joint) == repr(scene.tendons[0].joints[0].joint)
+    assert read.loops[2].point_b == pytest.approx(scene.loops[2].point_b)
+    ours, theirs = (em.World(of).simulate(of.pack(), 20).states[-1] for of in (scene, read))
+    assert np.array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"joints": ["a"]}, "joints is .* expected a dict"),
+        ({"joints": {"a": "x"}}, r"joints\['a'\] is 'x'"),
+        ({"joints": {"b": 1.0}}, "joint is 'b', expected one of 'a'"),
+        ({"joints": {}}, "joints is none"),
+        ({"joints": {"a": 1.0}, "limits": (1, 0)}, "lower limit"),
+        ({"joints": {"a": 1.0}, "stiffness": -1.0}, "stiffness is -1"),
+    ],
+)
+def test_tendon_says_what_is_wrong(options, message):
+    scene = em.Scene()
+    scene.add_body("base", em.Box((0.1, 0.1, 0.1)), mass=0)
+    scene.add_body("link", em.Box((0.1, 0.1, 0.1)), mass=1)
+    scene.add_joint("a", parent="base", child="link")
+    with pytest.raises((TypeError, ValueError), match=message):
+        scene.add_tendon("t", **options)
+    assert not scene.tendons
