@@ -76,6 +76,6 @@ def test_the_given_models_load_in_two_tries_with_their_links_where_mujoco_has_th
         bare = path if text == path.read_text() else tmp_path / path.name
         if bare != path:  # a file that came without its meshes
             bare.write_text(text)
-        count, asked, scene = models.tries(bare)
+        count, asked, scene, _ = models.tries(bare)
         assert 1 <= count <= 2, (path, asked)
         assert max(models._apart(scene, bare)) < 1e-9

@@ -2,7 +2,9 @@
 
 A try is a call of `from_urdf` or `from_mjcf`. After one that fails the next one has what the error
 says, to the letter, and nothing else: so many tries a new user needs. Limits that the error asks
-for are -1 and 1. Where the links are is compared with MuJoCo, at random positions of the joints.
+for are -1 and 1. Where the links are is compared with MuJoCo, at random positions of the joints;
+so is where driven links get in a second, from the same state under the same controls, without
+contacts.
 """
 
 from __future__ import annotations
@@ -22,8 +24,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Scene
+from energymargin._core import Joint, Scene, Tendon, World
 from energymargin.checks import whole_number
+from energymargin.mujoco.state import servos, state as em_state
+from energymargin.mujoco.states import Names
 from energymargin.scenes import from_mjcf, from_urdf
 from energymargin.scenes.mjcf_model import engine
 from energymargin.table_text import csv_text, markdown_table
@@ -38,6 +42,8 @@ MANY = "random_urdfs"  # a thousand objects in a folder of PyBullet's, all alike
 MOST_TRIES = 9
 LONGEST = 60.0  # s, of a try
 POSES = 5  # of each model
+STEP = 5e-4  # s, of MuJoCo's
+NEAR = 1e-3  # m
 KEYWORDS = ("ignore", "joints", "inertia", "mimic_limits", "disable_collisions", "frictions")
 # What a URDF says to MuJoCo, which compares where links are: their shapes and masses do not matter.
 COMPILER = {"fusestatic": "false", "balanceinertia": "true", "boundmass": "1", "boundinertia": "1"}
@@ -70,6 +76,9 @@ class Model:
     """Of a link from where MuJoCo has it, at most [m]; NaN if MuJoCo does not read the file."""
     angle: float
     """The same [rad]."""
+    motion: float
+    """The same after a second of motion, of links that something drives [m]; NaN if there are
+    none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +99,7 @@ class Models:
         for hand in (True, False):
             groups[hand, "all"] = [model for model in self.models if model.hand == hand]
         head = ["", "files", "first try", "second", "later", "never", "apart [m]", "apart [rad]"]
+        head += ["moved", "within 1 mm"]
         lines = ["# Public models", ""]
         for hand, title in ((True, "Hands, and scenes with one"), (False, "Other files")):
             rows = [_row(of, models) for (kind, of), models in groups.items() if kind == hand]
@@ -107,7 +117,9 @@ def _row(source: str, models: list[Model]) -> list[str]:
     apart = np.array([(model.distance, model.angle) for model in models])
     known = apart[np.isfinite(apart).all(axis=1)]
     worst = [f"{value:.0e}" for value in known.max(axis=0)] if len(known) else ["", ""]
-    return [source, str(len(models)), *(str(counts[n]) for n in (1, 2, 3, 0)), *worst]
+    moved = np.array([m.motion for m in models if np.isfinite(m.motion)])
+    near = [str(len(moved)), str(int(np.sum(moved < NEAR)))]
+    return [source, str(len(models)), *(str(counts[n]) for n in (1, 2, 3, 0)), *worst, *near]
 
 
 class ModelsStudy(Study[Settings, Models]):
@@ -136,11 +148,13 @@ class ModelsStudy(Study[Settings, Models]):
             warnings.simplefilter("ignore")
             for done, (source, root, file) in enumerate(files):
                 progress(done, len(files))
-                count, asked, scene = tries(file)
+                count, asked, scene, options = tries(file)
                 apart = (np.nan, np.nan) if scene is None else _apart(scene, file)
                 name = str(file.relative_to(root))
                 hand = HANDS.search(name) is not None
-                found.append(Model(source, name, hand, count, asked, *apart))
+                moves = hand and scene is not None and file.suffix == ".xml"
+                motion = _motion(file, options) if moves else np.nan
+                found.append(Model(source, name, hand, count, asked, *apart, motion))
         return Models(found)
 
 
@@ -169,8 +183,8 @@ def _compiles(file: Path) -> bool:
     return True
 
 
-def tries(file: Path) -> tuple[int, str, Scene | None]:
-    """Calls until a file loads, what the errors asked for, and the scene.
+def tries(file: Path) -> tuple[int, str, Scene | None, dict[str, Any]]:
+    """Calls until a file loads, what the errors asked for, the scene, and the keywords it took.
 
     0, the last error and None if an error repeats what was already given.
     """
@@ -179,7 +193,7 @@ def tries(file: Path) -> tuple[int, str, Scene | None]:
     asked: dict[str, None] = {}
     for count in range(1, MOST_TRIES):
         try:
-            return count, ", ".join(asked), read(file, timeout=LONGEST, **options)
+            return count, ", ".join(asked), read(file, timeout=LONGEST, **options), options
         except Exception as error:  # whatever a user meets
             text = str(error)
         new = ways_out(text)
@@ -188,7 +202,7 @@ def tries(file: Path) -> tuple[int, str, Scene | None]:
             break
         options = more
         asked |= dict.fromkeys((*new.get("ignore", ()), *(new.keys() - {"ignore"})))
-    return 0, text.splitlines()[0].replace(str(file), file.name), None
+    return 0, text.splitlines()[0].replace(str(file), file.name), None, options
 
 
 def ways_out(error: str) -> dict[str, Any]:
@@ -240,6 +254,66 @@ def _apart(scene: Scene, file: Path) -> tuple[float, float]:
                 apart.append((distance, float(angle)))
     distances, angles = zip(*apart, strict=True) if apart else ((np.nan,), (np.nan,))
     return max(distances), max(angles)
+
+
+def _motion(file: Path, options: Mapping[str, Any]) -> float:
+    """How far [m] a driven link is from where MuJoCo has it after a second, at most; NaN of none.
+
+    Drives ask for positions a third of the way from where a joint is to the middle of its limits,
+    so that no soft limit counts; nothing collides.
+    """
+    mujoco = engine()
+    model = mujoco.MjModel.from_xml_path(str(file))
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model.opt.timestep = STEP
+    data = mujoco.MjData(model)
+    given = {**options, "self_collision": False}
+    made = from_mjcf(model, data=data, **given)
+    if not (aims := _aims(made)):
+        return np.nan
+    for name, servo in servos(Names(made, model), model).items():
+        if name in aims:
+            data.ctrl[servo.address] = np.clip(servo.control(aims[name]), servo.low, servo.high)
+    scene = from_mjcf(model, data=data, **given)
+    state = World(scene).simulate(em_state(scene, model, data), round(1 / scene.step)).states[-1]
+    while data.time < 1 - STEP / 2:
+        mujoco.mj_step(model, data)
+    links, now = _driven(scene), scene.unpack(state)
+    there = (data.body(name).xpos for name in links)
+    off = [np.linalg.norm(now[n]["position"] - at) for n, at in zip(links, there, strict=True)]
+    return float(max(off, default=np.nan))
+
+
+def _aims(scene: Scene) -> dict[str, float]:
+    """By joint or tendon under position control with limits, where its drive is to ask for."""
+    start = scene.unpack(scene.pack()).get("joints", {})
+    places = {name: at["position"] for name, at in start.items()}
+    for tendon in scene.tendons:
+        terms = (of.coefficient * places[of.joint] for of in tendon.joints)
+        places[tendon.name] = sum(terms)
+    driven: list[Joint | Tendon] = [*scene.joints, *scene.tendons]
+    return {
+        of.name: places[of.name] + (np.mean(of.limits) - places[of.name]) / 3
+        for of in driven
+        if of.stiffness > 0 and np.isfinite(of.limits).all()
+    }
+
+
+def _driven(scene: Scene) -> list[str]:
+    """Links of which every joint above is driven or held, follows another one, or is in a loop."""
+    pulled = {of.joint for tendon in scene.tendons if tendon.stiffness for of in tendon.joints}
+    tied = {body for loop in scene.loops for body in (loop.body_a, loop.body_b)}
+    above = {joint.child: joint for joint in scene.joints}
+    fixed = {body.name for body in scene.bodies if body.fixed}
+
+    def moves_alike(body: str) -> bool:
+        if body not in above:
+            return body in fixed
+        joint = above[body]
+        own = joint.stiffness or joint.held or joint.mimic or joint.type == "fixed"
+        return bool(own or joint.name in pulled or body in tied) and moves_alike(joint.parent)
+
+    return [body for body in above if moves_alike(body) and "/" not in body]
 
 
 def _bare(file: Path) -> str:
