@@ -192,3 +192,38 @@ def test_tendon_says_what_is_wrong(options, message):
     with pytest.raises((TypeError, ValueError), match=message):
         scene.add_tendon("t", **options)
     assert not scene.tendons
+
+
+GRIPPER = """<robot name="gripper">
+  <link name="palm"><inertial><mass value="1"/>
+    <inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size="0.1 0.1 0.02"/></geometry></collision></link>
+  <link name="finger"><inertial><mass value=".1"/>
+    <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size="0.02 0.02 0.06"/></geometry></collision></link>
+  <joint name="slide" type="prismatic"><parent link="palm"/><child link="finger"/>
+    <origin xyz="0 0 0.1"/><axis xyz="1 0 0"/>
+    <limit lower="-0.04" upper="0.04" effort="10" velocity="1"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize("kind", ["urdf", "mjcf"])
+def test_kinematic_base_goes_where_a_plan_says_whatever_its_hand_meets(kind, tmp_path):
+    path = tmp_path / f"hand.{kind}"
+    if kind == "urdf":
+        path.write_text(GRIPPER)
+        hand = em.scenes.from_urdf(path, base="kinematic", joints={"slide": {"held": True}})
+    else:
+        path.write_text(
+            '<mujoco><worldbody><body name="palm"><freejoint/><geom size=".1 .1 .02" type="box"/>'
+            f'<body name="finger"><joint type="slide" range="-.04 .04"/><geom size=".05" {OFF}/>'
+            "</body></body></worldbody></mujoco>"
+        )
+        hand = em.scenes.from_mjcf(path, subtree="palm", base="kinematic")
+    (palm,) = (body for body in hand.bodies if body.name == "palm")
+    assert palm.kinematic
+    rows = np.tile([0, 0, 0.5, 0, 0, 0.0], (240, 1))
+    plan = em.Plan(step=1 / 240, velocities={"palm": rows})
+    end = hand.unpack(em.World(hand, plan).simulate(hand.pack(), 240).states[-1])
+    assert end["palm"]["position"] == pytest.approx([0, 0, 0.5], abs=1e-9)
+    assert end["finger"]["position"][2] > 0.45

@@ -27,6 +27,7 @@ CONTROL = (
     *("stiffness", "damping", "torque_limit", "armature", "friction"),
 )
 Control = Mapping[str, Mapping[str, Any]]
+BASES = ("fixed", "free", "kinematic")
 
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 

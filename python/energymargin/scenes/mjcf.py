@@ -12,7 +12,7 @@ from energymargin._core import Cancel, Scene
 from energymargin.checks import one_of
 from energymargin.limits import Limit
 from energymargin.scenes import additions
-from energymargin.scenes.additions import Control, Mistakes
+from energymargin.scenes.additions import BASES, Control, Mistakes
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import couplings
@@ -81,7 +81,7 @@ def from_mjcf(
         object: bodies on which disturbances act, by name.
         effector: bodies of the robot, with all that hangs on them.
         subtree: the body that becomes the base, with all that hangs on it; None is all.
-        base: of a subtree, "fixed" or "free" to move.
+        base: of a subtree, "fixed", "free" to move, or "kinematic", as a plan says.
         prefix: of all names.
         position: of the subtree's base, shape (3,) [m]; None is where MuJoCo has it.
         orientation: of the subtree's base, a unit quaternion x, y, z, w; None as above.
@@ -117,7 +117,7 @@ def from_mjcf(
     limit = Limit(timeout, cancel)
     if scene is not None:
         one_of("scene.friction_rule", scene.friction_rule, (FRICTION_RULE,))
-    one_of("base", base, ("fixed", "free"))
+    one_of("base", base, BASES)
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
     overlapping, pairs = additions.pairs_of(disable_collisions, "bodies")
     features = Features(additions.several("ignore", ignore))

@@ -181,7 +181,7 @@ class Builder:
     def _damping(self, body: int) -> dict[str, float]:
         """Of a body on a free or a ball joint, as `mjcf_drives` counts what has none here."""
         first, count = self._model.body_dofadr[body], self._model.body_dofnum[body]
-        if not count or not damps(self._model, body):
+        if not count or body in self.selection.moved or not damps(self._model, body):
             return {}
         value = float(self._model.dof_damping[first])
         return {"angular_damping": value} | ({"linear_damping": value} if count == 6 else {})

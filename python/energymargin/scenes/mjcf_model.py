@@ -219,7 +219,7 @@ class Selection:
 
     Bodies are in MuJoCo's order: parents first. `lump`: the topmost body that a body is rigid with.
     `balls`: bodies on a ball joint alone, which are free, and that joint. `moved`: mocap bodies
-    that something is tied to.
+    that something is tied to, and a kinematic base.
     """
 
     def __init__(
@@ -229,8 +229,8 @@ class Selection:
         self.model = model
         self.start = start
         self.root = None if subtree is None else body_id(model, "subtree", subtree)
-        if self.root is None and base == "free":
-            raise ValueError("base is 'free', expected 'fixed', or subtree=... that names the base")
+        if self.root is None and base != "fixed":
+            raise ValueError(f"base is {base!r}, expected 'fixed', or subtree=... that names it")
         self.bodies = below(model, [WORLD if self.root is None else self.root])
         self.lump: dict[int, int] = {}
         self.static: set[int] = set()
@@ -244,6 +244,7 @@ class Selection:
             for body in tie_ends(model, int(equality))
             if model.body_mocapid[body] >= 0
         }
+        self.moved |= {self.root} if base == "kinematic" and self.root is not None else set()
         self.joints: dict[int, list[int]] = {}
         self.carrier: dict[int, int] = {}
         self.offset: dict[int, Pose] = {}

@@ -19,7 +19,7 @@ from energymargin.limits import Limit
 from energymargin.meshes import MAX_POINTS, THRESHOLD
 from energymargin.plausibility import levels_to_user, warn
 from energymargin.scenes import additions, reports
-from energymargin.scenes.additions import Additions, Control, Mistakes, counted
+from energymargin.scenes.additions import BASES, Additions, Control, Mistakes, counted
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import Pose, moved, place, pose
 from energymargin.scenes.reports import Row
@@ -86,7 +86,7 @@ def from_urdf(
         prefix: of the names of bodies and joints.
         position: of the root link's frame, shape (3,) [m].
         orientation: of the root link's frame, a unit quaternion (x, y, z, w).
-        base: "fixed", whatever the root's mass, or "free" to move.
+        base: "fixed", whatever the root's mass, "free" to move, or "kinematic", as a plan says.
         role: of all links: "none", "effector" or "object".
         roles: of single links, by name.
         friction: of links for which neither `frictions` nor the file (Bullet's <lateral_friction>)
@@ -129,14 +129,14 @@ def from_urdf(
     On an error a given scene is as it was.
     """
     limit = Limit(timeout, cancel)
-    one_of("base", base, ("fixed", "free"))
+    one_of("base", base, BASES)
     one_of("inertia", inertia, ("file", "shapes"))
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
     mistakes = Mistakes(str(path))
-    free, control = base == "free", joints or {}
+    free, control = base != "fixed", joints or {}
     robot = read(Path(path), ignored, limit, mistakes, free=free, subtree=subtree)
     roles, frictions = roles or {}, frictions or {}
     overlapping, pairs = additions.pairs_of(disable_collisions, "links")
@@ -178,7 +178,8 @@ def from_urdf(
         bodies[name] = {"name": prefix + name, **keywords}
     report(len(bodies), len(bodies))
     warn_of_links(Path(path), robot, bodies)
-    bodies[robot.root] |= _place_as_given(root @ robot.base, orientation)
+    kinematic = {"kinematic": True} if base == "kinematic" else {}
+    bodies[robot.root] |= kinematic | _place_as_given(root @ robot.base, orientation)
     for name, link in robot.links.items():
         default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
