@@ -19,54 +19,48 @@ ARRIVED = 0.02  # m, of the box from the goal
 NEAR = 0.06  # m, of the box's centre from the gripper's; a box that is pushed is at 0.04
 
 
-def scene() -> em.Scene:
-    """Table, box and the two fingers, from the numbers of the model's file."""
-    made = em.Scene()
-    made.add_body(
-        "table0", em.Box((0.5, 0.7, 0.4)), mass=0, position=(1.3, 0.75, 0.2), friction=1.0
-    )
-    made.add_body(
-        BOX,
-        em.Box((0.05, 0.05, 0.05)),
-        mass=2.0,
-        position=(1.3, 0.75, 0.425),
-        friction=1.0,
-        role="object",
-    )
-    finger = em.Box((0.077, 0.014, 0.027))
-    fingers = [em.Part(finger, position=(0, y, 0)) for y in (-0.0079, 0.0079)]
-    made.add_body(
-        GRIPPER,
-        em.Compound(fingers),
-        mass=8.0,
-        kinematic=True,  # the arm moves it, whatever it meets
-        position=(1.3, 0.75, 0.6),
-        friction=1.0,
-        role="effector",
-    )
-    made.disable_collisions(GRIPPER, "table0")  # the fingers graze it
-    return made
-
-
-SCENE = scene()
-PUSHED = em.regions.Ball(BOX, center=(0, 0, 0), radius=NEAR, frame=GRIPPER)
-
-
-def problem_of(env: gymnasium.Env) -> em.Problem | None:
-    """Will the box stay at the gripper? Nothing to ask before it is there."""
+def scene_of(env: gymnasium.Env) -> em.Scene:
+    """Table, box and gripper of the environment's model."""
     inner = env.unwrapped
-    state = em.mujoco.state(SCENE, inner.model, inner.data)
-    if not PUSHED.contains(SCENE, state):
-        return None
-    return em.Problem(
-        SCENE,
-        state,
-        force=(25.0, 25.0, 0.0),  # a quarter more than the friction of the box at rest
-        torque=(0.0, 0.0, 0.4),
-        duration=0.1,
-        captured=PUSHED,
-        plan=em.Plan.hold(SCENE, state, HORIZON),
-    )
+    shut = {f"robot0:{side}_gripper_finger_joint": {"held": True} for side in "lr"}
+    parts = {
+        "table0": {},
+        BOX: {"base": "free", "object": BOX},
+        # The arm moves it, whatever it meets.
+        GRIPPER: {"base": "kinematic", "effector": GRIPPER, "joints": shut},
+    }
+    scene = None
+    for name, options in parts.items():
+        options |= {"subtree": name, "data": inner.data, "ignore": ("geom.margin",)}
+        scene = em.scenes.from_mjcf(inner.model, scene, **options)
+    for side in "lr":  # the fingers graze the table
+        scene.disable_collisions(f"robot0:{side}_gripper_finger_link", "table0")
+    return scene
+
+
+class Question:
+    """Will the box stay at the gripper? Nothing to ask before it is there."""
+
+    def __init__(self, scene: em.Scene) -> None:
+        """`scene`: of the environment."""
+        self.scene = scene
+        self.pushed = em.regions.Ball(BOX, center=(0, 0, 0), radius=NEAR, frame=GRIPPER)
+
+    def __call__(self, env: gymnasium.Env) -> em.Problem | None:
+        """The problem at the state of the simulator."""
+        inner = env.unwrapped
+        state = em.mujoco.state(self.scene, inner.model, inner.data)
+        if not self.pushed.contains(self.scene, state):
+            return None
+        return em.Problem(
+            self.scene,
+            state,
+            force=(25.0, 25.0, 0.0),  # a quarter more than the friction of the box at rest
+            torque=(0.0, 0.0, 0.4),
+            duration=0.1,
+            captured=self.pushed,
+            plan=em.Plan.hold(self.scene, state, HORIZON),
+        )
 
 
 class Policy:
@@ -116,7 +110,8 @@ def episode(env: gymnasium.Env, beside: float) -> None:
 def main() -> None:
     """The same start twice: a push at the middle of the box, and one beside it."""
     gymnasium.register_envs(gymnasium_robotics)
-    env = em.gym.CaptureWrapper(gymnasium.make("FetchPush-v4"), problem_of)
+    bare = gymnasium.make("FetchPush-v4")
+    env = em.gym.CaptureWrapper(bare, Question(scene_of(bare)))
     for beside in (0.0, 0.02):
         print(f"pushed {100 * beside:.0f} cm beside the middle")
         episode(env, beside)

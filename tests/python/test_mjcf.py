@@ -688,13 +688,14 @@ ARM = link(
 )
 
 
-@pytest.mark.parametrize("base", ["fixed", "free"])
+@pytest.mark.parametrize("base", ["fixed", "free", "kinematic"])
 def test_a_subtree_is_a_body_and_what_hangs_on_it_where_the_model_has_it(base):
     of = model(ARM)
     data = random_data(of)
     scene = from_mjcf(of, subtree="palm", base=base, data=data)
     assert [b.name for b in scene.bodies] == ["palm", "finger"]
-    assert body(scene, "palm").mass == (0.5 if base == "free" else 0.0)
+    assert body(scene, "palm").mass == {"fixed": 0.0, "free": 0.5, "kinematic": 1.0}[base]
+    assert body(scene, "palm").kinematic == (base == "kinematic")
     assert pose_error(scene, of, data) < 1e-9
     start = em.mujoco.state(scene, of, data)
     assert start == pytest.approx(scene.pack(), abs=1e-9)

@@ -225,7 +225,7 @@ class Selection:
     def __init__(
         self, model: Any, subtree: str | None, base: str, start: Start, features: Features
     ) -> None:
-        """Raises ValueError on an unknown `subtree`, and on a free base without one."""
+        """Raises ValueError on an unknown `subtree`, and on a base that moves without one."""
         self.model = model
         self.start = start
         self.root = None if subtree is None else body_id(model, "subtree", subtree)
