@@ -6,9 +6,12 @@ them is escaped here; and the compiled module's own name is left out, since nobo
 
 from __future__ import annotations
 
+import builtins
 import re
 from typing import Any
 
+from docutils import nodes
+from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 
 CODE = re.compile(r"(``.+?``|`[^`]+`)")
@@ -87,9 +90,17 @@ def _short(text: str | None) -> str | None:
     return re.sub(r"<([\w.]+) object at 0x[0-9a-f]+>", r"\1()", text)
 
 
+def _unlink_builtins(_app: Sphinx, tree: nodes.document) -> None:
+    """The `type` of an annotation is Python's, and no member of that name."""
+    for link in list(tree.findall(pending_xref)):
+        if link["refdomain"] == "py" and hasattr(builtins, link["reftarget"]):
+            link.replace_self(link.children)
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connects them."""
     app.connect("autodoc-process-docstring", _lay_aside, priority=BEFORE_NAPOLEON)
     app.connect("autodoc-process-docstring", _process, priority=AFTER_NAPOLEON)
     app.connect("autodoc-process-signature", _signature)
+    app.connect("doctree-read", _unlink_builtins)
     return {"parallel_read_safe": True}

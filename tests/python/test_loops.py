@@ -227,3 +227,51 @@ def test_kinematic_base_goes_where_a_plan_says_whatever_its_hand_meets(kind, tmp
     end = hand.unpack(em.World(hand, plan).simulate(hand.pack(), 240).states[-1])
     assert end["palm"]["position"] == pytest.approx([0, 0, 0.5], abs=1e-9)
     assert end["finger"]["position"][2] > 0.45
+
+
+def built(bodies, equality="", actuators="", options=""):
+    return em.scenes.from_mjcf(
+        f"<mujoco><option>{options}</option><worldbody>{bodies}</worldbody>"
+        f"<equality>{equality}</equality>{actuators}</mujoco>"
+    )
+
+
+BLOCK = f'<geom type="box" size=".05 .03 .1" mass="1" {OFF}/>'
+FREE = f'<body name="block"><freejoint/>{BLOCK}</body>'
+MOCAP = '<body name="mocap" mocap="true"><body name="flange" pos="0 0 .1"/></body>'
+ARM = f'<body name="arm"><joint name="elbow"/>{BLOCK}<body name="tool">{BLOCK}</body></body>'
+
+
+@pytest.mark.parametrize("body", ["mocap", "flange"])
+def test_mocap_body_carries_what_is_tied_to_what_is_on_it(body):
+    scene = built(MOCAP + FREE, f'<weld body1="{body}" body2="block"/>')
+    assert [(loop.body_a, loop.body_b) for loop in scene.loops] == [("mocap", "block")]
+    assert [body.name for body in scene.bodies if body.kinematic] == ["mocap"]
+
+
+@pytest.mark.parametrize("ends", [("mocap", "world"), ("arm", "tool")])
+def test_ties_of_bodies_that_cannot_part_are_no_loops(ends):
+    assert not built(MOCAP + ARM, '<weld body1="{}" body2="{}"/>'.format(*ends)).loops
+
+
+def test_weld_that_bears_no_torque_ties_points():
+    (loop,) = built(FREE, '<weld body1="block" torquescale="0"/>').loops
+    assert loop.type == "point"
+
+
+def test_damping_of_a_ball_joint_is_that_of_the_body_where_its_parent_stays():
+    ball = f'<body name="bob"><joint type="ball" damping=".1"/>{BLOCK}</body>'
+    assert built(ball).bodies[-1].angular_damping == 0.1
+    carried = ARM.replace("</body></body>", f"{ball}</body></body>")
+    with pytest.raises(em.scenes.NotSimulatedError, match=r"joint\.damping \(1\)"):
+        built(carried)
+    undamped = built(carried, options='<flag damper="disable"/>')
+    assert all(body.angular_damping == 0 for body in undamped.bodies)
+
+
+def test_warning_of_a_tendons_motor_names_its_joints():
+    wrist = f'<body name="hand"><joint name="wrist"/>{BLOCK}</body>'
+    joints = '<joint joint="elbow" coef="1"/><joint joint="wrist" coef="1"/>'
+    motor = '<actuator><motor tendon="pull"/></actuator>'
+    with pytest.warns(em.PlausibilityWarning, match="drives or holds elbow, wrist"):
+        built(ARM + wrist, "", f'<tendon><fixed name="pull">{joints}</fixed></tendon>{motor}')

@@ -349,16 +349,18 @@ class _Drives:
         for body in self._free:
             joint, dof = model.body_jntadr[body], model.body_dofadr[body]
             if model.body_jntnum[body]:
-                for what in ("armature", "frictionloss", "damping"):
+                acting = {"armature": True, "frictionloss": self._dry, "damping": self._damps}
+                for what, acts in acting.items():
                     values = getattr(model, f"dof_{what}")[dof : dof + model.body_dofnum[body]]
                     own = what == "damping" and damps(model, body)
-                    add(f"joint.{what}", bool(np.any(values > 0)) and not own)
-                add("joint.stiffness", bool(model.jnt_stiffness[joint] > 0))
-        named = [(name_of(model, "joint", joint), of) for joint, of in self.drives.items()]
-        for name, drive in [*named, *((tendon.name, tendon.drive) for tendon in self.tendons)]:
-            if name not in commanded:
-                add("actuator/motor", drive.motors - drive.idle, [name])
-                self._features.leave("actuator/motor", drive.idle, [name])
+                    add(f"joint.{what}", acts and bool(np.any(values > 0)) and not own)
+                add("joint.stiffness", self._springs and bool(model.jnt_stiffness[joint] > 0))
+        driven = [([joint], drive) for joint, drive in self.drives.items()]
+        for joints, drive in [*driven, *((list(t.sum.terms), t.drive) for t in self.tendons)]:
+            names = [name_of(model, "joint", joint) for joint in joints]
+            if not set(names) <= set(commanded):
+                add("actuator/motor", drive.motors - drive.idle, names)
+                self._features.leave("actuator/motor", drive.idle, names)
                 limited = any(math.isfinite(most) for most in drive.most)
                 add("actuator.forcerange", limited and (len(drive.most) > 1 or drive.passive_force))
 

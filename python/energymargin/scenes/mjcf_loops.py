@@ -47,16 +47,16 @@ def ties(selection: Selection, features: Features) -> list[Tie]:
             continue
         bodies = tie_ends(model, i)
         outside = [body for body in bodies if body not in selection.lump]
-        if selection.root in bodies and outside:
+        if (outside and selection.root in bodies) or (not outside and selection.rigid(*bodies)):
             continue  # where the base is, and how it moves, the caller says
-        moving = [b for b in bodies if b in selection.lump and b not in selection.static]
+        moving = [body for body in bodies if selection.yields(body)]
         feature = f"equality/{kind}"
         if moving and (outside or feature in features.ignored):
             features.add(feature, bodies=[name_of(model, "body", body) for body in moving])
         elif moving:
             frames = _frames(model, i, kind)
-            kinds = {"connect": "point", "weld": "weld"}
-            found.append(Tie(kinds[kind], list(zip(bodies, frames, strict=True))))
+            turns = kind == "weld" and model.eq_data[i][10] > 0  # by its scale of torques
+            found.append(Tie("weld" if turns else "point", list(zip(bodies, frames, strict=True))))
     return found
 
 

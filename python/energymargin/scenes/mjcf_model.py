@@ -219,7 +219,7 @@ class Selection:
 
     Bodies are in MuJoCo's order: parents first. `lump`: the topmost body that a body is rigid with.
     `balls`: bodies on a ball joint alone, which are free, and that joint. `moved`: mocap bodies
-    that something is tied to, and a kinematic base.
+    that something is tied to, or to what is on them, and a kinematic base.
     """
 
     def __init__(
@@ -241,7 +241,7 @@ class Selection:
             for equality in np.flatnonzero(model.eq_active0)
             if (kind := word("mjtEq", model.eq_type[equality])) in ("connect", "weld")
             and f"equality/{kind}" not in features.ignored
-            for body in tie_ends(model, int(equality))
+            for body in model.body_rootid[tie_ends(model, int(equality))]
             if model.body_mocapid[body] >= 0
         }
         self.moved |= {self.root} if base == "kinematic" and self.root is not None else set()
@@ -302,11 +302,17 @@ class Selection:
         """Whether two bodies move as one, or not at all."""
         return self.lump[body_a] == self.lump[body_b] or {body_a, body_b} <= self.static
 
+    def yields(self, body: int) -> bool:
+        """Whether a body is selected, and forces move it."""
+        return body not in self.static and self.lump.get(body) not in {None, *self.moved}
+
 
 def damps(model: Any, body: int) -> bool:
     """Whether the damping of a body's free or ball joint is that of a body about its centre."""
     central = float(np.abs(model.body_ipos[body]).max()) < CENTRAL
-    return (central or int(model.body_dofnum[body]) == 3) and not disabled(model, "DAMPER")
+    still = int(model.body_weldid[model.body_parentid[body]]) == WORLD
+    alike = still if int(model.body_dofnum[body]) == 3 else central
+    return alike and not disabled(model, "DAMPER")
 
 
 def tie_ends(model: Any, equality: int) -> list[int]:
