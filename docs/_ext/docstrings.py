@@ -94,7 +94,7 @@ def _unlink_builtins(_app: Sphinx, tree: nodes.document) -> None:
     """The `type` of an annotation is Python's, and no member of that name."""
     for link in list(tree.findall(pending_xref)):
         if link["refdomain"] == "py" and hasattr(builtins, link["reftarget"]):
-            link.replace_self(link.children)
+            link.replace_self(nodes.Text(link["reftarget"]))
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
