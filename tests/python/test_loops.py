@@ -275,3 +275,51 @@ def test_warning_of_a_tendons_motor_names_its_joints():
     motor = '<actuator><motor tendon="pull"/></actuator>'
     with pytest.warns(em.PlausibilityWarning, match="drives or holds elbow, wrist"):
         built(ARM + wrist, "", f'<tendon><fixed name="pull">{joints}</fixed></tendon>{motor}')
+
+
+BALLS = f"""<mujoco><option timestep="0.0002" integrator="implicitfast"/><worldbody>
+  <body name="bob" pos="0 0 1"><joint name="bob" type="ball" pos="0 0 .1" damping=".02"/>{BLOCK}
+    <body name="bead" pos="0 0 -.2"><joint name="bead" type="ball" pos="0 0 .1"/>{BLOCK}</body>
+  </body></worldbody></mujoco>"""
+
+
+@pytest.fixture
+def balls():
+    """A pendulum on two ball joints: its model, scene, and the states of its swing."""
+    model = mujoco.MjModel.from_xml_string(BALLS)
+    data = mujoco.MjData(model)
+    data.qvel[:] = 1, 2, 3, 0.5, 0.2, 0.1
+    mujoco.mj_forward(model, data)
+    scene = em.scenes.from_mjcf(model, data=data, object="bead")
+    states = em.World(scene).simulate(scene.pack(), 120, record=range(0, 121, 60)).states
+    return model, scene, states
+
+
+def test_state_of_ball_joints_goes_to_mujoco_and_back(balls):
+    model, scene, states = balls
+    for state in states:
+        data = mujoco.MjData(model)
+        em.mujoco.set_state(model, data, scene, state)
+        there, here = scene.unpack(em.mujoco.state(scene, model, data)), scene.unpack(state)
+        for body in ("bob", "bead"):
+            for of, error in (("position", 1e-7), ("angular_velocity", 1e-9)):
+                assert there[body][of] == pytest.approx(here[body][of], abs=error)
+
+
+def test_twin_of_a_model_with_ball_joints_swings_as_it_does(balls):
+    _, scene, states = balls
+    twin = em.mujoco.model_of(scene, step=2e-4)
+    data = mujoco.MjData(twin)
+    mujoco.mj_resetDataKeyframe(twin, data, 0)
+    for _ in range(2500):
+        mujoco.mj_step(twin, data)
+    end = scene.unpack(states[-1])
+    for body in ("bob", "bead"):
+        assert data.body(body).xpos == pytest.approx(end[body]["position"], abs=2e-3)
+
+
+def test_body_of_the_name_world_has_to_be_the_world():
+    scene = em.Scene()
+    scene.add_body("world", em.Sphere(0.1), mass=0, position=(0, 0, 1))
+    with pytest.raises(ValueError, match="'world' is not where"):
+        em.mujoco.to_mjcf(scene)

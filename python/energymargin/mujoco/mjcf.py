@@ -39,8 +39,8 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
     actuator of its name whose control is the target; a body's constant force is one of its own.
     Boxes of bodies in a plane are thinner by a share of 1e-4, each by more than that before. Raises
     ValueError on what MJCF cannot express: a body with one locked axis of rotation, a joint with
-    one limit for both ends, a body of the name "world", a kinematic body, a surface that moves,
-    gives way or bounces.
+    one limit for both ends, a body of the name "world" that is elsewhere, a kinematic body, a
+    surface that moves, gives way or bounces.
     """
     for body in scene.bodies:
         if body.kinematic:

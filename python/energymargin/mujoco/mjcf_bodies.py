@@ -1,7 +1,7 @@
 """Bodies, joints and their drives in MJCF.
 
-A body with locked axes stands on slides and a hinge or a ball: one for each axis that is free. Held
-joints are welds, mimics are equalities.
+A body with locked axes, or with two dampings, stands on slides and a hinge or a ball: one for each
+axis that is free. Held joints are welds, mimics are equalities.
 """
 
 from __future__ import annotations
@@ -76,15 +76,8 @@ class Bodies:
         element = self._place(self._world, body, position, orientation)
         if body.fixed:
             pass
-        elif len(linear) == len(angular) == 3:
-            slides, turns = body.linear_damping, body.angular_damping
-            apart = np.abs(inertia_of(body).center).max() > CENTRAL
-            if slides != turns or (slides and apart):
-                raise ValueError(
-                    f"'{body.name}' has linear_damping {slides} and angular_damping {turns}, "
-                    "expected one number, and its frame at the centre of mass, for MJCF"
-                )
-            damping = {"damping": slides} if slides else {}
+        elif len(linear) == len(angular) == 3 and _alike_damped(body):
+            damping = {"damping": body.linear_damping} if body.linear_damping else {}
             add(element, "joint", name=body.name, type="free", **damping)
             spin = Rotation.from_quat(orientation).inv().apply(now["angular_velocity"])
             self._begin([*position, *_scalar_first(orientation)], [*now["velocity"], *spin])
@@ -207,7 +200,13 @@ class Bodies:
     def _place(
         self, parent: xml.Element, body: Body, position: Any, orientation: Any
     ) -> xml.Element:
-        element = add(parent, "body", name=body.name, **_pose(position, orientation))
+        at = _pose(position, orientation)
+        if body.name != "world":
+            element = add(parent, "body", name=body.name, **at)
+        elif body.fixed and not np.any(position) and at["quat"][0] == 1:
+            element = self._world
+        else:
+            raise ValueError("body 'world' is not where MuJoCo's is, expected another name")
         self.elements[body.name], self.geoms[body.name] = element, []
         if not body.fixed:
             of = inertia_of(body)
@@ -256,6 +255,13 @@ class Bodies:
     def _begin(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
         self.start["qpos"].extend(positions)
         self.start["qvel"].extend(velocities)
+
+
+def _alike_damped(body: Body) -> bool:
+    """Whether one number says how a free joint is damped: that of a body about its frame."""
+    slides, turns = body.linear_damping, body.angular_damping
+    central = np.abs(inertia_of(body).center).max() <= CENTRAL
+    return bool(slides == turns and (central or not slides))
 
 
 def rigid(joint: Joint) -> bool:

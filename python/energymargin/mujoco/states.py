@@ -27,8 +27,8 @@ class States:
     """The states of a scene in the data of one model.
 
     A free body of the scene has a free joint in the model, is its mocap body, stands on slides and
-    a hinge or a ball if it has locked axes, or hangs on what the scene does not have. A held joint
-    may be a weld.
+    a hinge or a ball if it has locked axes, turns on a ball, or hangs on what the scene does not
+    have. A held joint may be a weld.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class States:
         self._free = [(body, at, scene.slice(body.name)) for body, at in names.free]
         self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving]
         self._rest = self._others(others)
-        self._twist = np.zeros(6)
+        self._twist, self._ball = np.zeros(6), self._mujoco.mjtJoint.mjJNT_BALL
 
     def read(self, data: Any) -> Vector:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
@@ -127,24 +127,27 @@ class States:
         place = [*now["position"], *np.roll(now["orientation"], 1)]
         mocap, first = int(model.body_mocapid[number]), int(model.body_jntadr[number])
         joints = range(first, first + int(model.body_jntnum[number]))
+        kinds = [model.jnt_type[joint] for joint in joints]
         if mocap >= 0:
             data.mocap_pos[mocap], data.mocap_quat[mocap] = place[:3], place[3:]
-        elif [model.jnt_type[j] for j in joints] == [self._mujoco.mjtJoint.mjJNT_FREE]:
+        elif kinds == [self._mujoco.mjtJoint.mjJNT_FREE]:
             self._put(data, first, place, [*now["velocity"], *turn.inv().apply(spin)])
-        elif not all([*body.linear_factor, *body.angular_factor]):
+        elif not all([*body.linear_factor, *body.angular_factor]) or self._ball in kinds:
             self._write_chain(data, body, number, now, joints)
 
     def _write_chain(
         self, data: Any, body: Body, number: int, now: dict[str, Any], joints: range
     ) -> None:
-        """Puts a body with locked axes to its pose and velocity."""
+        """Puts a body with locked axes, or on a ball, to its pose and velocity."""
         model, kinds = self._model, self._mujoco.mjtJoint
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         for joint in joints:
             at = model.jnt_qposadr[joint]
-            size = 4 if model.jnt_type[joint] == kinds.mjJNT_BALL else 1
+            size = 4 if model.jnt_type[joint] == self._ball else 1
             data.qpos[at : at + size] = model.qpos0[at : at + size]
         self.refresh(data)
+        parent = int(model.body_parentid[number])
+        spin = spin - self.twist(data, parent, self._mujoco.mjtObj.mjOBJ_XBODY)[:3]
         center = np.array(inertia_of(body).center)
         base, arm = _matrix(data, number), turn.apply(center)
         way = now["position"] + arm - data.xpos[number] - base.apply(center)
@@ -153,7 +156,7 @@ class States:
         for joint, axis in zip(joints, axes, strict=True):
             if model.jnt_type[joint] == kinds.mjJNT_SLIDE:
                 self._put(data, joint, [way @ axis], [speed @ axis])
-            elif model.jnt_type[joint] == kinds.mjJNT_BALL:
+            elif model.jnt_type[joint] == self._ball:
                 quaternion = np.roll((base.inv() * turn).as_quat(), 1)
                 self._put(data, joint, quaternion, turn.inv().apply(spin))
             else:
