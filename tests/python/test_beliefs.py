@@ -319,6 +319,20 @@ def test_bodies_and_arguments_that_do_not_fit_are_refused(given, words):
         em.Belief(problem(), **given)
 
 
+def test_pose_of_a_body_that_a_loop_ties_is_refused():
+    scene = em.Scene()
+    scene.add_body("post", em.Sphere(0.01), mass=0)
+    scene.add_body("bag", em.Sphere(0.1), mass=1, position=(0, 0, -0.2), role="object")
+    scene.add_loop("post", "bag", point_b=(0, 0, 0.2))
+    around = em.regions.Ball("bag", center=(0, 0, -0.2), radius=0.1)
+    wrench = {"force": (1, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+    hanging = em.Problem(scene, scene.pack(), captured=around, **wrench)
+    assert em.Belief(hanging, mass=0.1)
+    for quantity in ("pose", "velocity"):
+        with pytest.raises(ValueError, match=f"{quantity} names the body 'bag', which a loop ties"):
+            em.Belief(hanging, **{quantity: (0.1,) * 6})
+
+
 def test_other_bad_arguments_are_refused():
     with pytest.raises(ValueError, match="problem is 3, expected a Problem"):
         em.Belief(3, friction=0.1)

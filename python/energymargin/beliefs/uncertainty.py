@@ -104,8 +104,9 @@ class Uncertainty:
         """Sources of the bodies of a scene, in the order of QUANTITIES and bodies.
 
         Raises ValueError on a body that is not there, the mass of a fixed one, and the pose or
-        velocity of one that is fixed or a link; on a pair without a coefficient of its own, and on
-        the friction of a body that has one with another, where that pair is not named.
+        velocity of one that is fixed, tied by a loop, or a link; on a pair without a coefficient of
+        its own, and on the friction of a body that has one with another, where that pair is not
+        named.
         """
         bodies = {body.name: body for body in scene.bodies}
         objects = [body.name for body in bodies.values() if body.role == "object"]
@@ -223,6 +224,11 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
         )
     if quantity in ERRORS:
         scene.slice(name)  # which a link does not have, and says so
+        if any(name in (loop.body_a, loop.body_b) for loop in scene.loops):
+            raise ValueError(
+                f"{quantity} names the body {name!r}, which a loop ties to another one, expected "
+                "one that can be elsewhere alone"
+            )
 
 
 def _source(
