@@ -91,10 +91,9 @@ void def_trees(CaptureScoreClass& type) {
       .def_property_readonly("nodes", &CaptureScore::nodes, "Of each tree, besides its root.")
       .def_readonly("diverged", &CaptureScore::diverged,
                     "Rollouts of all trees that diverged: nodes of infinite cost and no likelihood.")
-      .def_readonly(
-          "complete", &CaptureScore::complete,
-          "Whether no tree is missing and a tolerance is met. False if the timeout, the cancel or the largest "
-          "number of trees came first.");
+      .def_readonly("complete", &CaptureScore::complete,
+                    "Whether no tree is missing and a tolerance is met. False if the timeout, the cancel or the "
+                    "largest number of trees came first.");
 }
 
 void def_checks(CaptureScoreClass& type) {

@@ -118,10 +118,9 @@ void bind_effort(py::module_& module) {
       .def_readonly("history", &Escape::history, "(nodes so far, best effort) at each improvement.")
       .def_property_readonly("path", &path_of, "Rows of the tree from the root to the escape; empty without an escape.")
       .def_readonly("tree", &Escape::tree, "All rollouts of the search.")
-      .def_readonly(
-          "complete", &Escape::complete,
-          "Whether the search used all nodes, or no escape can be cheaper. False if the timeout or the cancel "
-          "came first.")
+      .def_readonly("complete", &Escape::complete,
+                    "Whether the search used all nodes, or no escape can be cheaper. False if the timeout or the "
+                    "cancel came first.")
       .def_readonly("discarded", &Escape::discarded,
                     "Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to "
                     "1.2 times as strong, they do not lead out.")
@@ -153,9 +152,9 @@ void bind_baselines(py::module_& module) {
                     "without an escape.")
       .def_property_readonly("barrier", &barrier_of, "Row of the path's highest energy; None without an escape.")
       .def_readonly("samples", &EscapeEnergy::samples, "Poses drawn.")
-      .def_readonly("complete", &EscapeEnergy::complete,
-                    "Whether all poses are drawn, or no barrier can be lower. False if the timeout or the cancel came "
-                    "first.");
+      .def_readonly(
+          "complete", &EscapeEnergy::complete,
+          "Whether all poses are drawn, or no barrier can be lower. False if the timeout or the cancel came first.");
   def_repr(type, "EscapeEnergy", {"energy", "samples", "complete"});
   def_metric(module, "escape_energy", &score_escape_energy);
 

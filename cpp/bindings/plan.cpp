@@ -81,8 +81,7 @@ void bind_plan(py::module_& module) {
           },
           py::arg("scene"), py::arg("state"), py::arg("duration"),
           "The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that "
-          "carry "
-          "one, keep their twist in their own frames; joints under position control keep the scene's targets.")
+          "carry one, keep their twist in their own frames; joints under position control keep the scene's targets.")
       .def_readonly("step", &Plan::step, "Of a row [s].")
       .def_property_readonly("rows", &Plan::rows, "K.")
       .def_property_readonly("duration", &Plan::duration, "Of all rows [s].")

@@ -244,10 +244,9 @@ void def_counts(ProbabilityClass& type) {
       .def_property_readonly(
           "levels", [](const CaptureProbability& p) { return p.splitting ? p.splitting->levels : 0.0; },
           "Levels at which replicas split, in the mean of the batches; 0 unless rare.")
-      .def_readonly(
-          "exit_times", &CaptureProbability::exit_times,
-          "When each rollout leaves the capture set [s], shape (rollouts,), in the order of their numbers: inf "
-          "if it stays, NaN if it diverged. Empty with rare=True.")
+      .def_readonly("exit_times", &CaptureProbability::exit_times,
+                    "When each rollout leaves the capture set [s], shape (rollouts,), in the order of their numbers: "
+                    "inf if it stays, NaN if it diverged. Empty with rare=True.")
       .def_property_readonly(
           "successes",
           [](const CaptureProbability& p) -> std::optional<py::array_t<bool>> {
@@ -284,8 +283,8 @@ void bind_disturbances(py::module_& module) {
   def_fields(noise, record_of<ActuationNoise>.fields);
   def_repr(noise, "of_plan", names_of<ActuationNoise>());
   const std::string doc =
-      "Noise of the robot: a uniform draw is added to the wrenches on each body that the plan pushes "
-      "or drives, and one to each joint's target.\n\n" +
+      "Noise of the robot: a uniform draw is added to the wrenches on each body that the plan pushes or drives, and "
+      "one to each joint's target.\n\n" +
       fields_doc(record_of<ActuationNoise>.fields);
   with_fields(
       record_of<ActuationNoise>.fields, {99, {"force", "torque", "targets", "hold"}}, &unchanged<ActuationNoise>,

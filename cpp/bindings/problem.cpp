@@ -223,14 +223,12 @@ void def_copies(ProblemClass& type) {
              "replace(self, **changes: typing.Any) -> Problem\n\nA copy with other values of some of the constructor's "
              "keywords. Raises as the constructor does, and TypeError on other keywords.");
   }
-  type.def(
-          "with_state", &with_state, py::arg("state"),
-          "The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint that "
-          "is beyond its limits.")
-      .def(
-          "edge_start", &edge_start, py::arg("node"),
-          "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "
-          "its velocity of the start state.");
+  type.def("with_state", &with_state, py::arg("state"),
+           "The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint "
+           "that is beyond its limits.")
+      .def("edge_start", &edge_start, py::arg("node"),
+           "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector "
+           "at its velocity of the start state.");
 }
 
 void def_files(ProblemClass& type) {

@@ -106,8 +106,8 @@ void bind_region(py::module_& module) {
       .def("__invert__", [](const Region& a) { return ~a; })
       .def("__bool__", [](const Region&) -> bool {
         throw py::type_error(
-            "a Region is neither true nor false: combine regions with &, | and ~, not with and, or "
-            "and not; for None write `region is None`");
+            "a Region is neither true nor false: combine regions with &, | and ~, not with and, or and not; for None "
+            "write `region is None`");
       });
 }
 
@@ -130,10 +130,10 @@ void def_region(py::module_& module, const Signature& signature) {
 
 void bind_regions(py::module_& module) {
   bind_region(module);
-  py::module_ primitives = module.def_submodule(
-      "regions",
-      "Sets of states, in the world's frame or another body's. `point` of those about a position: the "
-      "body's \"origin\", that of its shape's frame, or its \"center_of_mass\".");
+  py::module_ primitives =
+      module.def_submodule("regions",
+                           "Sets of states, in the world's frame or another body's. `point` of those about a position: "
+                           "the body's \"origin\", that of its shape's frame, or its \"center_of_mass\".");
   def_region<regions::Ball>(primitives, {4});
   def_region<regions::Box>(primitives, {4});
   def_region<regions::Disc>(primitives, {4});

@@ -74,11 +74,10 @@ void bind_shapes(py::module_& module) {
   bind_solids(module);
   bind_record<Part>(module, "Part", "A solid at its place in a Compound: position [m] and orientation (x, y, z, w).",
                     {99, {"position", "orientation"}});
-  bind_record<MassProperties>(
-      module, "MassProperties",
-      "Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg "
-      "by default. The inertia of another mass is in proportion.",
-      {99, {"axes"}});
+  bind_record<MassProperties>(module, "MassProperties",
+                              "Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 "
+                              "kg by default. The inertia of another mass is in proportion.",
+                              {99, {"axes"}});
   bind_compound(module);
   module.def(
       "mass_properties",

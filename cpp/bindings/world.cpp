@@ -240,10 +240,9 @@ void bind_world(py::module_& module) {
   bind_record<Contact>(module, "Contact", "One point where two bodies touch, and the forces there over the last step.",
                        {0});
   bind_results(module);
-  WorldClass type(
-      module, "World",
-      "One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a pure "
-      "function of the arguments. Threads may share a world, which answers one at a time.");
+  WorldClass type(module, "World",
+                  "One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a "
+                  "pure function of the arguments. Threads may share a world, which answers one at a time.");
   type.def(py::init(&make_world), py::arg("scene"), py::arg("plan") = py::none());
   def_simulations(type);
   def_queries(type);

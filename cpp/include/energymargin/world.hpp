@@ -119,9 +119,8 @@ class World {
 
   //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums. With
   //! `audit` it also balances the energy: nothing else changes, to the last bit, but the time that it takes. The robot
-  //! goes on where its plan is after `time` [s].
-  //! Throws std::invalid_argument on a bad state, wrench, duration or time; Diverged if the simulation does;
-  //! Cancelled or TimedOut if it reaches the limit.
+  //! goes on where its plan is after `time` [s]. Throws std::invalid_argument on a bad state, wrench, duration or time;
+  //! Diverged if the simulation does; Cancelled or TimedOut if it reaches the limit.
   Rollout rollout(const State& state, const Disturbance& wrenches, double duration, bool audit = false,
                   const Limit& limit = {}, double time = 0.0);
 

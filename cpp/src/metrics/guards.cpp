@@ -62,9 +62,9 @@ bool too_many_diverged(int diverged, int rollouts, double most) {
 
 void require_few_diverged(int diverged, int rollouts, double most) {
   if (!too_many_diverged(diverged, rollouts, most)) return;
-  throw std::runtime_error(std::to_string(diverged) + " of " + std::to_string(rollouts) +
-                           " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
-                           "or a weaker disturbance");
+  throw std::runtime_error(
+      std::to_string(diverged) + " of " + std::to_string(rollouts) +
+      " rollouts diverged, which is too many for a probability: a shorter step of the scene, or a weaker disturbance");
 }
 
 std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem) {
@@ -74,8 +74,7 @@ std::vector<Warning> implausible(const CaptureScore& score, const Problem& probl
         {"capture_score: resolution",
          "the capture score " + text(score.capture.mean) + " has a resolution of " + text(score.resolution) +
              ", above " + text(plausible::resolution) +
-             ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make "
-             "it finer"});
+             ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make it finer"});
   }
   if (score.undisturbed_exit) {
     warnings.push_back(

@@ -30,8 +30,7 @@ constexpr auto describe(Type<ForceWeights>) {
       Field{"distance", &ForceWeights::distance, "Taken off per metre between object and effector [1/m]."},
       Field{"ground_engage", &ForceWeights::ground_engage,
             "As engage, for contacts with all that is not the effector [1/N]."},
-      Field{"ground_stick", &ForceWeights::ground_stick, "As stick, for those [1/N]."},
-  };
+      Field{"ground_stick", &ForceWeights::ground_stick, "As stick, for those [1/N]."}};
 }
 
 constexpr auto describe(Type<Contact>) {
@@ -45,8 +44,7 @@ constexpr auto describe(Type<Contact>) {
       Field{"distance", &Contact::distance, "Between the surfaces; negative: depth [m]."},
       Field{"normal_force", &Contact::normal_force, "Along the normal, on body_a [N]."},
       Field{"tangential_force", &Contact::tangential_force, "Friction on body_a, in the world's axes [N]."},
-      Field{"friction", &Contact::friction, "The contact's coefficient.", Form::not_negative},
-  };
+      Field{"friction", &Contact::friction, "The contact's coefficient.", Form::not_negative}};
 }
 
 constexpr auto problem_bounds() {
@@ -57,8 +55,7 @@ constexpr auto problem_bounds() {
             "Largest |torque| of the disturbance on each object, about the world's x, y and z axes [N m].",
             Form::bounds},
       Field{"duration", &Problem::duration, "Longest edge of the search [s]; at least one step of the simulation.",
-            Form::positive},
-  };
+            Form::positive}};
 }
 
 //! Python takes one for each object, too.
@@ -72,8 +69,7 @@ constexpr auto problem_sets() {
       Field{"captured_any", &Problem::captured_any, "Of several objects: at least one is captured.",
             Presence::optional},
       Field{"succeeded_any", &Problem::succeeded_any, "Of several objects: at least one has succeeded.",
-            Presence::optional},
-  };
+            Presence::optional}};
 }
 
 constexpr auto problem_question() {
@@ -98,8 +94,7 @@ constexpr auto problem_question() {
             "[s]; left out: 0.",
             Form::not_negative, Presence::optional},
       Field{"plan", &Problem::plan, "The robot's actions from the state on; left out: the effector coasts.",
-            Presence::optional},
-  };
+            Presence::optional}};
 }
 
 constexpr auto describe(Type<Problem>) {
@@ -117,12 +112,10 @@ constexpr auto describe(Type<disturbances::Uniform>) {
   return Description{
       nullptr,
       "Piecewise constant. Each piece is uniform within strength times the problem's bounds, along and about each "
-      "axis, "
-      "and lasts for a uniform time.",
+      "axis, and lasts for a uniform time.",
       Field{"strength", &Uniform::strength, "Share of the problem's bounds.", Form::not_negative},
       Field{"objects", &Uniform::objects, "How many objects each piece acts on, drawn for each piece; None: all."},
-      Field{"hold", &Uniform::hold, "Longest piece [s]; None: the problem's duration.", Form::positive},
-  };
+      Field{"hold", &Uniform::hold, "Longest piece [s]; None: the problem's duration.", Form::positive}};
 }
 
 constexpr auto describe(Type<disturbances::Gaussian>) {
@@ -133,22 +126,19 @@ constexpr auto describe(Type<disturbances::Gaussian>) {
       Field{"force", &Gaussian::force, "Standard deviation along each axis [N].", Form::not_negative},
       Field{"torque", &Gaussian::torque, "Standard deviation about each axis [N m].", Form::not_negative},
       Field{"correlation_time", &Gaussian::correlation_time, "Time constant of the correlation [s].",
-            Form::not_negative},
-  };
+            Form::not_negative}};
 }
 
 constexpr auto describe(Type<disturbances::Boltzmann>) {
   return Description{
       nullptr,
       "Uniform, with each rollout weighted by exp(-rate * effort): more work is less likely (eq. 4). All rollouts run "
-      "to "
-      "the horizon.",
+      "to the horizon.",
       Field{"rate", &disturbances::Boltzmann::rate, "lambda [1/J].", Form::not_negative},
       Field{"strength", [](auto& model) -> auto& { return model.proposal.strength; }, "As Uniform.",
             Form::not_negative},
       Field{"objects", [](auto& model) -> auto& { return model.proposal.objects; }, "As Uniform."},
-      Field{"hold", [](auto& model) -> auto& { return model.proposal.hold; }, "As Uniform.", Form::positive},
-  };
+      Field{"hold", [](auto& model) -> auto& { return model.proposal.hold; }, "As Uniform.", Form::positive}};
 }
 
 constexpr auto describe(Type<disturbances::ActuationNoise>) {
@@ -160,8 +150,7 @@ constexpr auto describe(Type<disturbances::ActuationNoise>) {
             Form::bounds},
       Field{"torque", &Noise::torque, "The same about each axis [N m].", Form::bounds},
       Field{"targets", &Noise::targets, "Largest error of each joint's target [rad] or [m].", Form::not_negative},
-      Field{"hold", &Noise::hold, "How long a draw lasts [s]; None: a step.", Form::positive},
-  };
+      Field{"hold", &Noise::hold, "How long a draw lasts [s]; None: a step.", Form::positive}};
 }
 
 }  // namespace energymargin

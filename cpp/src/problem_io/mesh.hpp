@@ -37,14 +37,12 @@ struct Words<Meshes> {
 
 constexpr auto describe(Type<problem_io::MeshShape>) {
   return Alternative{
-      "mesh",
-      "A compound of convex hulls from an OBJ file.",
+      "mesh", "A compound of convex hulls from an OBJ file.",
       Field{"file", &problem_io::MeshShape::file,
             "Path of an OBJ file in [m], relative to this file or absolute, with one object (a line \"o name\") for "
             "each convex part. A part is the hull of its points; faces, normals and textures do not count."},
       Field{"solid", &problem_io::MeshShape::solid,
-            "Of the solid that the parts stand for; unset: those of the parts together.", Presence::optional},
-  };
+            "Of the solid that the parts stand for; unset: those of the parts together.", Presence::optional}};
 }
 
 }  // namespace energymargin

@@ -56,10 +56,9 @@ void read_friction_directions(const JsonNode& node, std::vector<Warning>* warnin
   const int directions = node.integer();
   if (directions != 1 && directions != 2) node.fail("1 or 2");
   if (directions == 2 || !warnings) return;
-  warnings->push_back(
-      {"scene: friction_directions",
-       "the file has \"friction_directions\": 1, which there is no more: friction now acts in every direction of the "
-       "contact plane, so that scores may differ from those of version 0.13"});
+  warnings->push_back({"scene: friction_directions",
+                       "the file has \"friction_directions\": 1, which there is no more: friction now acts in every "
+                       "direction of the contact plane, so that scores may differ from those of version 0.13"});
 }
 
 void read_disabled_collision(const JsonNode& pair, Scene& scene) {

@@ -76,12 +76,8 @@ constexpr auto describe(Type<AnnularSector>) {
 
 constexpr auto describe(Type<PlanarMotion>) {
   return Description{
-      "planar_motion",
-      "How a body moves in x and y at one moment.",
-      Field{"position", &PlanarMotion::position, "[m]"},
-      Field{"velocity", &PlanarMotion::velocity, "[m/s]"},
-      Field{"yaw_rate", &PlanarMotion::yaw_rate, "[rad/s]"},
-  };
+      "planar_motion", "How a body moves in x and y at one moment.", Field{"position", &PlanarMotion::position, "[m]"},
+      Field{"velocity", &PlanarMotion::velocity, "[m/s]"}, Field{"yaw_rate", &PlanarMotion::yaw_rate, "[rad/s]"}};
 }
 
 constexpr auto describe(Type<Swept>) {
@@ -100,8 +96,7 @@ constexpr auto describe(Type<Swept>) {
             Presence::optional},
       Field{"at", &Swept::at, "The sweep from this motion, fixed in the world; left out: from the state's own.",
             Presence::optional},
-      point_field<Swept>(),
-  };
+      point_field<Swept>()};
 }
 
 constexpr auto describe(Type<HalfSpace>) {
@@ -116,8 +111,7 @@ constexpr auto describe(Type<HalfSpace>) {
       Field{"ahead", &HalfSpace::ahead,
             "It reaches further by what the frame's body covers along the normal in this time [s]; with a frame alone.",
             forms::not_negative, Presence::optional},
-      point_field<HalfSpace>(),
-  };
+      point_field<HalfSpace>()};
 }
 
 constexpr auto describe(Type<Speed>) {
@@ -133,30 +127,25 @@ constexpr auto describe(Type<Speed>) {
             Presence::optional},
       Field{"along", &Speed::along,
             "Unit vector of the frame: the velocity along it counts alone, and may be negative.", forms::direction,
-            Presence::optional},
-  };
+            Presence::optional}};
 }
 
 constexpr auto describe(Type<Tilt>) {
-  return Alternative{
-      "tilt",
-      "The angle between an axis of the body and a direction of the frame is at most the limit.",
-      body_field<Tilt>(),
-      Field{"axis", &Tilt::axis, "Unit vector in the body's frame.", forms::direction},
-      Field{"reference", &Tilt::reference, "Unit vector in the frame.", forms::direction},
-      Field{"limit", &Tilt::limit, "[rad]", forms::half_turn},
-      frame_field(),
-  };
+  return Alternative{"tilt",
+                     "The angle between an axis of the body and a direction of the frame is at most the limit.",
+                     body_field<Tilt>(),
+                     Field{"axis", &Tilt::axis, "Unit vector in the body's frame.", forms::direction},
+                     Field{"reference", &Tilt::reference, "Unit vector in the frame.", forms::direction},
+                     Field{"limit", &Tilt::limit, "[rad]", forms::half_turn},
+                     frame_field()};
 }
 
 constexpr auto describe(Type<Joint>) {
   return Alternative{
-      "joint",
-      "The position of a joint that moves is from lower to upper.",
+      "joint", "The position of a joint that moves is from lower to upper.",
       Field{"joint", &Joint::joint, "By its name."},
       Field{"lower", &Joint::lower, "[rad] or [m]; -inf: without it.", forms::lower_limit, Presence::optional},
-      Field{"upper", &Joint::upper, "[rad] or [m]; inf: without it.", forms::upper_limit, Presence::optional},
-  };
+      Field{"upper", &Joint::upper, "[rad] or [m]; inf: without it.", forms::upper_limit, Presence::optional}};
 }
 
 constexpr auto describe(Type<Touching>) {
@@ -165,14 +154,12 @@ constexpr auto describe(Type<Touching>) {
       "Two bodies touch: they are at most a gap apart and, with \"force\", press on each other at least so much.",
       Field{"body", &Touching::body, "One of the two bodies.", forms::body},
       Field{"other", &Touching::other, "The other one, which can collide with it.", forms::body},
-      Field{
-          "force", &Touching::force,
-          "Sum of the normal forces of their contacts in one step of the scene from the state, without a disturbance, "
-          "at least [N]; 0, or left out: it does not count. Not with a plan, nor for the escape energy.",
-          forms::not_negative, Presence::optional},
+      Field{"force", &Touching::force,
+            "Sum of the normal forces of their contacts in one step of the scene from the state, without a "
+            "disturbance, at least [N]; 0, or left out: it does not count. Not with a plan, nor for the escape energy.",
+            forms::not_negative, Presence::optional},
       Field{"gap", &Touching::gap, "Between their surfaces, at most [m]; left out: 0.0001.", forms::not_negative,
-            Presence::optional},
-  };
+            Presence::optional}};
 }
 
 constexpr auto describe(Type<Intersection>) {

@@ -36,10 +36,9 @@ struct JointControl : Control {
 };
 
 //! A tree of links on its base: a free body, or a fixed one that stays what it is outside of the tree. Its velocities
-//! are those of a free base, then those of the joints that move:
-//! inertia * rate of the velocities + bias = forces along the velocities, by composite bodies for the inertia and by
-//! Newton and Euler's recursion for the bias (Featherstone 2008, tables 6.2 and 5.1). Drives without a torque limit are
-//! implicit: what they resist counts as inertia.
+//! are those of a free base, then those of the joints that move: inertia * rate of the velocities + bias = forces along
+//! the velocities, by composite bodies for the inertia and by Newton and Euler's recursion for the bias (Featherstone
+//! 2008, tables 6.2 and 5.1). Drives without a torque limit are implicit: what they resist counts as inertia.
 //!
 //! A substep kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then
 //! lets it coast. Coasting keeps energy and momentum: it is a Runge-Kutta step of the fourth order where they count,
