@@ -30,6 +30,9 @@ HEADERS_ALONE = {
     "parallel": "base",
     "plausible": "scene",
     "audit": "physics",
+    "membership": "sets",
+    "signed_distance": "sets",
+    "interval": "metrics",
 }
 BULLET = re.compile(r"#include <(bt\w|Bullet|LinearMath)")
 

@@ -5,16 +5,14 @@
 
 namespace energymargin {
 
-//! The balance of one rollout. Each work [J] is that on the bodies: positive where it gives them energy. An impulse
-//! works along the mean of the velocities before the step and after it, which makes the sum over all impulses the gain
-//! of kinetic energy. `audit_entries` says what each entry is.
+//! The balance of one rollout. Each work [J] is positive where it gives the bodies energy. An impulse works along the
+//! mean of the velocities before and after the step. `audit_entries` says what each entry is.
 struct Audit {
   double energy_change = 0.0;  //!< mechanical energy, World::energy, at the end minus at the start [J]
   double wrench = 0.0, plan = 0.0, friction = 0.0, contacts = 0.0, joints = 0.0, damping = 0.0, drives = 0.0,
          overlap = 0.0, integration = 0.0;
 
-  //! energy_change minus all entries: the error of the simulation that has no name, most of it that of finite
-  //! rotations [J].
+  //! energy_change minus all entries, mostly the error of finite rotations [J].
   double leftover() const;
 
   //! Sum of the absolute values of energy_change and all entries: the scale of `leftover` [J].

@@ -61,13 +61,11 @@ struct BatchOptions {
   Limit limit{};  //!< ends the batch as `cancel` does
 };
 
-//! A running batch: threads take the next search of the next problem from one queue, to which problems can be added. A
-//! problem's row is there once all its searches are done; then the problem is let go. If the system gives no thread at
-//! all, `take` does the work.
+//! A running batch: threads take searches from one queue, to which problems can be added. A problem's row is there once
+//! all its searches are done. If the system gives no thread at all, `take` does the work.
 class Batch {
  public:
-  //! Starts at once. Throws std::invalid_argument on an unknown metric, nodes or threads below 1; a bad problem
-  //! gives a row with an error.
+  //! Starts at once. Throws std::invalid_argument on bad options; a bad problem gives a row with an error.
   Batch(std::vector<Problem> problems, const BatchOptions& options);
 
   //! Starts without problems; `options.indices` are not asked for.
@@ -86,8 +84,7 @@ class Batch {
   //! Problems that were added and whose rows are not taken yet.
   std::size_t pending() const;
 
-  //! Rows finished since the last call; waits up to `timeout` [s], inf for as long as it takes, for the first of them.
-  //! Throws std::invalid_argument if the timeout is negative or NaN.
+  //! Rows finished since the last call; waits up to `timeout` [s], at least 0 or inf, for the first of them.
   std::vector<ScoreRow> take(double timeout);
 
   //! All rows are computed, or the batch has ended before, and all are taken.
@@ -99,8 +96,7 @@ class Batch {
  private:
   struct Work;  // a problem whose row is not complete
 
-  // One search of a problem. Each is a job, so that a single problem, or the end of a batch, keeps several threads
-  // busy.
+  // One search of a problem: so a single problem, or the end of a batch, keeps several threads busy.
   struct Job {
     std::shared_ptr<Work> work;
     std::size_t search;
@@ -125,8 +121,7 @@ class Batch {
   std::vector<std::thread> threads_;
 };
 
-//! Scores one problem on the calling thread. Throws Cancelled or TimedOut if it reaches the limit: there are no half
-//! rows.
+//! Scores one problem on the calling thread. Throws Cancelled or TimedOut if it reaches the limit.
 ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options);
 
 }  // namespace energymargin

@@ -51,8 +51,7 @@ struct Draws {
 using DisturbanceModel = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann,
                                       disturbances::ActuationNoise, disturbances::Draws>;
 
-//! Throws std::invalid_argument on numbers that are negative or not finite, more objects than the scene has, noise of a
-//! plan without one, or draws of another shape.
+//! Throws std::invalid_argument on bad numbers, too many objects, noise without a plan, or draws of another shape.
 void validate(const DisturbanceModel& model, const Problem& problem);
 
 //! What acts in one rollout.
@@ -61,10 +60,8 @@ struct Draw {
   std::optional<Plan> plan{};  //!< of ActuationNoise: the problem's plan with its noise
 };
 
-//! Draw number `index`, of `steps` steps. The model is valid. A draw with a parent, which is one of the same model but
-//! Draws and Boltzmann, is like it for `step` steps and goes on as the model says: a piece of Uniform keeps its wrench,
-//! and how long it is held is drawn anew; Gaussian goes on from its last value; noise that is held is kept until it
-//! ends.
+//! Draw number `index`, of `steps` steps, from a valid model. A draw with a parent, of the same model but Draws and
+//! Boltzmann, is like it for `step` steps and goes on as the model says: how long a piece of Uniform lasts is new.
 Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
           const Draw& parent = {}, int step = 0);
 

@@ -24,16 +24,14 @@ class TimedOut : public std::runtime_error {
 //! The time so many seconds from now; none if that is ages away, or never comes.
 std::optional<std::chrono::steady_clock::time_point> time_after(double seconds);
 
-//! Never reached, unless made with a flag or a time. Once reached it stays so. Searches look at it before each rollout
-//! and within long ones; it never changes what is computed before.
+//! Never reached, unless made with a flag or a time; once reached it stays so.
 class Limit {
  public:
   using Clock = std::chrono::steady_clock;
 
   Limit() = default;
 
-  //! Reached once `cancel`, which has to outlive all copies, is true; null: never. And from `timeout` [s] after now on.
-  //! Throws std::invalid_argument unless the timeout is finite and above 0.
+  //! Reached once `cancel`, which outlives this, is true (null: never), and `timeout` from now on [s], finite, above 0.
   explicit Limit(const std::atomic<bool>* cancel, std::optional<double> timeout = std::nullopt);
 
   //! This one, or another flag.

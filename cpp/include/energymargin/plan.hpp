@@ -25,8 +25,7 @@ struct Targets {
   Eigen::VectorXd positions;
 };
 
-//! Velocities that a motor of limited force keeps a free body at, shape (K, 6) [m/s, rad/s], in the world's axes,
-//! of its frame. A kinematic body has them, whatever it meets, and no limits.
+//! Velocities of a free body's frame, which a motor keeps, shape (K, 6) [m/s, rad/s]. A kinematic body has no limits.
 struct Servo {
   std::string body;
   Wrenches velocities;
@@ -47,26 +46,20 @@ struct Plan {
   double duration() const { return rows() * step; }
 };
 
-//! Throws std::invalid_argument on rows of unequal number or that are not finite, a step below that of the scene,
-//! wrenches on fixed or kinematic bodies, targets of joints without position control, and motors of bodies that
-//! are fixed or on a joint, or with limits that are negative or not finite, or of a kinematic body. Errors call the
-//! wrenches `wrenches`.
+//! Throws std::invalid_argument on bad rows or steps, and what no plan can act on. Errors call the wrenches `wrenches`.
 void validate(const Plan& plan, const Scene& scene, const std::string& wrenches = "wrenches");
 
 //! As much of it as can be said without a scene.
 void validate(const Plan& plan, const std::string& wrenches = "wrenches");
 
-//! Limits that are unset become twice what holds a body and its links against 9.81 m/s^2 [N], and that at the body's
-//! radius [N m]. A kinematic body has none.
+//! Limits that are unset become twice what holds a body and its links [N], and that at its radius [N m].
 Servo with_default_limits(const Scene& scene, Servo servo);
 
-//! The same plan with a row for each step [s] of a scene. Each row begins at the step that is nearest to its time, so a
-//! rate that is not one of whole steps is kept in the mean: rows of 50 Hz begin at steps 0, 5, 10, 14, ... of 1/240 s.
+//! The same plan with a row for each step [s] of a scene: each row begins at the step that is nearest to its time.
 Plan fine_rows(const Plan& plan, double step);
 
-//! Everything goes on as it moves at a state: the free bodies of role "effector", or those at the root of one, keep
-//! their twist in their own frames, by motors of the default limits; joints keep their targets. Its rows have the
-//! scene's step; `duration` [s] is rounded to whole ones.
+//! The robot goes on as it moves at a state: free effectors, or the roots of others, keep their twist in their own
+//! frames, joints their targets. Rows have the scene's step; `duration` [s] is rounded to whole ones.
 Plan hold(const Scene& scene, const State& state, double duration);
 
 }  // namespace energymargin

@@ -71,11 +71,8 @@ void require_free_object(const Problem& problem, std::size_t object, const std::
 //! Whether a region asks how strongly two bodies press on each other: a regions::Touching with a force.
 bool asks_for_force(const Region& region);
 
-//! Throws std::invalid_argument on a bad state, bounds that are negative or not finite, a duration shorter than a step,
-//! a plan that does not fit the scene or is shorter than the horizon, times that are not whole steps, a plan with
-//! "drive", regions on unknown bodies, or with a plan on the force of a contact, no object, "drive" without an effector
-//! that can move, or a start state in which a moving body is deeper in another than half of the smaller one's smallest
-//! half extent.
+//! Throws std::invalid_argument on bad numbers, times that are not whole steps, parts that do not fit each other or the
+//! scene, and a start in which a moving body is deeper in another than half of the smaller one's smallest half extent.
 void validate(const Problem& problem);
 
 //! The world of a problem: with its plan, if it has one. Its steps are so many `parts` of the problem's.

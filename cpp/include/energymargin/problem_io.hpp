@@ -20,9 +20,8 @@ const std::string& problem_schema();
 //! The problem as JSON text. Throws std::invalid_argument for a region made of a user's own predicate.
 std::string to_json(const Problem& problem);
 
-//! Reads JSON text and validates the problem; paths of meshes are relative to the folder. What a file of an older
-//! version asks for and no longer gets is added to `warnings`. Throws std::invalid_argument that names the place and
-//! what was expected.
+//! Reads and validates a problem; paths of meshes are relative to the folder. `warnings` gets what files of older
+//! versions ask for in vain. Throws std::invalid_argument that names the place and what was expected.
 Problem from_json(const std::string& text, const std::string& folder = "", std::vector<Warning>* warnings = nullptr);
 
 //! The plan as JSON text, as it stands in a problem file. Throws std::invalid_argument if it is none.
@@ -45,8 +44,7 @@ enum class Meshes {
 //! Writes atomically, the problem file last. Throws FileError if a file cannot be written.
 void save(const Problem& problem, const std::string& path, Meshes meshes = Meshes::embedded);
 
-//! Throws FileError if the file cannot be opened, std::invalid_argument, naming it, if it is no problem file or names a
-//! mesh that is none. `warnings` as in from_json.
+//! Throws FileError if the file cannot be opened, else as from_json, naming it.
 Problem load(const std::string& path, std::vector<Warning>* warnings = nullptr);
 
 }  // namespace energymargin

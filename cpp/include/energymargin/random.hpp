@@ -5,8 +5,7 @@
 
 namespace energymargin {
 
-//! The seed of a stream: mixes a seed with the stream's number (SplitMix64), so that neighbouring numbers give
-//! unrelated streams. It has the same name in Python.
+//! The seed of a stream, unrelated to those of neighbouring numbers (SplitMix64).
 constexpr std::uint64_t stream(std::uint64_t seed, std::uint64_t number) {
   std::uint64_t mixed = seed + 0x9E3779B97F4A7C15ULL * (number + 1);
   mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9ULL;

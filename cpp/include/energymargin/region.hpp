@@ -19,8 +19,7 @@ class Region;
 //! Levels of & | ~ in each other, at most: as many as a problem file has, and far less than a stack holds.
 inline constexpr int most_region_levels = 64;
 
-//! Primitives in a region, at most; a part that occurs twice counts twice, as it is evaluated twice. A longer chain of
-//! & would take minutes to build, as each step copies the list.
+//! Primitives in a region, at most: a longer chain of & would take minutes to build.
 inline constexpr std::size_t most_region_primitives = 10'000;
 
 //! N truth values.
@@ -28,9 +27,8 @@ using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 namespace regions {
 
-// In each of them `body` is the body whose position counts: that of its frame, or of its centre of mass, which `point`
-// says. Where there is a `frame`, it names the body in whose frame centre, axes and velocities are given; empty: the
-// world.
+// The position of `point` of `body` counts. `frame` names the body in whose frame centre, axes and velocities are;
+// empty: the world.
 
 //! The point of a body whose position counts.
 enum class Point {
@@ -136,8 +134,7 @@ struct Joint {
   double upper = std::numeric_limits<double>::infinity();   //!< [rad] or [m]
 };
 
-//! Two bodies touch: they are at most `gap` apart and, with a force, the normal forces of all their contacts add up to
-//! at least that in one step of the scene from the state, under no disturbance and no plan.
+//! Two bodies are at most `gap` apart and, with a force, press on each other by at least that in an undisturbed step.
 struct Touching {
   std::string body;
   std::string other;
@@ -174,8 +171,7 @@ class Region {
                                   regions::HalfSpace, regions::Speed, regions::Tilt, regions::Joint, regions::Touching,
                                   regions::Predicate, regions::Intersection, regions::Union, regions::Complement>;
 
-  //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, NaN, or more
-  //! levels or primitives than a region may have.
+  //! Throws std::invalid_argument on bad numbers, or more levels or primitives than a region may have.
   template <typename Primitive>
   Region(Primitive primitive);  // NOLINT: a primitive is a region
 

@@ -1,6 +1,5 @@
 #pragma once
-// What there is: bodies, joints and springs between them, friction, gravity and the settings of the simulation. Plain
-// values, validated.
+// What there is, as validated values: bodies, joints, springs, friction, gravity and how the simulation is stepped.
 
 #include <limits>
 #include <map>
@@ -30,8 +29,7 @@ struct Inertial {
   Vector3 moments = Vector3::Ones();         //!< principal moments about the centre [kg m^2]
   Quaternion axes = Quaternion::Identity();  //!< turns the principal axes into the body's
 
-  //! From the inertia about the centre, along `axes` in the body's frame [kg m^2]. Throws std::invalid_argument unless
-  //! a rigid body can have it.
+  //! From the inertia about the centre, along `axes` [kg m^2], if a rigid body can have it.
   static Inertial from_tensor(const Vector3& center, const Eigen::Matrix3d& inertia,
                               const Quaternion& axes = Quaternion::Identity());
 };
@@ -42,8 +40,7 @@ struct Surface {
   //! none acts where that is 0. Of two bodies the larger one counts.
   double torsional_friction = 0.0;
   double rolling_friction = 0.0;
-  //! Share of the speed at which bodies meet that they part with, from restitution_speed on; 0..1. The larger one
-  //! counts.
+  //! Share of the speed of meeting that they part with, from restitution_speed on, 0..1; the larger one counts.
   double restitution = 0.0;
   //! Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m], [N s/m].
   double stiffness = 0.0;
@@ -72,8 +69,7 @@ struct Body {
   //! Resist its motion at the centre of mass; of a link its joint's do [N s/m], [N m s/rad].
   double linear_damping = 0.0;
   double angular_damping = 0.0;
-  //! Goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass, by a drive without limits.
-  //! Its mass does not count, nor does what it meets of fixed and other kinematic bodies.
+  //! Goes on as it moves, or as a plan says, whatever it meets; its mass does not count.
   bool kinematic = false;
 
   bool fixed() const { return mass == 0.0; }
@@ -85,8 +81,7 @@ struct Body {
   double damping(int axis) const { return axis < 3 ? linear_damping : angular_damping; }
   bool damped() const { return linear_damping > 0.0 || angular_damping > 0.0; }
 
-  //! Centre of mass and principal axes in the body's frame; for a body that no force moves the frame itself, with
-  //! moments of 0.
+  //! In the body's frame; for a body that no force moves the frame itself, with moments of 0.
   Inertial principal_inertial() const;
 };
 
@@ -115,8 +110,7 @@ struct PositionControl {
   bool drives() const { return stiffness > 0.0 || damping > 0.0; }
 };
 
-//! A joint that carries `child` on `parent`, and its position control. For a prismatic joint read m for rad and N for
-//! N m.
+//! A joint that carries `child` on `parent`, and its position control. For a prismatic one read m for rad, N for N m.
 struct Joint : PositionControl {
   std::string name;  //!< unique among the scene's joints
   JointType type = JointType::revolute;
@@ -176,8 +170,7 @@ struct Spring {
   double damping = 0.0;      //!< along the spring [N s/m]
 };
 
-//! Far more than a step takes to converge, and few enough that one of a hundred stacked boxes ends in a second: a
-//! timeout or Ctrl-C is seen between steps.
+//! So few that a step of a hundred stacked boxes ends in a second: Ctrl-C is seen between steps.
 inline constexpr int most_solver_iterations = 10'000;
 
 //! A residual of one part in a hundred is as coarse as friction is known.
@@ -200,8 +193,7 @@ struct PairFriction {
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
   int iterations = 50;        //!< Newton iterations of the contact solver in a step, at most; 1..most_solver_iterations
-  //! A step has converged when the residual of the equations of motion is below this share of the impulses that act in
-  //! it: relative, without a unit; above 0, at most most_solver_tolerance.
+  //! A step has converged with a residual below this share of its impulses; above 0, at most most_solver_tolerance.
   double tolerance = 1e-5;
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
 };
@@ -243,8 +235,7 @@ class Scene {
   //! The same scene in other steps.
   Scene with_stepping(const Stepping& stepping) const;
 
-  //! The same scene with another friction or mass [kg] of one body; coefficients of pairs stay. A heavier body has the
-  //! same shape of its inertia; one that is fixed stays so, and one that is not never becomes so.
+  //! The same scene with another friction or mass [kg], and inertia with it, of one body; coefficients of pairs stay.
   Scene with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
@@ -271,8 +262,7 @@ class Scene {
   std::size_t index(const std::string& name) const;
   const Body& body(const std::string& name) const { return bodies_[index(name)]; }
 
-  //! Body::principal_inertial and energymargin::smallest_half_extent of a body, by its index. They are found once, as
-  //! it is added; copies of the scene share them.
+  //! Body::principal_inertial and energymargin::smallest_half_extent of a body, by its index, found once.
   const Inertial& inertial(std::size_t body) const;
   double smallest_half_extent(std::size_t body) const;
 
@@ -283,13 +273,16 @@ class Scene {
   std::size_t joint_index(const std::string& name) const;
 
   //! The control of a joint or, beyond all joints, a tendon.
-  const PositionControl& control(std::size_t index) const;
+  const PositionControl& control(std::size_t index) const {
+    if (index < joints_.size()) return joints_[index];
+    return tendons_[index - joints_.size()];
+  }
 
   //! Index of a joint or a tendon among them by name; the error lists the names that there are.
   std::size_t control_index(const std::string& name) const;
 
   //! The joint that carries a body; none for a body that is no link.
-  std::optional<std::size_t> joint_to(std::size_t body) const;
+  std::optional<std::size_t> joint_to(std::size_t body) const { return joints_to_[body]; }
 
   //! The free or fixed body that carries a link, in the end; a body that is no link itself.
   std::size_t root(std::size_t body) const;
@@ -298,7 +291,7 @@ class Scene {
   bool rigid(const Joint& joint) const;
 
   //! Whether a body is a link or carries one.
-  bool jointed(std::size_t body) const;
+  bool jointed(std::size_t body) const { return joints_to_[body] || !joints_below_[body].empty(); }
 
   //! Indices of the bodies of a role.
   std::vector<std::size_t> with_role(Role role) const;

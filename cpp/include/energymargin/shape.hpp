@@ -65,8 +65,7 @@ struct Compound {
 
 using Shape = std::variant<Plane, Box, Sphere, Cylinder, Capsule, ConvexHull, Compound>;
 
-//! Throws std::invalid_argument unless the sizes are finite and positive, the normal is a unit vector, and the poses
-//! and mass properties of a compound can be.
+//! Throws std::invalid_argument on sizes, directions, poses and mass properties that cannot be.
 void validate(const Shape& shape);
 
 //! Mass properties of a solid `shape` of `mass` [kg]; all zero for a plane, for a mass of 0, and without parts.
@@ -75,8 +74,7 @@ MassProperties mass_properties(const Shape& shape, double mass);
 //! The hull with its centre of mass moved to the origin.
 ConvexHull centered(const ConvexHull& hull);
 
-//! Half of the least extent, for a hull along its principal axes, for a compound that of its most solid part [m]; inf
-//! for a plane, and without parts.
+//! Half of the least extent, of a hull along its principal axes, of a compound that of its thickest part [m]; or inf.
 double smallest_half_extent(const Shape& shape);
 
 //! Distance of the farthest point from a point in the shape's frame, or a little more [m]; inf for a plane.

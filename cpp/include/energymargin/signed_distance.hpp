@@ -8,9 +8,8 @@
 
 namespace energymargin {
 
-//! The signed distance of states to the edge of a region, as a share of the start's: negative inside, 0 at the edge,
-//! positive outside. Each primitive is divided by the size of its distance at the start, so that metres, metres a
-//! second and angles compare; & is the largest of its parts, | the least, ~ the negative.
+//! The signed distance of states to the edge of a region, negative inside. Each primitive's is divided by its size at
+//! the start, so that metres and angles compare; & is the largest of its parts, | the least, ~ the negative.
 class SignedDistance {
  public:
   //! Throws std::invalid_argument on a body that the scene does not have, and on a Predicate, which has no distance.
@@ -18,8 +17,7 @@ class SignedDistance {
 
   double operator()(const State& state) const;
 
-  //! What each primitive reads of a state, one after another: the position in a ball, the height over a half space. The
-  //! primitive's distance changes by no more than they do.
+  //! What each primitive reads of a state, one after another: its distance changes by no more than that.
   std::vector<double> coordinates(const State& state) const;
 
   //! How many are those of each primitive.

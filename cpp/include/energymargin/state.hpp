@@ -70,9 +70,8 @@ struct Unpacked {
 };
 Unpacked unpack(const Scene& scene, const State& state);
 
-//! Throws std::invalid_argument unless `state` has the scene's dimension, is finite, has unit quaternions, no
-//! velocity along locked axes or of held joints. A joint may be beyond its limits, which push it back in a simulation:
-//! implausible_joints tells. `name` is what the error calls it.
+//! Throws std::invalid_argument unless `state` has the scene's dimension, finite numbers, unit quaternions, and no
+//! velocity that is locked or held. A joint may be beyond its limits. `name` is what the error calls it.
 void validate(const Scene& scene, const State& state, const std::string& name = "state");
 
 //! The checks of one body's state.

@@ -31,8 +31,7 @@ using Disturbance = std::vector<Wrench>;
 
 inline constexpr int wrench_axes = 6;  //!< of one object: three of its force and three of its torque
 
-//! What acts on the objects for a while: force [N] and torque [N m] on each, in the scene's order, shape (6 k,) for k
-//! objects.
+//! What acts on the k objects for a while: force [N] and torque [N m] on each, shape (6 k,).
 struct Push {
   Eigen::VectorXd wrenches;
   int steps = 1;

@@ -106,8 +106,7 @@ class World {
  public:
   explicit World(const Scene& scene);
 
-  //! The robot follows `plan` in rollouts and simulations; behind its end its motors and wrenches rest, and joints keep
-  //! their last targets. Throws std::invalid_argument on a plan that does not fit the scene.
+  //! The robot follows `plan`, whose last targets stay; throws std::invalid_argument unless it fits the scene.
   World(const Scene& scene, const Plan& plan);
   ~World();
   World(World&&) noexcept;
@@ -117,10 +116,9 @@ class World {
   const Scene& scene() const;
   const StateLayout& layout() const;
 
-  //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums. With
-  //! `audit` it also balances the energy: nothing else changes, to the last bit, but the time that it takes. The robot
-  //! goes on where its plan is after `time` [s]. Throws std::invalid_argument on a bad state, wrench, duration or time;
-  //! Diverged if the simulation does; Cancelled or TimedOut if it reaches the limit.
+  //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums.
+  //! `audit` also balances the energy, and changes no bit. The robot goes on where its plan is after `time` [s]. Throws
+  //! std::invalid_argument on bad arguments, Diverged, and Cancelled or TimedOut at the limit.
   Rollout rollout(const State& state, const Disturbance& wrenches, double duration, bool audit = false,
                   const Limit& limit = {}, double time = 0.0);
 
@@ -129,15 +127,13 @@ class World {
   Rollout rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit = {},
                             const Watch& watch = {});
 
-  //! One unbroken simulation of `steps` steps under the world's plan and, on top of it, `besides`, which has a row for
-  //! each of them or none at all, recorded after the steps in `record` (ascending, from 0, the start, to `steps`). The
-  //! start's contacts are those of `contacts`. Throws Cancelled or TimedOut if it reaches the limit.
+  //! One simulation of `steps` steps under the world's plan and, on top of it, `besides`, of a row a step or none,
+  //! recorded after the steps in `record`, ascending from 0, the start. Throws Cancelled or TimedOut.
   std::vector<Frame> simulate(const State& state, const Plan& besides, int steps, const std::vector<int>& record,
                               const Limit& limit = {});
 
-  //! Mechanical energy: the kinetic energy of all bodies that move, links included; the potential energy of gravity and
-  //! of the bodies' constant forces, with its zero at the world's origin; the energy of the springs, and of the joints'
-  //! compliance, which is zero at their targets [J].
+  //! Kinetic energy, potential energy of gravity and constant forces, zero at the world's origin, and energy of the
+  //! springs and of the joints' compliance, zero at their targets [J].
   double energy(const State& state) const;
 
   //! Contacts at a state, with the forces that one step without wrench shows.
@@ -150,8 +146,7 @@ class World {
   std::unique_ptr<Engine> engine_;
 };
 
-//! Deepest penetration at a valid state of any pair in which at least one body moves [m], and which pair; 0 if nothing
-//! touches.
+//! Deepest penetration of any two bodies at a valid state [m]; 0 if nothing touches.
 Contact deepest_contact(const Scene& scene, const State& state);
 
 }  // namespace energymargin

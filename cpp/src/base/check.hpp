@@ -60,4 +60,14 @@ inline void require_at_least(const std::string& argument, long long value, long 
   if (value < least) reject(argument, std::to_string(value), "a whole number of at least " + std::to_string(least));
 }
 
+//! What `check` gives; its errors say where they are of first.
+template <typename Check>
+auto at_place(const std::string& where, const Check& check) {
+  try {
+    return check();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(where + error.what());
+  }
+}
+
 }  // namespace energymargin

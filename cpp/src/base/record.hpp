@@ -145,48 +145,37 @@ template <typename Struct>
 void require_fields(const Struct& object, const std::string& prefix = "");
 
 inline void require_form(const std::string& name, double value, Form form) {
-  if (form == Form::positive) {
-    require_positive(name, value);
-  } else if (form == Form::not_negative) {
-    require_not_negative(name, value);
-  } else if (form == Form::turn) {
-    if (!(std::abs(value) > 0.0 && std::abs(value) <= full_turn)) {
-      reject(name, text(value), "an angle of at most 2 pi in size, and not 0");
-    }
-  } else if (form == Form::half_turn) {
-    if (!(value >= 0.0 && value <= pi)) reject(name, text(value), "an angle from 0 to pi");
-  } else if (form == Form::largest_size) {
-    if (!(value >= 0.0)) reject(name, text(value), "a number of at least 0");
-  } else if (form == Form::lower_limit || form == Form::upper_limit) {
-    if (std::isnan(value)) reject(name, text(value), "a number");
-  } else {
-    require_finite(name, value);
-  }
+  const auto require = [&](bool holds, const char* expected) {
+    if (!holds) reject(name, text(value), expected);
+  };
+  const double size = std::abs(value);
+  if (form == Form::positive) return require_positive(name, value);
+  if (form == Form::not_negative) return require_not_negative(name, value);
+  if (form == Form::turn)
+    return require(size > 0.0 && size <= full_turn, "an angle of at most 2 pi in size, and not 0");
+  if (form == Form::half_turn) return require(value >= 0.0 && value <= pi, "an angle from 0 to pi");
+  if (form == Form::largest_size) return require(value >= 0.0, "a number of at least 0");
+  if (form == Form::lower_limit || form == Form::upper_limit) return require(!std::isnan(value), "a number");
+  require_finite(name, value);
 }
 
 inline void require_form(const std::string& name, const Vector3& value, Form form) {
-  if (form == Form::direction) {
-    require_unit(name, value);
-  } else if (form == Form::sizes) {
-    if (!(value.array() > 0.0).all()) reject(name, text(value), "three numbers above 0");
-  } else if (form == Form::positive_list) {
-    const bool positive = value.allFinite() && (value.array() > 0.0).all();
-    if (!positive) reject(name, text(value), "three finite numbers above 0");
-  } else if (form == Form::bounds) {
-    const bool not_negative = value.allFinite() && (value.array() >= 0.0).all();
-    if (!not_negative) reject(name, text(value), "three finite numbers of at least 0");
-  } else if (form == Form::factors) {
-    const bool factors = (value.array() == 0.0 || value.array() == 1.0).all();
-    if (!factors) reject(name, text(value), "0 (locked) or 1 (free) for each axis");
-  } else if (form == Form::moments) {
-    // No two moments are less than the third; rounding in files gets a little room.
-    const bool positive = value.allFinite() && (value.array() > 0.0).all();
-    if (!(positive && 2.0 * value.maxCoeff() <= value.sum() * (1.0 + 1e-6))) {
-      reject(name, text(value), "three numbers above 0 of which none is greater than the sum of the others");
-    }
-  } else {
-    require_finite(name, value);
+  const auto require = [&](bool holds, const char* expected) {
+    if (!holds) reject(name, text(value), expected);
+  };
+  const auto numbers = value.array();
+  const bool finite = value.allFinite();
+  if (form == Form::direction) return require_unit(name, value);
+  if (form == Form::sizes) return require((numbers > 0.0).all(), "three numbers above 0");
+  if (form == Form::positive_list) return require(finite && (numbers > 0.0).all(), "three finite numbers above 0");
+  if (form == Form::bounds) return require(finite && (numbers >= 0.0).all(), "three finite numbers of at least 0");
+  if (form == Form::factors) {
+    return require((numbers == 0.0 || numbers == 1.0).all(), "0 (locked) or 1 (free) for each axis");
   }
+  if (form != Form::moments) return require_finite(name, value);
+  // No two moments are less than the third; rounding in files gets a little room.
+  require(finite && (numbers > 0.0).all() && 2.0 * value.maxCoeff() <= value.sum() * (1.0 + 1e-6),
+          "three numbers above 0 of which none is greater than the sum of the others");
 }
 
 template <typename Value>
@@ -205,8 +194,7 @@ void require_form(const std::string& name, const std::optional<Value>& value, Fo
   if (value) require_form(name, *value, form);
 }
 
-//! Throws std::invalid_argument if a number is not finite, or not as its field's form wants it. Texts, enums, shapes
-//! and regions are what their owners check.
+//! Throws std::invalid_argument on a number that is not finite, or not as its field's form wants it.
 template <typename Struct>
 void require_fields(const Struct& object, const std::string& prefix) {
   visit_fields<Struct>(

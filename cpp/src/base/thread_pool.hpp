@@ -31,8 +31,7 @@ bool start_thread(std::vector<std::thread>& threads, Work&& work) {
   }
 }
 
-//! The caller's thread and some more. Between two batches those yield for a while before they sleep, since to wake a
-//! processor takes long beside a short batch.
+//! The caller's thread and some more. Between two batches those yield for a while before they sleep.
 class ThreadPool {
  public:
   //! `job(i, thread)`, with thread < size().
@@ -46,8 +45,7 @@ class ThreadPool {
 
   std::size_t size() const { return threads_.size() + 1; }
 
-  //! Calls the job for each i < count, once. Each thread takes the next i when it is free. The first exception ends the
-  //! rest and is thrown again here.
+  //! Calls the job for each i < count, once. The first exception ends the rest and is thrown again.
   void run(std::size_t count, const Job& job);
 
  private:

@@ -43,8 +43,7 @@ PoseCell domain_of(const Landscape& landscape) {
 }
 
 // The cells that can be reached from the start, lowest barrier first. Where the flood comes out, a cell of its way is
-// halved, and what was reached through that is reached anew: so cells are small only where a way out has to be ruled
-// out.
+// halved, and what was reached through it is reached anew: cells are small only where a way out is to be ruled out.
 class Flood {
  public:
   Flood(const Landscape& landscape, const FloodBudget& budget)
@@ -214,8 +213,7 @@ class Flood {
     }
   }
 
-  // Whether the way out seems to be one, and to be hardly higher than its level. It leads through the middles of the
-  // cells and of the faces between them.
+  // Whether the way out, through the middles of cells and faces, seems to be one, hardly higher than its level.
   bool tight(int end) const {
     const double start = landscape_.potential.start();
     std::vector<Coordinates> way{outside_pose(tree_[end].poses)};

@@ -22,8 +22,7 @@ struct Subject {
   const Problem& problem;
   std::size_t object;
   Kinematics kinematics;
-  //! By body of the scene: fixed ones, those whose axes are all locked, and links that hang on them by joints that are
-  //! fixed or held. With a plan held joints may move.
+  //! By body of the scene: fixed and locked ones, and links rigid on them; with a plan held joints may move.
   std::vector<bool> immovable{};
 };
 

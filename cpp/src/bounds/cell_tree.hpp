@@ -104,8 +104,7 @@ class CellTree {
     return made;
   }
 
-  // Cells that meet at an edge or a corner alone are left out: their neighbours there share a face with both, and are
-  // blocked only if the edge is.
+  // Cells that meet at an edge or a corner alone are left out: neighbours there share a face with both.
   void touching(int at, const PoseCell& poses, int except, std::vector<int>& found) const {
     const PoseCell& other = (*this)[at].poses;
     int faces = 0;

@@ -72,8 +72,7 @@ CrossingEnergy in_sector(const regions::AnnularSector& sector, const PoseRange& 
 
 Vector3 in_plane(const Vector2& point) { return {point.x(), point.y(), 0.0}; }
 
-// Reads a region, part by part. What is in the frame of a body that moves, or about another body that does, bounds
-// nothing.
+// Reads a region, part by part. What is in the frame of, or about, another body that moves bounds nothing.
 class Reader {
  public:
   Reader(const Subject& subject, const ObjectSpace& space)
@@ -130,8 +129,7 @@ class Reader {
     return unknown("the capture set goes along with '" + body + "', which can move");
   }
 
-  // The same of a region that a box in its frame holds. What is about the world's axes may be the same along one of
-  // them; in another frame it is taken to depend on all.
+  // The same of a region that a box in its frame holds; in a frame other than the world's it depends on all axes.
   template <typename Primitive, typename Crossing>
   ExitEnergy in_box(const Primitive& primitive, const Vector3& center, const Vector3& half,
                     const Crossing& crossing) const {
@@ -207,8 +205,7 @@ class Reader {
     }
     return exit;
   }
-  // The way to move whose point has the speed at the least energy has m_eff v^2 / 2, where a push at the
-  // point moves it by at most 1/m + r^2/I.
+  // The least energy is m_eff v^2 / 2, where a push at the point moves it by at most 1/m + r^2/I.
   ExitEnergy of(const regions::Speed& speed) const {
     CrossingEnergy energy = either;
     if (is_object(speed.body)) {

@@ -96,8 +96,7 @@ class ObjectSpace {
     return least;
   }
 
-  //! How far a point of the object's frame is from where `pose` has it, at most, anywhere in a cell, along each axis of
-  //! the world and about the turns [m].
+  //! How far a point of the object is from where `pose` has it, at most, in a cell, along each axis of the world [m].
   Vector3 slack(const Coordinates& half, const Vector3& point) const {
     const double arm = (point - reference_).norm();
     return half.head<3>() + Vector3::Constant(arm * (any_turn_ ? 2.0 : chord(half[turn_axis])));
@@ -221,8 +220,7 @@ class PotentialBounds {
   double start_ = 0.0;
 };
 
-//! The least kinetic energy of the object with which a state may be outside of a set, and inside of it [J]: 0 where the
-//! pose alone may do, inf where it rules that out.
+//! The least kinetic energy of the object outside of a set, and inside of it [J]: 0 where any will do, inf where none.
 struct CrossingEnergy {
   double outside = 0.0, inside = 0.0;
 };

@@ -109,8 +109,7 @@ class Obstacles {
 
   static constexpr int halvings = 6;  // of the step in which the sum of the depths is climbed
 
-  // Lower bounds of the penetration depth, the least way by which one of two pieces has to move for the other to be
-  // free [m]; negative: they may be apart by that.
+  // Lower bounds of the least way by which one of two pieces has to move for the other to be free [m].
   struct Penetration {
     double middle;   // as they stand
     double certain;  // also if the first one turns

@@ -13,8 +13,7 @@
 
 namespace energymargin {
 
-//! A rollout as the coordinates of a SignedDistance, one check time after another. It stays where it is once it is
-//! lost.
+//! A rollout as the coordinates of a SignedDistance, one check time after another. It stays where it is once lost.
 struct Track {
   std::vector<double> coordinates{};  // of each check time, one after another
   bool lost = false;                  // with the last check time
@@ -23,8 +22,7 @@ struct Track {
 //! The coordinates of each primitive in so many check times, from their values, gains and gains of gains of now, by
 //! least squares; and the error of that. The level of a state is its distance to the edge in standard deviations of
 //! that error, at the check time until the horizon at which it is nearest: for linear dynamics and normal noise, the
-//! most likely time and way of a loss (Dean and Dupuis, Splitting for rare event simulation: a large deviation approach
-//! to design and analysis, 2009).
+//! most likely time and way of a loss (Dean and Dupuis, Splitting for rare event simulation, 2009).
 class Forecast {
  public:
   //! `track` ends with the state, and `left` check times are to come.

@@ -252,9 +252,7 @@ class Estimator {
 };
 
 void validate(const Problem& problem, const ProbabilityOptions& options) {
-  if (!timing_of(problem)) {
-    reject("problem", "without horizon and plan", "one with: problem.replace(horizon=...)");
-  }
+  if (!timing_of(problem)) reject("problem", "without horizon and plan", "one with: problem.replace(horizon=...)");
   if (options.rollouts) require_at_least("rollouts", *options.rollouts, 1);
   require_at_least("threads", options.threads, 1);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);

@@ -113,8 +113,7 @@ class ReplicaSimulator {
   const Tally& tally() const { return tally_; }
 
  private:
-  // The past of a branch is simulated again: a simulation that is restored at a state is not the one that goes on.
-  // Its law is a fair draw from check time `first` on.
+  // The past of a branch is simulated again. Its law is a fair draw from check time `first` on.
   void simulate(Replica& replica, int first = 0) {
     roll_out(replica);
     if (!fit_) return;

@@ -1,7 +1,6 @@
 #pragma once
 // Adaptive multilevel splitting: the probability of a rare event from replicas of a random path that split where they
-// come near it. Brehier, Gazeau, Goudenege, Lelievre and Rousset, Unbiasedness of some generalized adaptive multilevel
-// splitting algorithms, Annals of Applied Probability, 2016.
+// come near it. Brehier, Gazeau, Goudenege, Lelievre and Rousset, Annals of Applied Probability, 2016.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -72,9 +71,8 @@ inline double relative_variance(const Eigen::VectorXd& estimates) {
   return std::max(measured, std::exp(spread) * n / positive - 1.0);
 }
 
-//! How many rollouts of equal weight say as much about a rare probability as these independent estimates of it. At
-//! least as many as the replicas, whose first rollouts are independent, and at most what the best of all levels gives,
-//! with a relative variance of -log(p) / replicas.
+//! How many rollouts of equal weight say as much about a rare probability as these estimates: at least as many as the
+//! replicas, at most what the best of all levels gives, with a relative variance of -log(p) / replicas.
 inline double effective_size(const Eigen::VectorXd& estimates, int replicas) {
   const auto n = static_cast<double>(estimates.size());
   const double mean = estimates.mean();

@@ -1,6 +1,7 @@
 #pragma once
 // The balance of energy of a rollout, substep by substep.
 
+#include <algorithm>
 #include <vector>
 
 #include "physics/simulation.hpp"
@@ -11,21 +12,93 @@ namespace energymargin {
 //! Watches a simulation from where it is when this is made, to the end of its own life.
 class Auditor {
  public:
-  Auditor(Simulation& simulation, const Energy& energy);
-  ~Auditor();
+  Auditor(Simulation& simulation, const Energy& energy)
+      : simulation_(simulation), energy_(energy), length_rates_(simulation.scene().springs().size()) {
+    const std::vector<Joint>& joints = simulation.scene().joints();
+    for (std::size_t i = 0; i < joints.size() + simulation.scene().tendons().size(); ++i) {
+      const bool moves = i >= joints.size() || (joints[i].moves() && !joints[i].held);
+      if (moves && simulation.scene().control(i).drives()) controlled_.push_back(i);
+    }
+    simulation_.impulses() = {&before_, {}};
+    simulation_.read(next_);
+  }
+  ~Auditor() { simulation_.impulses() = {}; }
   Auditor(const Auditor&) = delete;
   Auditor& operator=(const Auditor&) = delete;
 
   //! To be called before anything acts in a substep, and when that is over.
-  void begin();
-  void end(const SubstepResult& substep);
+  void begin() {
+    simulation_.read(before_);
+    const Scene& scene = simulation_.scene();
+    held_.clear();
+    for (const Load& load : simulation_.spring_loads()) {
+      if (scene.bodies()[load.body].kinematic && !scene.jointed(load.body)) held_.push_back(load);
+    }
+    if (!simulation_.actuations().empty() || !held_.empty()) simulation_.read(velocities_);
+    state_ = next_;
+    for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.springs().span(i).length_rate;
+  }
+  void end(const SubstepResult& substep) {
+    simulation_.read(next_);
+    add_actuations(substep.duration);
+    const StateLayout& layout = simulation_.layout();
+    for (const std::size_t i : controlled_) {
+      add_control(i, layout.controlled(state_.data(), i), layout.controlled(next_.data(), i), substep.duration);
+    }
+    for (std::size_t i = 0; i < length_rates_.size(); ++i) {
+      const double stretch = 0.5 * (length_rates_[i] + simulation_.springs().span(i).length_rate) * substep.duration;
+      audit_.damping -= simulation_.scene().springs()[i].damping * length_rates_[i] * stretch;
+    }
+    // Velocities are a substep behind the positions; where motion is lost, its loads do no work.
+    const double power = energy_.power(next_);
+    audit_.integration -= 0.5 * substep.duration * (power - energy_.power(state_));
+    audit_.overlap += power * substep.lost;
+  }
 
   //! The balance of the substeps so far; without energy_change and wrench, which others know.
-  Audit audit() const;
+  Audit audit() const {
+    Audit audit = audit_;
+    const Audit& work = simulation_.impulses().work;
+    audit.friction = work.friction;
+    audit.contacts = work.contacts;
+    audit.joints = work.joints;
+    audit.damping += work.damping;
+    audit.plan += work.plan;
+    audit.overlap += work.overlap;
+    audit.integration += work.integration;
+    return audit;
+  }
 
  private:
-  void add_actuations(double duration);
-  void add_control(std::size_t index, const JointState& before, const JointState& after, double duration);
+  // A kinematic body is held against its springs; one that carries links the solver holds.
+  void add_actuations(double duration) {
+    if (simulation_.actuations().empty() && held_.empty()) return;
+    simulation_.read(next_velocities_);
+    const auto power = [this](const Load& load) {
+      return load.power(velocities_[load.body], next_velocities_[load.body]);
+    };
+    for (const Load& load : simulation_.actuations()) audit_.plan += power(load) * duration;
+    for (const Load& load : held_) audit_.plan -= power(load) * duration;
+  }
+  // What the compliance gives, by its torque at the end of the step, should be what its energy loses, about the scene's
+  // target; the rest is work of the robot. What the torque limit leaves room for is damping and drive.
+  void add_control(std::size_t index, const JointState& before, const JointState& after, double duration) {
+    const PositionControl& control = simulation_.scene().control(index);
+    const auto limited = [&](double torque) { return std::clamp(torque, -control.torque_limit, control.torque_limit); };
+    const double spring = control.stiffness * (simulation_.target(index) - after.position);
+    const double about_scene_target = control.stiffness * (control.target - after.position);
+    const double damping = -control.damping * after.velocity;
+    const double drive = control.damping * control.target_velocity;
+    const double turned = 0.5 * (before.velocity + after.velocity) * duration;
+    audit_.integration += limited(about_scene_target) * turned + compliance_energy(control, after.position) -
+                          compliance_energy(control, before.position);
+    audit_.plan += (limited(spring) - limited(about_scene_target)) * turned;
+    const double moving = damping + drive;
+    if (moving == 0.0) return;
+    const double share = (limited(spring + moving) - limited(spring)) / moving;
+    audit_.damping += share * damping * turned;
+    audit_.drives += share * drive * turned;
+  }
 
   Simulation& simulation_;
   const Energy& energy_;

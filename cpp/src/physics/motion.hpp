@@ -3,6 +3,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -54,7 +55,25 @@ struct ContactPoint {
 };
 
 //! A pose after a way [m] and a turn [rad], about an axis that stays.
-btTransform moved_pose(const btTransform& start, const btVector3& way, const btVector3& turn);
+inline btTransform moved_pose(const btTransform& start, const btVector3& way, const btVector3& turn) {
+  constexpr double small_turn = 1e-3;  // rad: near no turn the sine is as good as its first terms
+  const double squared = turn.length2();
+  const double angle = btSqrt(squared);
+  const double sine = angle < small_turn ? 0.5 - squared / 48.0 : std::sin(0.5 * angle) / angle;
+  const double cosine = angle < small_turn ? 1.0 - squared / 8.0 : std::cos(0.5 * angle);
+  const btQuaternion turned(sine * turn.x(), sine * turn.y(), sine * turn.z(), cosine);
+  return btTransform((turned * start.getRotation()).normalized(), start.getOrigin() + way);
+}
+
+//! Where a body is that has moved with a twist that is constant in space.
+inline btTransform screw_motion(const btTransform& start, const btVector3& linear, const btVector3& angular) {
+  const double turn = angular.length();
+  if (turn < 1e-9) return btTransform(start.getBasis(), start.getOrigin() + linear);
+  const btVector3 once = angular.cross(linear);
+  const btVector3 offset = linear + once * ((1.0 - std::cos(turn)) / (turn * turn)) +
+                           angular.cross(once) * ((turn - std::sin(turn)) / (turn * turn * turn));
+  return btTransform(btMatrix3x3(btQuaternion(angular / turn, turn)) * start.getBasis(), start.getOrigin() + offset);
+}
 
 //! A body on its way through a substep.
 struct Sweep {
@@ -62,19 +81,31 @@ struct Sweep {
   btVector3 linear, angular;  // over the whole of it, as they are at the start [m], [rad]
   bool screw;                 // of a link: its velocity turns with it, as about the pivot of a joint
 
-  btTransform at(double share) const;
+  btTransform at(double share) const {
+    if (share == 0.0) return start;
+    if (screw) return screw_motion(start, linear * share, angular * share);
+    return moved_pose(start, linear * share, angular * share);
+  }
 
   //! The first share of it.
   Sweep first(double share) const { return {start, linear * share, angular * share, screw}; }
 
   //! A direction that turns with it.
-  btVector3 turned(const btVector3& direction, double share) const;
+  btVector3 turned(const btVector3& direction, double share) const {
+    const double turn = angular.length() * share;
+    return turn == 0.0 ? direction : direction.rotate(angular.normalized(), turn);
+  }
 
   //! How far it can move along a direction on its whole way [m].
-  double along(const btVector3& direction) const;
+  double along(const btVector3& direction) const {
+    return screw && !angular.isZero() ? linear.length() : direction.dot(linear);
+  }
 
   //! By how much the velocity of a point at `reach` from the body's origin changes, over the whole of it [m].
-  double bend(double reach) const;
+  double bend(double reach) const {
+    const double turn = angular.length();
+    return turn * (turn * reach + (screw ? linear.length() : 0.0));
+  }
 };
 
 //! Velocities and loads of all that moves.
@@ -87,8 +118,7 @@ struct Motion {
   std::vector<std::vector<double>> trees;  // velocities of a free base, then of the joints
 };
 
-//! Work of the solver's impulses since `before` was set: each times the mean of the velocity along it before the step
-//! and after it.
+//! Work of the solver's impulses since `before` was set: each times the mean velocity along it over the step.
 struct ImpulseAudit {
   //! What the next step begins with, for the owner to keep up to date; null: no audit.
   const Motion* before = nullptr;

@@ -14,8 +14,7 @@ namespace {
 
 constexpr double rounding = 1e-9;  // of poses: a share of the size, and rad
 
-// A shape whose box of bounds has room around it: contacts of a compound's part end where the boxes lie apart, be it by
-// a rounding error, and the body would fall for a step.
+// A shape with room in its bounds: a compound's contacts end where boxes lie apart, be it by a rounding error.
 template <typename Base>
 struct Roomy : Base {
   using Base::Base;
@@ -28,8 +27,7 @@ struct Roomy : Base {
   }
 };
 
-// A solid whose frame is at `pose` in Bullet's. The points of a hull are transformed to there; other solids keep their
-// own frame.
+// A solid at `pose` in Bullet's frame. The points of a hull are moved to there; other solids keep their own frame.
 struct Builder {
   Pose pose;
   double margin;

@@ -59,8 +59,7 @@ class Robot {
     }
   }
 
-  // Loads the simulation with what acts in a step, counted from the plan's start. Behind its end nothing acts but the
-  // last targets.
+  // Loads the simulation with what acts in a step of the plan. Behind its end nothing acts but the last targets.
   void act(Simulation& simulation, int step) const {
     const int last = plan_.rows() - 1;
     for (std::size_t i = 0; i < joints_.size(); ++i) {
@@ -96,29 +95,27 @@ struct Engine {
   std::vector<LoadedMotion> before{};  // as a substep begins
 
   // One step under loads; its work, effort, lost time and convergence are added to `result`.
-  void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor);
-};
-
-void Engine::step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
-  double left = simulation.scene().stepping().step;
-  bool converged = true;
-  for (int substeps = 0; left > 0.0; ++substeps) {
-    if (auditor) auditor->begin();
-    before.clear();
-    for (const Load& load : loads) before.push_back(simulation.before(load));
-    const SubstepResult substep = simulation.advance(left, substeps);
-    for (std::size_t i = 0; i < loads.size(); ++i) {
-      const double work = simulation.power(loads[i], before[i]) * substep.duration;
-      result.effort += std::abs(work);
-      result.work += work;
+  void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
+    double left = simulation.scene().stepping().step;
+    bool converged = true;
+    for (int substeps = 0; left > 0.0; ++substeps) {
+      if (auditor) auditor->begin();
+      before.clear();
+      for (const Load& load : loads) before.push_back(simulation.before(load));
+      const SubstepResult substep = simulation.advance(left, substeps);
+      for (std::size_t i = 0; i < loads.size(); ++i) {
+        const double work = simulation.power(loads[i], before[i]) * substep.duration;
+        result.effort += std::abs(work);
+        result.work += work;
+      }
+      if (auditor) auditor->end(substep);
+      left -= substep.duration;
+      result.lost_time += substep.lost;
+      converged = converged && substep.converged;
     }
-    if (auditor) auditor->end(substep);
-    left -= substep.duration;
-    result.lost_time += substep.lost;
-    converged = converged && substep.converged;
+    if (!converged) ++result.unconverged;
   }
-  if (!converged) ++result.unconverged;
-}
+};
 
 Push push(const Disturbance& wrenches, int steps) {
   Push push{Eigen::VectorXd(wrench_axes * static_cast<Eigen::Index>(wrenches.size())), steps};

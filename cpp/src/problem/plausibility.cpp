@@ -67,8 +67,7 @@ void check_density(Warnings& warnings, const Scene& scene, std::size_t index) {
   }
 }
 
-// A body with all its mass in its farthest point has a radius of gyration of its reach. Links of a robot are told of as
-// they are read, with the way out of their file.
+// A body with all its mass in its farthest point has a radius of gyration of its reach; robots' readers warn of links.
 void check_inertial(Warnings& warnings, const Scene& scene, std::size_t index) {
   const Body& body = scene.bodies()[index];
   const bool robot = body.role == Role::effector || scene.jointed(index);

@@ -13,8 +13,7 @@ namespace {
 
 constexpr double default_check = 1.0 / 60.0;  // s
 
-// A share of the smaller body's smallest half extent. What a simulation returns is no deep penetration: there bodies
-// sink into each other by up to 0.3 of it.
+// A share of the smaller body's smallest half extent; in a simulation bodies sink into each other by up to 0.3 of it.
 constexpr double deep = 0.5;
 
 // A disturbance along a locked axis does nothing, and would pass for robustness.
@@ -47,11 +46,7 @@ void require_no_deep_penetration(const Scene& scene, const State& state) {
 }
 
 void require_region(const std::string& name, const Region& region, const Problem& problem) {
-  try {
-    Membership(region, problem.scene);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(name + ": " + error.what());
-  }
+  at_place(name + ": ", [&] { Membership(region, problem.scene); });
   if (!problem.plan || !asks_for_force(region)) return;
   reject(name, "a set with a Touching of a force", "one of a gap alone: its step knows nothing of the problem's plan");
 }

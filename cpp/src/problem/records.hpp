@@ -1,6 +1,5 @@
 #pragma once
-// The words of enums, and the fields of a problem, in the order of problem files; and those of models of disturbances,
-// which are in no file.
+// The words of enums, and the fields of problems, in the order of files, and of models of disturbances.
 
 #include <tuple>
 

@@ -84,12 +84,8 @@ class MeshReader {
       throw std::invalid_argument("no convex part, expected a line \"o name\" before the points of each");
     Compound compound;
     for (NamedHull& part : parts_) {
-      try {
-        validate(part.hull);
-      } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument("part " + in_quotes(part.name) + " of line " + std::to_string(part.line) + ": " +
-                                    error.what());
-      }
+      at_place("part " + in_quotes(part.name) + " of line " + std::to_string(part.line) + ": ",
+               [&] { validate(part.hull); });
       compound.parts.push_back({std::move(part.hull), {}});
     }
     return compound;

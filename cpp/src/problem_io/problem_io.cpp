@@ -129,11 +129,8 @@ void save(const Problem& problem, const std::string& path, Meshes meshes) {
 Problem load(const std::string& path, std::vector<Warning>* warnings) {
   const std::string text = problem_io::read_file("problem file", path);
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  try {
-    return from_json(text, folder.empty() ? "." : folder.string(), warnings);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("problem file '" + path + "': " + error.what());
-  }
+  return at_place("problem file '" + path + "': ",
+                  [&] { return from_json(text, folder.empty() ? "." : folder.string(), warnings); });
 }
 
 }  // namespace energymargin

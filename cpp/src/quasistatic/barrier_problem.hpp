@@ -40,8 +40,7 @@ struct Budget {
 //! Definition 2 wants the path of the lowest barrier. A planner finds some path; the next one has to be lower.
 class BarrierProblem {
  public:
-  //! `object` is the index of a body that moves freely. Throws std::invalid_argument if there seems to be no outside in
-  //! reach.
+  //! `object` moves freely. Throws std::invalid_argument if there seems to be no outside in reach.
   BarrierProblem(const Problem& problem, std::size_t object, const Budget& budget);
 
   //! OMPL's checkers and samplers refer to this very object.

@@ -1,6 +1,5 @@
 #pragma once
-// The energy landscape of an object that is moved slowly while everything else stays: where it may be, on which ways,
-// and how high its energy is there (Definitions 1 and 2).
+// The energy landscape of an object that is moved slowly while everything else stays (Definitions 1 and 2).
 
 #include <algorithm>
 #include <cmath>
@@ -102,8 +101,7 @@ enum class Side {
   any,
 };
 
-//! One object of a problem, quasi-statically. Its poses are those of its centre of mass, so that without springs its
-//! energy is linear on a way. One thread at a time.
+//! One object of a problem, by poses of its centre of mass: without springs its energy is linear on a way.
 class Landscape {
  public:
   //! `object` is the index of a body that moves freely.
@@ -163,9 +161,7 @@ class Landscape {
     Path fine{path.front()};
     for (std::size_t i = 0; i + 1 < path.size(); ++i) {
       const int count = pieces_of(length(path[i], path[i + 1]), spacing.value_or(spacing_));
-      for (int j = 1; j < count; ++j) {
-        fine.push_back(interpolate(path[i], path[i + 1], static_cast<double>(j) / count));
-      }
+      for (int j = 1; j < count; ++j) fine.push_back(interpolate(path[i], path[i + 1], static_cast<double>(j) / count));
       fine.push_back(path[i + 1]);
     }
     return fine;
@@ -270,11 +266,10 @@ class Landscape {
   }
 
  private:
-  static constexpr double spacing_share = 0.1;  // of the radius: between poses at which energies are looked at
-  static constexpr double least_step_share =
-      0.01;  // of the smallest half extent: between poses that are looked at in contact
-  static constexpr double finest_share = 1e-3;  // of the spacing: where a highest energy is
-  static constexpr int most_slides = 40;        // steps down a slope
+  static constexpr double spacing_share = 0.1;      // of the radius: between poses at which energies are looked at
+  static constexpr double least_step_share = 0.01;  // of the smallest half extent: between poses in contact
+  static constexpr double finest_share = 1e-3;      // of the spacing: where a highest energy is
+  static constexpr int most_slides = 40;            // steps down a slope
 
   // Everything at rest: the capture set of a quasi-static object knows no velocities.
   static State at_rest(const Problem& problem) {

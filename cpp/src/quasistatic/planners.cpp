@@ -14,8 +14,7 @@
 
 namespace energymargin::quasistatic {
 
-// Nearest neighbours, exactly, and of equally near ones the one added first. OMPL's trees find any of them: their
-// pivots come from a global seed.
+// Nearest neighbours, of equally near ones the one added first: OMPL's trees depend on a global seed.
 template <typename Element>
 class Nearest : public ompl::NearestNeighborsLinear<Element> {
  public:
@@ -52,8 +51,7 @@ class Nearest : public ompl::NearestNeighborsLinear<Element> {
 
 }  // namespace energymargin::quasistatic
 
-// BIT* takes its neighbours from this template alone. OMPL's headers declare it without a definition, so that others
-// can use it only by a specialization.
+// BIT* takes its neighbours from this template alone, which OMPL's headers declare without a definition.
 namespace ompl::geometric {
 
 using energymargin::quasistatic::Nearest;

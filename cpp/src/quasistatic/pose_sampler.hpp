@@ -25,8 +25,7 @@ class PoseSampler {
   }
 
   //! Finds the box around the start to draw from, of half edge `reach` or else large enough for a fair share of its
-  //! free poses to be outside. Gives these, settled; none if the limit was reached first. Throws std::invalid_argument
-  //! if no pose outside is found.
+  //! free poses to be outside. Gives these, settled; none at the limit. Throws std::invalid_argument if none is found.
   std::optional<std::vector<Pose>> find_box(const std::optional<double>& reach) {
     const int boxes = reach ? 1 : most_boxes;
     std::vector<Pose> best;
@@ -53,8 +52,7 @@ class PoseSampler {
   //! Half the edge of that box [m].
   double reach() const { return reach_; }
 
-  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn
-  //! around the `known` ones.
+  //! An allowed pose with an energy below `bound` [J], sometimes near `known` ones; none if all tries were in vain.
   std::optional<Pose> draw(double bound, Side side, const std::vector<Pose>& known = {}) {
     for (int i = 0; i < most_tries && !limit_.reached(); ++i) {
       Pose pose = rng_.uniform01() < local_share ? draw_along_axis(known) : draw_in_box(bound);
@@ -94,10 +92,9 @@ class PoseSampler {
  private:
   static constexpr int most_tries = 200;
   // Shares of the draws.
-  static constexpr double local_share = 0.2;  // that set out from a known pose
-  static constexpr double start_share = 0.5;  // of these, from the start
-  static constexpr double larger_share =
-      0.1;  // of the others, from a box twice as large; of these, from one four times, ...
+  static constexpr double local_share = 0.2;    // that set out from a known pose
+  static constexpr double start_share = 0.5;    // of these, from the start
+  static constexpr double larger_share = 0.1;   // of the others, from a box twice as large; of these, four times, ...
   static constexpr double upright_share = 0.5;  // whose orientation is nearer that of the start
 
   static constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -106,9 +103,8 @@ class PoseSampler {
   static constexpr double fair_share = 0.25;  // of the poses in a box that is large enough are outside
   static constexpr int poses_in_box = 64;
   static constexpr int poses_in_given_box = 2000;
-  static constexpr int most_boxes = 20;  // each twice as large as the one before
-  static constexpr double least_growth =
-      1.5;  // of the share: orientations alone have the same share in a box of any size
+  static constexpr int most_boxes = 20;        // each twice as large as the one before
+  static constexpr double least_growth = 1.5;  // of the share: that of orientations alone is the same in any box
 
   // At most as many as are a fair share.
   std::vector<Pose> draw_outside(int poses) {

@@ -36,8 +36,7 @@ Pose move(const Pose& pose, const Pose& from, const Pose& to, double share) {
   return {pose.position + share * (to.position - from.position), (turn * pose.orientation).normalized()};
 }
 
-// Whether all ways of a path are free, from one pose outwards: what is in the way is near the pose that moved, if
-// anywhere.
+// Whether all ways of a path are free, from the pose that moved outwards: what is in the way is near it.
 bool passes_from(std::size_t index, const Path& path, Landscape& landscape) {
   for (std::size_t i = index; i > 0; --i) {
     if (!landscape.passes(path[i - 1], path[i])) return false;

@@ -50,12 +50,10 @@ class BodyConstants {
   //! The smallest half extent of each solid of the shape, in the order of a compound's parts [m]; none of a plane.
   const std::vector<double>& half_extents() const { return half_extents_; }
 
-  //! The smallest half extent of the shape [m]; of a compound that of its thickest part, since a decomposed mesh has
-  //! slivers. Infinite of a plane.
+  //! The smallest half extent of the shape, of a compound that of its thickest part [m]; inf for a plane.
   double smallest_half_extent() const;
 
-  //! The collision shape of `body`, which is the one that these are the constants of. The first caller makes it, with
-  //! its margin [m]; one scene has one margin.
+  //! The collision shape of `body`, whose constants these are. The first caller makes it, with the scene's margin [m].
   const CollisionShape& collision_shape(const Body& body, std::optional<double> margin) const;
 
  private:
@@ -65,9 +63,8 @@ class BodyConstants {
   mutable std::shared_ptr<const CollisionShape> collision_shape_;
 };
 
-//! The collision shape in a frame at the body's centre of mass, along its principal axes, as Bullet wants it. Its outer
-//! surface is the true one: the margin lies inside and only rounds the edges. `margin` unset: a twentieth of the
-//! smallest half extent of each part.
+//! The collision shape in a frame at the body's centre of mass, along its principal axes. The margin lies inside and
+//! only rounds the edges; unset: a twentieth of the smallest half extent of each part.
 std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, const BodyConstants& constants,
                                                            std::optional<double> margin);
 

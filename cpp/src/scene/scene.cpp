@@ -110,10 +110,9 @@ std::size_t Scene::add_body(Body body) {
 }
 
 std::size_t Scene::add_joint(Joint joint) {
-  const std::string where = "joint '" + joint.name + "': ";
   std::size_t parent = 0;
   std::size_t child = 0;
-  try {
+  at_place("joint '" + joint.name + "': ", [&] {
     validate_joint(joint);
     for (const Tendon& of : tendons_) {
       if (of.name == joint.name) reject("name", "'" + joint.name + "'", "a name that no tendon has");
@@ -130,9 +129,7 @@ std::size_t Scene::add_joint(Joint joint) {
     if (joint.mimic && !joints_[joint_index(joint.mimic->joint)].moves()) {
       reject("mimic", "of '" + joint.mimic->joint + "'", "of a joint that moves, and follows no other");
     }
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(where + error.what());
-  }
+  });
   joint_indices_[joint.name] = joints_.size();
   joints_to_[child] = joints_.size();
   joints_below_[parent].push_back(joints_.size());
@@ -141,8 +138,7 @@ std::size_t Scene::add_joint(Joint joint) {
   return joints_.size() - 1;
 }
 
-// Whether a body is another one, or hangs on it. Most bodies that are hung carry nothing: then there is no way up to
-// go.
+// Whether a body is another one, or hangs on it. Most that are hung carry nothing: then there is no way up to go.
 bool Scene::carries(std::size_t above, std::size_t body) const {
   if (above == body) return true;
   if (joints_below_[above].empty()) return false;
@@ -170,7 +166,7 @@ void Scene::place_links(std::size_t joint) {
 }
 
 std::size_t Scene::add_tendon(Tendon tendon) {
-  try {
+  at_place("tendon '" + tendon.name + "': ", [&] {
     validate_tendon(tendon);
     for (const auto& of : tendons_) {
       if (of.name == tendon.name) reject("name", "'" + tendon.name + "'", "a name that no other tendon has");
@@ -186,23 +182,19 @@ std::size_t Scene::add_tendon(Tendon tendon) {
       reject("joints", "of " + std::to_string(trees.size()) + " chains of links that hang on fixed bodies alone",
              "of at most two, or a body with a mass that carries them");
     }
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("tendon '" + tendon.name + "': " + error.what());
-  }
+  });
   tendons_.push_back(std::move(tendon));
   return tendons_.size() - 1;
 }
 
 void Scene::add_loop(Loop loop) {
-  try {
+  at_place("loop '" + loop.body_a + "' - '" + loop.body_b + "': ", [&] {
     require_fields(loop);
     const Body& a = bodies_[index(loop.body_a)];
     const Body& b = bodies_[index(loop.body_b)];
     if (a.name == b.name) reject("body_b", "'" + loop.body_b + "'", "another body than body_a");
     if (!a.dynamic() && !b.dynamic()) reject("body_b", "'" + loop.body_b + "'", "at most one fixed or kinematic body");
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("loop '" + loop.body_a + "' - '" + loop.body_b + "': " + error.what());
-  }
+  });
   loops_.push_back(std::move(loop));
 }
 
@@ -217,13 +209,8 @@ std::size_t Scene::tree_of(std::size_t joint) const {
 }
 
 void Scene::add_spring(Spring spring) {
-  try {
-    const Body& a = bodies_[index(spring.body_a)];
-    const Body& b = bodies_[index(spring.body_b)];
-    validate_spring(spring, a, b, springs_, stepping_.step);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("spring '" + spring.body_a + "' - '" + spring.body_b + "': " + error.what());
-  }
+  at_place("spring '" + spring.body_a + "' - '" + spring.body_b + "': ",
+           [&] { validate_spring(spring, body(spring.body_a), body(spring.body_b), springs_, stepping_.step); });
   springs_.push_back(std::move(spring));
 }
 
@@ -276,9 +263,7 @@ Surface Scene::contact_surface(std::size_t a, std::size_t b) const {
 }
 
 const Inertial& Scene::inertial(std::size_t body) const { return constants_[body]->inertial(); }
-
 double Scene::smallest_half_extent(std::size_t body) const { return constants_[body]->smallest_half_extent(); }
-
 const CollisionShape& Scene::collision_shape(std::size_t body) const {
   return constants_[body]->collision_shape(bodies_[body], stepping_.margin);
 }
@@ -287,19 +272,12 @@ std::size_t Scene::index(const std::string& name) const { return find(body_indic
 
 std::size_t Scene::joint_index(const std::string& name) const { return find(joint_indices_, joints_, name, "joint"); }
 
-const PositionControl& Scene::control(std::size_t index) const {
-  if (index < joints_.size()) return joints_[index];
-  return tendons_[index - joints_.size()];
-}
-
 std::size_t Scene::control_index(const std::string& name) const {
   for (std::size_t i = 0; i < tendons_.size(); ++i) {
     if (tendons_[i].name == name) return joints_.size() + i;
   }
   return joint_index(name);
 }
-
-std::optional<std::size_t> Scene::joint_to(std::size_t body) const { return joints_to_[body]; }
 
 std::size_t Scene::root(std::size_t body) const {
   while (const auto joint = joint_to(body)) body = index(joints_[*joint].parent);
@@ -310,8 +288,6 @@ bool Scene::rigid(const Joint& joint) const {
   if (joint.mimic) return rigid(joints_[joint_index(joint.mimic->joint)]);
   return joint.type == JointType::fixed || joint.held;
 }
-
-bool Scene::jointed(std::size_t body) const { return joints_to_[body] || !joints_below_[body].empty(); }
 
 std::vector<std::size_t> Scene::with_role(Role role) const {
   std::vector<std::size_t> indices;

@@ -106,7 +106,7 @@ Inertial Body::principal_inertial() const {
 std::shared_ptr<const BodyConstants> validate_body(const Body& body) {
   const std::string name = "body '" + body.name + "': ";
   std::shared_ptr<const BodyConstants> constants;
-  try {
+  at_place(name, [&] {
     validate(body.shape);
     if (std::holds_alternative<Plane>(body.shape) && !body.fixed()) {
       reject("mass", text(body.mass), "0: a plane is fixed");
@@ -123,9 +123,7 @@ std::shared_ptr<const BodyConstants> validate_body(const Body& body) {
     if (body.kinematic) validate_kinematic(body);
     if (body.surface) validate_surface(*body.surface);
     validate(body, body.state, "");
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(name + error.what());
-  }
+  });
   if (body.role == Role::object && body.fixed()) {
     throw std::invalid_argument(name + "mass is 0, expected a mass above 0: the object must be able to move");
   }

@@ -191,19 +191,15 @@ void require_valid(const Simple& shape) {
 void require_valid(const ConvexHull& hull) {
   if (hull.points.size() < 4) reject("points", std::to_string(hull.points.size()) + " points", "at least 4");
   for (const Vector3& point : hull.points) require_finite("points", point);
-  if (!(mass_properties(hull, 1.0).volume > 0.0)) {
-    reject("points", "a flat set of points", "points that span a volume");
-  }
+  if (!(mass_properties(hull, 1.0).volume > 0.0)) reject("points", "a flat set of points", "points that span a volume");
 }
 
 void require_valid(const Compound& compound) {
   for (std::size_t i = 0; i < compound.parts.size(); ++i) {
-    try {
+    at_place("parts[" + std::to_string(i) + "]: ", [&] {
       std::visit([](const auto& of) { require_valid(of); }, compound.parts[i].shape);
       require_fields(compound.parts[i]);
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument("parts[" + std::to_string(i) + "]: " + error.what());
-    }
+    });
   }
   require_fields(compound);
 }

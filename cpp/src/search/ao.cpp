@@ -63,8 +63,7 @@ class Search {
     }
   }
 
-  // The best escape counts if a finer simulation confirms it. Those before it need not: a bound that they lowered is
-  // above its cost anyway.
+  // The best escape counts if a finer simulation confirms it; those before it lowered the bound less.
   void confirm() {
     const bool due = confirm_ == Confirm::each_turn || problem_.nodes() >= next_confirmation_ || finished();
     if (!due || candidates_.size() == first_unconfirmed_) return;

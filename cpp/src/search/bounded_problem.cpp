@@ -61,9 +61,8 @@ class Outside : public ompl::base::Goal {
   const BoundedProblem& problem_;
 };
 
-// The problem's rollouts as a state propagator: from a state of the CostSpace by a control, which carries its own
-// duration. A rollout that reaches the limit, or throws, leads to no node, and to an infinite cost, which is valid
-// nowhere.
+// The problem's rollouts as a state propagator. A control carries its own duration. A rollout that reaches the limit,
+// or throws, leads to no node, and to an infinite cost, which is valid nowhere.
 class Propagator : public ompl::control::StatePropagator {
  public:
   Propagator(const ompl::control::SpaceInformationPtr& si, BoundedProblem& problem)

@@ -56,8 +56,7 @@ BodyState interpolate(const BodyState& a, const BodyState& b, double t) {
           mix(a.angular_velocity, b.angular_velocity)};
 }
 
-// Draws around the starts: position, orientation and velocities evenly, the cost evenly below its bound, the time
-// evenly up to the horizon.
+// Draws evenly: bodies around their starts, the cost below its bound, the time up to the horizon.
 class CostSampler : public ompl::base::StateSampler {
  public:
   CostSampler(const CostSpace* space, std::uint64_t seed) : StateSampler(space), cost_space_(space) {

@@ -19,8 +19,7 @@ namespace streams {
 inline constexpr std::uint64_t planner = 0, states = 1, controls = 2, shortening = 3;
 }  // namespace streams
 
-//! How far an object gets in one longest edge: the unit of each kind of coordinate, so that distances and densities
-//! are free of units.
+//! How far an object gets in one longest edge: the unit of each kind of coordinate.
 struct Scales {
   double position = 1.0;          //!< [m]
   double orientation = 1.0;       //!< [rad]
@@ -31,8 +30,7 @@ struct Scales {
   Scales(const Problem& problem, std::size_t object);
 };
 
-//! The space Z x R+ of the feasible problem P_c. A planner needs of z only the objects' parts; the whole state stands
-//! once, in the tree's row `node`.
+//! The space Z x R+ of the feasible problem P_c, with the objects' parts of z; the whole is in the tree's row `node`.
 class CostSpace : public ompl::base::StateSpace {
  public:
   struct Values {

@@ -36,8 +36,7 @@ inline void prepend(TimedEdges& edges, const TimedEdge& push, int longest) {
 
 class EdgeChanges {
  public:
-  //! `largest` bounds the edges; `horizon` is in steps, none without a clock. `largest` and the generator have to
-  //! outlive this.
+  //! `largest` bounds the edges; `horizon` is in steps, none without a clock. `largest` and `rng` outlive this.
   EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::RNG& rng)
       : largest_(largest), horizon_(horizon), rng_(rng) {
     for (int axis = 0; axis < largest_.wrenches.size(); ++axis) {
@@ -83,16 +82,14 @@ class EdgeChanges {
   }
 
  private:
-  // Sizes of a nudge, as shares of the bounds, drawn evenly in their logarithm: an escape that is far from the best
-  // wants large ones, and one that is close small ones.
+  // Sizes of a nudge, as shares of the bounds, drawn evenly in their logarithm.
   static constexpr double smallest_nudge = 1e-3;
   static constexpr double largest_nudge = 0.5;
   static constexpr double silent_share = 0.5;  // of the changes of an axis in all edges leave nothing along it
-  static constexpr double weakest =
-      1e-3;  // of the factors by which all edges are weakened, drawn evenly in their logarithm
-  static constexpr double axis_share = 0.5;  // of the nudges are along one axis
-  static constexpr double end_share = 0.15;  // of the nudges set an axis to zero or to a bound
-  static constexpr double rest_share = 0.5;  // of the edges that are cut go on without a wrench
+  static constexpr double weakest = 1e-3;      // of the factors that weaken all edges, drawn evenly in their logarithm
+  static constexpr double axis_share = 0.5;    // of the nudges are along one axis
+  static constexpr double end_share = 0.15;    // of the nudges set an axis to zero or to a bound
+  static constexpr double rest_share = 0.5;    // of the edges that are cut go on without a wrench
 
   // With a clock.
   static constexpr double all_share = 0.5;    // of the shifts, and of the pushes that become one, take all edges
@@ -162,8 +159,7 @@ class EdgeChanges {
     for (int i = first; i <= last; ++i) edges[static_cast<std::size_t>(i)].start += steps;
   }
 
-  // The first few edges become one push with all their impulse, or a little less: as strong as the bounds let it be,
-  // and so as early as can be.
+  // The first few edges become one push with all their impulse, or a little less, as strong and early as can be.
   void hasten(TimedEdges& edges) {
     const auto all = static_cast<int>(edges.size());
     const int count = rng_.uniform01() < all_share ? all : rng_.uniformInt(1, all);

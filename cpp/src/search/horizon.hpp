@@ -119,8 +119,7 @@ class Horizon {
     return stretch;
   }
 
-  //! The undisturbed future of the start, without a break up to the horizon or to where its exit is an escape; it ends
-  //! at the first instant of that.
+  //! The undisturbed future of the start, up to the horizon or to the first instant of its escape.
   Stretch undisturbed(World& world, const State& start, const Limit& limit) const {
     Exit exit(timing_.dwell);
     State first_outside;
@@ -171,8 +170,7 @@ class Horizon {
   Push rest_;
 };
 
-//! Plays escapes again with a quarter of the step. A simulation may let an object out where its steps are too long;
-//! then the finer one does not.
+//! Plays escapes again with a quarter of the step: where an object got out by too long steps, it does not then.
 class Confirmation {
  public:
   //! It plays escapes from the problem's capture set.

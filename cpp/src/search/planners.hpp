@@ -36,8 +36,7 @@ class CellWeights {
     for (std::size_t i = index + 1; i <= sums_.size(); i += width(i)) sums_[i - 1] += difference;
   }
 
-  //! The index at which the sum of the weights, from the first on, reaches `share` (0..1) of the sum of all. There is
-  //! at least one weight.
+  //! The index at which the sum of the weights, of which there is one, reaches `share` (0..1) of the sum of all.
   std::size_t at(double share) const {
     double sum = 0.0;
     for (std::size_t i = sums_.size(); i > 0; i -= width(i)) sum += sums_[i - 1];
@@ -124,8 +123,7 @@ class DensityGrid {
   std::vector<int> pool_;
 };
 
-//! It grows in rounds of edges from nodes that it has. A derived planner says which nodes those are. The problem has to
-//! outlive it.
+//! It grows in rounds of edges from nodes that it has; a derived planner says from which. The problem outlives it.
 class NodePlanner : public ompl::base::Planner, public Prunable {
  public:
   //! A solution is told as the state in which it ends: the path to it is in the problem's tree.
@@ -187,9 +185,8 @@ class NodePlanner : public ompl::base::Planner, public Prunable {
   CostSpace::StateType state_;
 };
 
-//! A planner as OMPL's EST: nodes in thinly settled regions are extended first. The density is counted in a grid over
-//! each object's change of position and orientation, with a horizon the time and, below a finite bound, the cost. All
-//! nodes of a round are drawn from the tree as it is before the round.
+//! A planner as OMPL's EST: nodes in thinly settled regions, which a grid counts, are extended first. All nodes of a
+//! round are drawn from the tree as it is before the round.
 class Est : public NodePlanner {
  public:
   Est(BoundedProblem& problem, std::uint64_t seed)

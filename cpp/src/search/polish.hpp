@@ -23,8 +23,7 @@ enum class Outcome {
 };
 
 //! Steps from the best point, normal with a covariance that adapts to the steps that succeed, and shrinks along those
-//! that break the constraint: the least is sought where it is, at the constraint's edge. D. V. Arnold and N. Hansen, A
-//! (1+1)-CMA-ES for Constrained Optimisation, GECCO 2012.
+//! that break the constraint. D. V. Arnold and N. Hansen, A (1+1)-CMA-ES for Constrained Optimisation, GECCO 2012.
 class EvolutionStrategy {
  public:
   //! Steps are drawn by `rng`, which has to outlive this. The first have this standard deviation in each coordinate.
@@ -93,8 +92,7 @@ class EvolutionStrategy {
 };
 
 //! A (1+1)-CMA-ES over the wrenches and durations of an escape, one edge of which is cut in two first: what one push
-//! does may cost less as two. An edge without a wrench stays one, and an object that an edge leaves alone is left
-//! alone.
+//! does may cost less as two. What an edge leaves alone is left alone.
 class Polish {
  public:
   //! `largest` bounds the edges. It and the generator have to outlive this.
@@ -143,8 +141,7 @@ class Polish {
   }
 
  private:
-  // Standard deviations of the first changes, drawn evenly in their logarithm: of wrenches in units of the strongest
-  // one, of durations in units of each.
+  // Deviations of the first changes, even in their logarithm, in units of the strongest wrench, and of each duration.
   static constexpr double least_deviation = 0.01;
   static constexpr double largest_deviation = 0.3;
   static constexpr double smallest_size = 0.01;  // of the changes, as a share of those at first

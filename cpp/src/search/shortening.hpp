@@ -44,8 +44,7 @@ class Shortening {
   //! Waits from the root on, without a clock: an object that moves may leave by itself. True if it did.
   bool wait() { return !horizon_ && replay(0, with_rests({}, rests_of_a_wait)) == Outcome::better && is_best(); }
 
-  //! Tries one change, or one push from the root where a descent has no escape yet. True if it gave the cheapest escape
-  //! of all: then the problem's bound has fallen to its cost.
+  //! Tries one change, or one push from the root without an escape yet. True if that is the cheapest escape of all.
   bool attempt() {
     // One descent from the best escape, the next from a new one.
     if (!horizon_ && !descends()) descend_from(path_.back() == best_ ? 0 : best_);
@@ -75,8 +74,7 @@ class Shortening {
   static constexpr double much_lower = 0.98;
 
   // With a clock.
-  static constexpr double whole_share =
-      0.5;  // of the changes begin at the root, and of the guesses last up to the horizon
+  static constexpr double whole_share = 0.5;   // of the changes begin at the root, and guesses last up to the horizon
   static constexpr double single_share = 0.5;  // of the guesses push one object alone
 
   void descend_from(int node) {
@@ -193,8 +191,7 @@ class Shortening {
     return passages;
   }
 
-  // From the root, after which a wait may go on where the last one ended, or from anywhere on the path. The first rest
-  // is of any length: it shifts the others.
+  // From the root, or where the last wait from it ended, or anywhere on the path. The first rest is of any length.
   bool wait_on() {
     const bool from_root = path_.size() < 2 || rng_.uniform01() < 0.5;
     const bool anew = rng_.uniform01() < 0.5;
@@ -258,8 +255,7 @@ class Shortening {
     return schedule;
   }
 
-  // An escape that falls short ends without a wrench: what it lacks may come of itself, and costs nothing. With a clock
-  // the edges end with that rest.
+  // An escape that falls short ends without a wrench: what it lacks may come of itself, and costs nothing.
   TimedEdges with_rests(TimedEdges edges, int count) const {
     edges.insert(edges.end(), static_cast<std::size_t>(count), rest(0, largest_.steps));
     return edges;

@@ -41,8 +41,7 @@ inline std::optional<regions::AnnularSector> swept_sector(const regions::Swept& 
   return sector;
 }
 
-//! Where a point of a body is, in the body's frame [m]. Throws std::invalid_argument on the centre of mass of a body
-//! that is fixed, and has none.
+//! Where a point of a body is, in the body's frame [m]. Throws on the centre of mass of a fixed body, which has none.
 inline Vector3 position_in_body(const Scene& scene, const std::string& name, regions::Point point) {
   if (point == regions::Point::origin) return Vector3::Zero();
   const std::size_t body = scene.index(name);
@@ -191,8 +190,7 @@ using StateReader = std::function<double(const double*)>;
 //! Any thread may ask. Implemented in `physics`. Throws std::invalid_argument on two bodies that never collide.
 std::pair<StateReader, StateReader> touch_readers(const Scene& scene, const regions::Touching& set);
 
-//! How far the joint of a set is beyond its ends. Throws std::invalid_argument unless its position is a number of the
-//! state.
+//! How far the joint of a set is beyond its ends. Throws unless its position is a number of the state.
 inline auto joint_reader(const Scene& scene, const regions::Joint& set) {
   const std::size_t joint = scene.joint_index(set.joint);
   if (!scene.joints()[joint].moves()) reject("joint", "'" + set.joint + "'", "one that moves and follows no other");

@@ -36,10 +36,8 @@ struct EffortOptions {
   bool check_undisturbed = false;            //!< without a clock, also when the state leaves without a disturbance
 };
 
-//! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon the
-//! escape has to be outside in time, and to stay outside for `dwell` without a wrench. At its limit the search gives
-//! the tree as far as it is: the bits of a search of so many nodes. Throws std::invalid_argument on a bad problem or
-//! option.
+//! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon it has
+//! to be outside in time, and to stay so for `dwell`. At its limit it has the bits of a search of so many nodes.
 Escape escape_effort(const Problem& problem, const EffortOptions& options = {});
 
 }  // namespace energymargin

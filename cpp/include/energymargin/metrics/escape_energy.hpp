@@ -30,9 +30,7 @@ struct EscapeEnergy {
   bool complete = true;  //!< all poses are drawn, or nothing is left to gain
 };
 
-//! The least potential energy above that of the start that lets an object leave the capture set slowly, while
-//! everything else stays where it is. Supports carry it without friction. The result is an upper bound that falls with
-//! the samples. Throws std::invalid_argument on a bad problem or option.
+//! The least energy above the start's at which an object leaves the capture set slowly: an upper bound that falls.
 EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& options = {});
 
 }  // namespace energymargin

@@ -18,9 +18,8 @@ struct ForceScore {
   double distance = 0.0;    //!< Omega_dist, least distance to any body of the effector [m]; the objects' mean
 };
 
-//! Of several objects all contacts count but those between them. Uses the contacts that the problem brings, or those
-//! simulated at its state, with the problem's weights. Throws std::invalid_argument on a bad problem, or one whose
-//! scene has no effector.
+//! Of the contacts that the problem brings, or those simulated at its state, but those between objects. Throws
+//! std::invalid_argument on a problem that is bad or without an effector.
 ForceScore force_score(const Problem& problem);
 
 }  // namespace energymargin

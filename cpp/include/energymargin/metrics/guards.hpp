@@ -30,8 +30,7 @@ std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limi
 //! Whether too many of the steps, which take `time` together [s], did not converge, or too much of the time is lost.
 std::vector<Warning> implausible(const StepCounts& counts, double time);
 
-//! Whether more rollouts have diverged than a result may have: one and this share, if others are left; none if it is 0,
-//! any number if it is 1.
+//! Whether more rollouts have diverged than may: one and the share `most`, if others are left; 0: none, 1: any number.
 bool too_many_diverged(int diverged, int rollouts, double most);
 
 //! Throws std::runtime_error on too many.

@@ -16,8 +16,7 @@ struct Interval {
 //! Student's interval, Wilson's for a share, and what a tree that scores 0 or 1 cannot see, of likelihood `resolution`.
 Interval interval(const Eigen::VectorXd& scores, double resolution, double confidence = 0.95);
 
-//! The interval of one of the scores. `which`: "capture", "success", "capture_any" or "success_any". Throws
-//! std::invalid_argument on another word, a set that the problem does not have, a bad confidence, or a single tree.
+//! The interval of one of `set_scores`. Throws std::invalid_argument on a bad word or confidence, or a single tree.
 Interval interval(const CaptureScore& score, const std::string& which = "capture", double confidence = 0.95);
 
 }  // namespace energymargin

@@ -31,10 +31,8 @@ struct LowerBound {
   bool cage() const { return std::isinf(effort); }
 };
 
-//! The least potential energy over which an object leaves its capture set, minus all energy that may help it: a
-//! disturbance has to do that much work. Bodies that can move are in nobody's way. Poses are divided into cells, and a
-//! cell is blocked if the object is too deep in an obstacle all over it; fewer cells give a lower bound. An object that
-//! turns freely counts as a ball inside of it. Throws std::invalid_argument on a bad problem or option.
+//! The least potential energy over which an object leaves its capture set, minus all energy that may help it. Bodies
+//! that can move are in nobody's way; an object that turns freely counts as a ball inside. Fewer cells give less.
 LowerBound effort_lower_bound(const Problem& problem, const LowerBoundOptions& options = {});
 
 }  // namespace energymargin

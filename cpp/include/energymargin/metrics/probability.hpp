@@ -14,8 +14,7 @@
 
 namespace energymargin {
 
-//! With a tolerance it is checked at so many rollouts first, and then at twice as many each time. And the most by
-//! default.
+//! A tolerance is checked at so many rollouts first, and then at twice as many each time; and the most by default.
 inline constexpr int first_look = 32;
 inline constexpr int most_rollouts = 10000;
 

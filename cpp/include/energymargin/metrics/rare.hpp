@@ -15,11 +15,9 @@ struct RareOptions {
   int rollouts = 1000;                                     //!< replicas, in batches whose estimates are independent
   std::uint64_t seed = 0;
   int threads = 1;  //!< for batches; the probability does not depend on it
-  //! How near to its loss a state is: replicas split where it rises, and the probability is unbiased with any level.
-  //! Unset: a forecast of SignedDistance of the capture set, in standard deviations of its error.
+  //! How near to its loss a state is, where replicas split. Unset: a forecast of SignedDistance of the capture set.
   std::function<double(const State&)> level{};
-  //! Set: the level is `level`, or SignedDistance, and what it gains in so long at its rate of now [s]. Unset with a
-  //! level of the caller's: for as long as a rate is remembered.
+  //! The level counts what it gains in so long at its rate of now [s]; unset, with `level`: while a rate is remembered.
   std::optional<double> ahead{};
   Limit limit{};  //!< ends it early: the batches that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress

@@ -32,9 +32,8 @@ struct Stretch;
 //! one tree, whose node 0 is the root, and ends where its cost reaches the bound c.
 class BoundedProblem {
  public:
-  //! At most `nodes` nodes. The goal is the complement of `captured`, within the problem's bounds (Algorithm 1). If
-  //! `captured` is null, there is neither goal nor bounds (Algorithm 2). Edges that are asked for at once are made on
-  //! up to so many `threads`. Throws std::invalid_argument if `nodes` or `threads` is below 1.
+  //! The goal is the complement of `captured`, within the problem's bounds (Algorithm 1); if it is null, there is
+  //! neither (Algorithm 2). Edges that are asked for at once are made on up to so many `threads`.
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed, const Limit& limit = {},
                  Sampling sampling = Sampling::uniform, int threads = 1);
   ~BoundedProblem();
@@ -103,16 +102,13 @@ class BoundedProblem {
   //! Whether a planner's tree still needs a node. A search that is over needs none: to order a large tree takes long.
   bool worth_keeping(int node, double bound) const;
 
-  //! The last of the nodes that an edge leads to; -1 if the limit was reached first. A rollout that diverges leads to a
-  //! node of infinite cost, at the state where it began.
+  //! The last node that an edge leads to, of infinite cost if its rollout diverges; -1 if the limit was reached first.
   int extend(int node, const Edge& edge, std::optional<double> bound = std::nullopt);
 
-  //! These nodes for several edges, in their order: the same on any number of threads. Fewer if the limit was reached:
-  //! those before the first edge that it cut short.
+  //! These nodes for several edges, in their order, up to the first that the limit cut short: on any threads the same.
   std::vector<int> extend(const std::vector<EdgeFrom>& edges, std::optional<double> bound = std::nullopt);
 
-  //! With a clock, the node that the undisturbed future leads to, besides the `nodes`: an escape if that leaves the
-  //! capture set, be it through Z_b or not. -1 without a clock, or if the limit was reached first.
+  //! The node of the undisturbed future, besides the `nodes`; -1 without a clock, or if the limit was reached first.
   int extend_undisturbed();
 
   //! Whether the escape that ends in a node leads out in a finer simulation too; none if the limit was reached first.

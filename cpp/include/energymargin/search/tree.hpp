@@ -17,8 +17,7 @@ enum class Sampling {
             //!< before; with a horizon some without a wrench last as long as they like
 };
 
-//! Nodes in the order of the search; node 0 is the root. Node i > 0 is what `controls[i]`, applied for
-//! `durations[i]` at node `parents[i]`, leads to.
+//! Nodes in the order of the search, the root first: `controls[i]`, for `durations[i]` at `parents[i]`, leads to i.
 struct Tree {
   States states;              //!< (M + 1, n)
   Eigen::VectorXd costs;      //!< effort from the root, eq. 8 [J]

@@ -16,9 +16,8 @@ namespace energymargin {
 //! A free body has six velocities: three linear ones of its centre of mass, and three angular ones.
 inline constexpr int velocities_of_free_body = 6;
 
-//! Position control with compliance. The torque is that at the end of the substep, which is stable for any stiffness:
-//! over a substep of duration h [s] its impulse is h (k (target - q - h v) + d (v_target - v)) = pull - resistance v,
-//! within the limit.
+//! Position control with compliance. The torque is that at the end of the substep, stable for any stiffness: over h [s]
+//! its impulse is h (k (target - q - h v) + d (v_target - v)) = pull - resistance v, within the limit.
 struct Control {
   const PositionControl* law;  // of the scene's joint or tendon
   double target;               // [rad] or [m]
@@ -40,9 +39,8 @@ struct JointControl : Control {
 //! the velocities, by composite bodies for the inertia and by Newton and Euler's recursion for the bias (Featherstone
 //! 2008, tables 6.2 and 5.1). Drives without a torque limit are implicit: what they resist counts as inertia.
 //!
-//! A substep kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then
-//! lets it coast. Coasting keeps energy and momentum: it is a Runge-Kutta step of the fourth order where they count,
-//! which is without drives, or on a free base.
+//! A substep kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then lets it
+//! coast. That is a Runge-Kutta step of the fourth order where energy counts: without drives, or on a free base.
 class Articulation {
  public:
   //! The base or a link; where it is, is its frame at the centre of mass, along its principal axes.
@@ -123,13 +121,11 @@ class Articulation {
     for (std::size_t axis = 0; axis < base_.size(); ++axis) base_[axis] = velocity[static_cast<int>(axis)];
   }
 
-  //! What the loads do where the tree is in `duration` [s]. A tree that is `alone`, which nothing constrains and
-  //! nothing drives, feels gravity as it coasts.
+  //! What the loads do in `duration` [s]. A tree that is `alone`, neither constrained nor driven, coasts under gravity.
   void prepare(double duration, const btVector3& gravity, bool alone);
   bool drives() const { return drives_; }
 
-  //! A tree whose joints are coupled, or in a loop, does not coast, which would part them: what its velocities do to
-  //! it is a force.
+  //! A tree whose joints are coupled, or in a loop, does not coast: what its velocities do to it is a force.
   void couple() { coupled_ = true; }
   bool coupled() const { return coupled_; }
 

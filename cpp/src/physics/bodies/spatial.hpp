@@ -8,8 +8,7 @@ namespace energymargin {
 
 inline btVector3 vector(const double* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
 
-//! A motion: angular velocity, and the velocity of what is at the common point. Or a force: the moment about the common
-//! point, and the force.
+//! A motion: angular velocity, and velocity of what is at the common point. Or a force: moment about it, and force.
 struct SpatialVector {
   btVector3 angular = btVector3(0, 0, 0);
   btVector3 linear = btVector3(0, 0, 0);

@@ -167,8 +167,7 @@ void Articulation::coast_by_runge_kutta(double duration, std::vector<double>& ve
   ways_ = whole;
 }
 
-// Rates of the way and of the velocities, a way off. The turn of a base is a vector, whose rate is not the angular
-// velocity (Munthe-Kaas 1998).
+// Rates of the way and of the velocities, a way off. The rate of a base's turn is not its spin (Munthe-Kaas 1998).
 void Articulation::rate(const std::vector<double>& way, const std::vector<double>& velocities,
                         std::vector<double>& way_rate, std::vector<double>& acceleration) {
   put_off(way);

@@ -32,8 +32,7 @@ inline double gap_of(const Bounds& a, const Bounds& b) {
 }
 
 //! All pairs (a, b), a < b, in no order, whose gap is at most the sum of their `reaches` [m]: sweep and prune (Baraff
-//! 1992) along the axis on which the boxes lie farthest apart. It starts anew each time, as sorting a thousand boxes
-//! takes 1 % of a step of them.
+//! 1992) along the axis on which the boxes lie farthest apart. Sorting anew takes 1 % of a step.
 std::vector<std::pair<std::size_t, std::size_t>> near_pairs(const std::vector<Bounds>& boxes,
                                                             const std::vector<double>& reaches);
 

@@ -49,8 +49,7 @@ bool has_sharp_corners(const InnerShape& solid) { return solid.is_box() || solid
 // Whether the corners of the other side are visited too: those of a thin plate are near.
 bool has_back(const InnerShape& solid) { return solid.is_box() || solid.is_hull(); }
 
-// Calls `visit` with the points of a solid that can be corners of its outermost face along `direction`, in its own
-// frame.
+// Calls `visit` with the points that can be corners of a solid's outermost face along `direction`, in its frame.
 template <typename Visit>
 void for_each_corner(const InnerShape& solid, const btVector3& direction, const Visit& visit) {
   if (has_back(solid)) return solid.for_each_corner(visit);
@@ -205,8 +204,7 @@ double height_at(const Face& face, const Corner& point) {
 // are, and its lowest one is a thousandth of the radius below them at most.
 constexpr double upright = 1e-6;
 
-// Calls `visit` with every point of a solid, in its own frame, that can be its lowest one. `down` is a direction in
-// that frame.
+// Calls `visit` with every point of a solid that can be its lowest one along `down`, all in its own frame.
 template <typename Visit>
 void for_each_low_point(const InnerShape& solid, const btVector3& down, const Visit& visit) {
   const auto ends = [&](const btVector3& half, const btVector3& side) {

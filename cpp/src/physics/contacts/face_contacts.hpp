@@ -7,8 +7,7 @@
 
 namespace energymargin {
 
-//! Round faces carry their load at the rim and rub at this share of its radius, as if pressed evenly: their torsion is
-//! 2/3 friction * load * radius.
+//! Round faces carry their load at the rim and rub at this share of its radius, as if pressed evenly.
 inline constexpr double grip_share = 2.0 / 3.0;
 
 //! A corner of what two faces share.

@@ -10,8 +10,7 @@
 namespace energymargin {
 namespace {
 
-// Axes are parallel up to this angle [rad]: what a tilted cylinder is more than a circle is then a ten-thousandth of
-// it.
+// Axes are parallel up to this angle [rad]: a cylinder tilted so is a circle to a ten-thousandth.
 constexpr double tilt = 0.01;
 
 // The points are at an end of the common height where that is so much closer than the other [m], and between them
@@ -222,8 +221,7 @@ std::optional<ClosestPoints> distance_side_by_side(const InnerShape& a, const bt
   return swapped;
 }
 
-// GJK (Gilbert, Johnson and Keerthi 1988): the point of the difference of two convex sets that is closest to the
-// origin. The search is in b's frame.
+// GJK (Gilbert, Johnson and Keerthi 1988): the point of their difference that is closest to the origin, in b's frame.
 Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransform& pose_b, double reach,
                                      ClosestPoints& result) {
   if (const auto found = distance_side_by_side(a_, pose_a, b_, pose_b)) {

@@ -152,9 +152,8 @@ class SolidPair {
 };
 
 //! The closest points of a cylinder that stands along an axis of a box or of another cylinder, for which GJK takes many
-//! iterations: side by side it is a question of a circle and a rectangle, or of two circles. The points are half way up
-//! what the two share of their height. Unset if the axes are not parallel, if one is above the other, or if the inner
-//! shapes penetrate each other.
+//! iterations: a question of a circle and a rectangle, or of two circles. The points are half way up their common
+//! height. Unset if the axes are not parallel, if one is above the other, or if the inner shapes penetrate each other.
 std::optional<ClosestPoints> distance_side_by_side(const InnerShape& a, const btTransform& pose_a, const InnerShape& b,
                                                    const btTransform& pose_b);
 
