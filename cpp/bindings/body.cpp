@@ -101,12 +101,10 @@ void bind_body(py::module_& module) {
 void bind_add_body(py::class_<Scene>& scene) {
   const Signature signature{
       99, {"velocity", "angular_velocity", "friction", "role", "linear_factor", "angular_factor", "force"}};
-  const std::string doc = add_body_doc + ("\n\n" + fields_doc(body_settings()));
-  with_fields(body_settings(), signature, &add_body, [&](const auto& add, const auto&... keywords) {
-    scene.def("add_body", add, py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass") = py::none(),
-              py::arg("density") = py::none(), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
-              py::arg("orientation") = py::none(), py::arg("yaw") = py::none(), keywords..., doc.c_str());
-  });
+  def_function(scene, "add_body", add_body_doc + ("\n\n" + fields_doc(body_settings())), body_settings(), signature,
+               &add_body, py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass") = py::none(),
+               py::arg("density") = py::none(), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
+               py::arg("orientation") = py::none(), py::arg("yaw") = py::none());
   scene
       .def("add_plane", &add_plane, py::arg("name"), py::kw_only(), py::arg("normal") = py::make_tuple(0.0, 0.0, 1.0),
            py::arg("offset") = 0.0, py::arg("friction") = 0.5, py::arg("surface") = py::none(),

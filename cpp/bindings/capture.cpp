@@ -3,7 +3,6 @@
 #include "energymargin/metrics/capture.hpp"
 
 #include "energymargin/metrics/guards.hpp"
-#include "energymargin/metrics/interval.hpp"
 #include "long_call.hpp"
 #include "metrics/words.hpp"
 #include "problem/records.hpp"
@@ -28,25 +27,18 @@ CaptureScore score_capture(const Problem& problem, const Keywords& keywords) {
       .end();
   options.check_undisturbed = true;
   options.node_counter = call.counter();
-  CaptureScore score = call.run([&](const Limit& limit) {
-    options.limit = limit;
-    return capture_score(problem, options);
-  });
+  CaptureScore score = call.run(&capture_score, problem, options);
   if (warns) warn(score.warnings, problem.scene);
   return score;
 }
 
-std::pair<double, double> interval_of(const CaptureScore& score, const Given<double>& confidence,
-                                      const std::string& which) {
-  const Interval ends = interval(score, which, given("confidence", confidence));
-  return {ends.low, ends.high};
+Ends interval_of(const CaptureScore& score, const Given<double>& confidence, const std::string& which) {
+  return ends(interval(score, which, given("confidence", confidence)));
 }
 
-std::pair<double, double> interval_of_scores(const Given<Eigen::VectorXd>& scores, const Given<double>& resolution,
-                                             const Given<double>& confidence) {
-  const Interval ends =
-      interval(given("scores", scores), given("resolution", resolution), given("confidence", confidence));
-  return {ends.low, ends.high};
+Ends interval_of_scores(const Given<Eigen::VectorXd>& scores, const Given<double>& resolution,
+                        const Given<double>& confidence) {
+  return ends(interval(given("scores", scores), given("resolution", resolution), given("confidence", confidence)));
 }
 
 using CaptureScoreClass = py::class_<CaptureScore>;

@@ -17,10 +17,7 @@ LowerBound bound_effort(const Problem& problem, const Keywords& keywords) {
   LongCall call(keywords);
   LowerBoundOptions options;
   keywords("cells", options.cells)("tolerance", options.tolerance)("captured", options.captured).end();
-  return call.run([&](const Limit& limit) {
-    options.limit = limit;
-    return effort_lower_bound(problem, options);
-  });
+  return call.run(&effort_lower_bound, problem, options);
 }
 
 void bind_lower_bound(py::module_& module) {
@@ -60,17 +57,9 @@ BoundedEscape score_effort(const Problem& problem, const Keywords& keywords) {
   if (bounded) validate(bound);
   options.check_undisturbed = true;
   options.node_counter = call.counter();
-  BoundedEscape result{call.run([&](const Limit& limit) {
-    options.limit = limit;
-    return escape_effort(problem, options);
-  })};
+  BoundedEscape result{call.run(&escape_effort, problem, options)};
   if (warns) warn(result.warnings, problem.scene);
-  if (bounded) {
-    result.bound = call.run([&](const Limit& limit) {
-      bound.limit = limit;
-      return effort_lower_bound(problem, bound);
-    });
-  }
+  if (bounded) result.bound = call.run(&effort_lower_bound, problem, bound);
   return result;
 }
 
@@ -90,10 +79,7 @@ EscapeEnergy score_escape_energy(const Problem& problem, const Keywords& keyword
       "object", object)
       .end();
   options.object = object.value_or("");
-  return call.run([&](const Limit& limit) {
-    options.limit = limit;
-    return escape_energy(problem, options);
-  });
+  return call.run(&escape_energy, problem, options);
 }
 
 std::optional<int> barrier_of(const EscapeEnergy& escape) {

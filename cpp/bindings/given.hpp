@@ -1,6 +1,5 @@
 #pragma once
-// What the files of this folder share: arguments from Python, of which an error names the argument, its value and what
-// was expected; how objects show; warnings.
+// What the files of this folder share: arguments from Python and their errors, how objects show, warnings.
 
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
@@ -16,6 +15,7 @@
 
 #include "base/record.hpp"
 #include "base/words.hpp"
+#include "energymargin/metrics/interval.hpp"
 #include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
 
@@ -75,6 +75,10 @@ Eigen::VectorXd vector(const std::string& name, const py::handle& array, Eigen::
 Disturbance wrenches(const std::string& name, const GivenArray& array, std::size_t objects);
 
 using Rows = std::map<std::string, GivenArray>;
+
+//! An interval as Python has it.
+using Ends = std::pair<double, double>;
+inline Ends ends(const Interval& interval) { return {interval.low, interval.high}; }
 
 //! A plan's wrenches by body, (K, 6), and targets by joint, (K,). Errors call the wrenches `wrenches_name`.
 Plan plan_of_rows(const std::string& wrenches_name, const Rows& wrenches, const Rows& targets);
@@ -175,8 +179,7 @@ class Keywords {
   py::dict unread_;
 };
 
-//! A function of a problem and of keywords. energymargin/scores.py, whose users call it through that, says what they
-//! are for, and refuses others.
+//! A function of a problem and of keywords, which energymargin/scores.py explains to users, and checks.
 template <typename Result>
 void def_metric(py::module_& module, const char* name, Result (*metric)(const Problem&, const Keywords&)) {
   const auto call = [metric](const Given<Problem>& problem, const KeywordArguments& keywords) {

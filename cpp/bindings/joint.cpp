@@ -54,45 +54,46 @@ auto renamed_fields() {
   };
 }
 
+using Limits = Given<std::pair<Given<double>, Given<double>>>;
+
+template <typename Limited>
+void set_limits(Limited& object, const Limits& limits) {
+  const auto [lower, upper] =
+      cast<std::pair<Given<double>, Given<double>>>("limits", limits.value, "a tuple (a number, a number)");
+  object.lower = given("limits[0]", lower);
+  object.upper = given("limits[1]", upper);
+}
+
 void def_add_joint(py::class_<Scene>& scene) {
   const auto add_joint = +[](Joint joint, Scene& its_scene, const std::string& name, const std::string& parent,
                              const std::string& child, const Given<JointType>& type, const Given<Vector3>& axis,
-                             const Given<std::pair<Given<double>, Given<double>>>& limits, bool held,
-                             const Given<std::optional<double>>& target) {
-    const auto [lower, upper] =
-        cast<std::pair<Given<double>, Given<double>>>("limits", limits.value, "a tuple (a number, a number)");
+                             const Limits& limits, bool held, const Given<std::optional<double>>& target) {
     joint.name = name;
     joint.type = given("type", type);
     joint.parent = parent;
     joint.child = child;
     joint.axis = given("axis", axis);
-    joint.lower = given("limits[0]", lower);
-    joint.upper = given("limits[1]", upper);
+    set_limits(joint, limits);
     joint.held = held;
     joint.target = given("target", target).value_or(joint.state.position);
     its_scene.add_joint(std::move(joint));
   };
-  const auto define = [&](const auto& function, const auto&... keywords) {
-    scene.def("add_joint", function, py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"),
-              py::arg("type") = "revolute", py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
-              py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("held") = false,
-              py::arg("target") = py::none(), keywords..., add_joint_doc);
-  };
   const Signature signature{99,
                             {"origin", "orientation", "child_origin", "child_orientation", "start", "start_velocity",
                              "target_velocity", "stiffness", "damping", "torque_limit"}};
-  with_fields(std::tuple_cat(renamed_fields(), joint_drive()), signature, add_joint, define);
+  def_function(scene, "add_joint", add_joint_doc, std::tuple_cat(renamed_fields(), joint_drive()), signature, add_joint,
+               py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"), py::arg("type") = "revolute",
+               py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
+               py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("held") = false,
+               py::arg("target") = py::none());
 }
 
 void def_add_tendon(py::class_<Scene>& scene) {
   const auto add_tendon =
       +[](Tendon tendon, Scene& its_scene, const std::string& name, const Given<std::map<std::string, double>>& joints,
-          const Given<std::pair<Given<double>, Given<double>>>& limits, const Given<std::optional<double>>& target) {
-        const auto [lower, upper] =
-            cast<std::pair<Given<double>, Given<double>>>("limits", limits.value, "a tuple (a number, a number)");
+          const Limits& limits, const Given<std::optional<double>>& target) {
         tendon.name = name;
-        tendon.lower = given("limits[0]", lower);
-        tendon.upper = given("limits[1]", upper);
+        set_limits(tendon, limits);
         const State start = pack(its_scene);
         double length = 0.0;
         for (const auto& [key, number] : cast<py::dict>("joints", joints.value, "a dict {joint: coefficient}")) {
@@ -106,13 +107,10 @@ void def_add_tendon(py::class_<Scene>& scene) {
       };
   const auto fields =
       std::tuple_cat(control_fields<Tendon>(), std::tuple{Field{"friction", &Tendon::friction, nullptr}});
-  const auto define = [&](const auto& function, const auto&... keywords) {
-    scene.def("add_tendon", function, py::arg("name"), py::arg("joints"), py::kw_only(),
-              py::arg("limits") = py::make_tuple(Tendon{}.lower, Tendon{}.upper), py::arg("target") = py::none(),
-              keywords..., add_tendon_doc);
-  };
-  with_fields(fields, {99, {"target_velocity", "stiffness", "damping", "torque_limit", "friction"}}, add_tendon,
-              define);
+  def_function(scene, "add_tendon", add_tendon_doc, fields,
+               {99, {"target_velocity", "stiffness", "damping", "torque_limit", "friction"}}, add_tendon,
+               py::arg("name"), py::arg("joints"), py::kw_only(),
+               py::arg("limits") = py::make_tuple(Tendon{}.lower, Tendon{}.upper), py::arg("target") = py::none());
 }
 
 }  // namespace
@@ -140,18 +138,14 @@ void bind_joint(py::module_& module) {
 void bind_add_joint(py::class_<Scene>& scene) {
   def_add_joint(scene);
   def_add_tendon(scene);
-  with_fields(
-      record_of<Loop>.fields, {2, {"type", "point_a", "point_b", "orientation_a", "orientation_b"}},
-      +[](Loop loop, Scene& its_scene) { its_scene.add_loop(std::move(loop)); },
-      [&](const auto& add_loop, const auto&... keywords) {
-        scene.def("add_loop", add_loop, keywords..., add_loop_doc);
-      });
-  with_fields(
-      record_of<Spring>.fields, {2, {"rest_length", "damping", "point_a", "point_b"}},
-      +[](Spring spring, Scene& its_scene) { its_scene.add_spring(std::move(spring)); },
-      [&](const auto& add_spring, const auto&... keywords) {
-        scene.def("add_spring", add_spring, keywords..., add_spring_doc);
-      });
+  def_function(
+      scene, "add_loop", add_loop_doc, record_of<Loop>.fields,
+      {2, {"type", "point_a", "point_b", "orientation_a", "orientation_b"}},
+      +[](Loop loop, Scene& its_scene) { its_scene.add_loop(std::move(loop)); });
+  def_function(
+      scene, "add_spring", add_spring_doc, record_of<Spring>.fields,
+      {2, {"rest_length", "damping", "point_a", "point_b"}},
+      +[](Spring spring, Scene& its_scene) { its_scene.add_spring(std::move(spring)); });
 }
 
 }  // namespace energymargin::binding

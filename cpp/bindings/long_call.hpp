@@ -72,6 +72,12 @@ class LongCall {
     return value;
   }
 
+  //! A metric of a problem, up to the limit of this call.
+  template <typename Result, typename Options>
+  Result run(Result (*metric)(const Problem&, const Options&), const Problem& problem, Options& options) {
+    return run([&](const Limit& limit) { return options.limit = limit, metric(problem, options); });
+  }
+
  private:
   template <typename Job>
   static auto start(const Job& job) {

@@ -1,3 +1,4 @@
+#include "energymargin/problem_io.hpp"
 #include "long_call.hpp"
 
 namespace energymargin::binding {
@@ -11,6 +12,8 @@ void bind_limit(py::module_& module) {
       if (error) std::rethrow_exception(error);
     } catch (const TimedOut& late) {
       PyErr_SetString(PyExc_TimeoutError, late.what());
+    } catch (const FileError& failure) {
+      py::set_error(PyExc_OSError, failure.what());
     }
   });
   py::class_<Cancel, std::shared_ptr<Cancel>>(

@@ -98,10 +98,7 @@ CaptureProbability score_rare(const Problem& problem, const ProbabilityOptions& 
   options.seed = asked.seed;
   options.threads = asked.threads;
   options.rollout_counter = call.counter();
-  return call.run([&](const Limit& limit) {
-    options.limit = limit;
-    return rare_capture_probability(problem, options);
-  });
+  return call.run(&rare_capture_probability, problem, options);
 }
 
 CaptureProbability score_probability(const Problem& problem, const Keywords& keywords) {
@@ -126,16 +123,11 @@ CaptureProbability score_probability(const Problem& problem, const Keywords& key
   } else {
     options.disturbance = disturbance_of(problem, model, options);
     options.rollout_counter = call.counter();
-    p = call.run([&](const Limit& limit) {
-      options.limit = limit;
-      return capture_probability(problem, options);
-    });
+    p = call.run(&capture_probability, problem, options);
   }
   if (warns) warn(p.warnings, problem.scene);
   return p;
 }
-
-using Ends = std::pair<double, double>;
 
 // The confidence of one look out of several (Bonferroni).
 double confidence_of_look(const CaptureProbability& p, const Given<double>& confidence) {
@@ -148,8 +140,7 @@ double confidence_of_look(const CaptureProbability& p, const Given<double>& conf
 }
 
 Ends interval_of_look(const CaptureProbability& p, double probability, double confidence) {
-  const Interval ends = interval(probability, p.effective, confidence);
-  return {ends.low, ends.high};
+  return ends(interval(probability, p.effective, confidence));
 }
 
 Ends interval_of(const CaptureProbability& p, const Given<double>& confidence, const std::string& which) {
@@ -161,8 +152,7 @@ Ends interval_of(const CaptureProbability& p, const Given<double>& confidence, c
   }
   if (which == "success") return interval_of_look(p, *p.success, of_look);
   if (which == "any") return interval_of_look(p, p.any->captured(), of_look);
-  const Interval ends = which == "lost" ? interval_of_loss(p, of_look) : interval_of_capture(p, of_look);
-  return {ends.low, ends.high};
+  return ends(which == "lost" ? interval_of_loss(p, of_look) : interval_of_capture(p, of_look));
 }
 
 std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p, const Given<double>& confidence,
@@ -175,9 +165,8 @@ std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p,
   const Eigen::VectorXd& curve = which == "any" ? p.any->curve : p.all.curve;
   std::pair<Eigen::VectorXd, Eigen::VectorXd> band{curve, curve};
   for (Eigen::Index i = 0; i < curve.size(); ++i) {
-    const Interval ends =
-        which == "any" ? interval(curve[i], p.effective, of_look) : interval_of_capture(p, of_look, i);
-    std::tie(band.first[i], band.second[i]) = std::pair{ends.low, ends.high};
+    std::tie(band.first[i], band.second[i]) =
+        ends(which == "any" ? interval(curve[i], p.effective, of_look) : interval_of_capture(p, of_look, i));
   }
   return band;
 }
@@ -188,10 +177,10 @@ std::optional<bool> undisturbed_of(const CaptureProbability& p) {
 
 std::string repr_of(const CaptureProbability& p) {
   const double confidence = 1.0 - 0.05 / p.looks;
-  const Interval ends = p.splitting ? interval_of_loss(p, confidence) : interval_of_capture(p, confidence);
+  const Interval interval = p.splitting ? interval_of_loss(p, confidence) : interval_of_capture(p, confidence);
   const double estimate = p.splitting ? p.lost[p.lost.size() - 1] : p.all.captured();
   return repr_of_fields("CaptureProbability", {{p.splitting ? "lost" : "captured", py::cast(estimate)},
-                                               {"interval", py::cast(Ends{ends.low, ends.high})},
+                                               {"interval", py::cast(ends(interval))},
                                                {"mean_time", py::cast(p.all.mean_time)},
                                                {"undisturbed", py::cast(undisturbed_of(p))},
                                                {"rollouts", py::cast(p.rollouts)},
@@ -286,9 +275,8 @@ void bind_disturbances(py::module_& module) {
       "Noise of the robot: a uniform draw is added to the wrenches on each body that the plan pushes or drives, and "
       "one to each joint's target.\n\n" +
       fields_doc(record_of<ActuationNoise>.fields);
-  with_fields(
-      record_of<ActuationNoise>.fields, {99, {"force", "torque", "targets", "hold"}}, &unchanged<ActuationNoise>,
-      [&](const auto& of_plan, const auto&... keywords) { models.def("of_plan", of_plan, keywords..., doc.c_str()); });
+  def_function(models, "of_plan", doc, record_of<ActuationNoise>.fields, {99, {"force", "torque", "targets", "hold"}},
+               &unchanged<ActuationNoise>);
 }
 
 }  // namespace

@@ -183,16 +183,6 @@ std::string repr_of(const Problem& problem) {
 
 py::typing::Dict<py::str, py::object> schema() { return py::module_::import("json").attr("loads")(problem_schema()); }
 
-void bind_file_error() {
-  py::register_exception_translator([](std::exception_ptr error) {
-    try {
-      if (error) std::rethrow_exception(error);
-    } catch (const FileError& failure) {
-      py::set_error(PyExc_OSError, failure.what());
-    }
-  });
-}
-
 using ProblemClass = py::class_<Problem>;
 
 void def_problem_constructor(ProblemClass& type) {
@@ -250,7 +240,6 @@ void def_files(ProblemClass& type) {
 }  // namespace
 
 void bind_problem(py::module_& module) {
-  bind_file_error();
   bind_record<ForceWeights>(module, "ForceWeights", force_weights_doc,
                             {99, {"engage", "stick", "distance", "ground_engage", "ground_stick"}});
   ProblemClass type(module, "Problem", problem_doc().c_str());

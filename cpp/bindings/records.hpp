@@ -113,8 +113,7 @@ std::string fields_doc(const std::tuple<Field<Get>...>& fields, const std::strin
   return doc;
 }
 
-//! Calls `define(function, keywords...)` with a function of `Before` and the fields, which calls `make(struct,
-//! before)`.
+//! Calls `define(function, keywords...)` with a function of `Before` and the fields that calls `make(struct, before)`.
 template <typename Result, typename Struct, typename... Before, typename Define, typename... Get>
 void with_fields(const std::tuple<Field<Get>...>& fields, const Signature& signature, Result (*make)(Struct, Before...),
                  const Define& define) {
@@ -143,6 +142,15 @@ void with_fields(const std::tuple<Field<Get>...>& fields, const Signature& signa
   std::apply([&](const auto&... each) { define(function, each...); }, keywords);
 }
 
+//! Defines a function of `arguments` and the fields in a module or a class.
+template <typename Scope, typename Fields, typename Make, typename... Arguments>
+void def_function(Scope& scope, const char* name, const std::string& doc, const Fields& fields,
+                  const Signature& signature, const Make& make, const Arguments&... arguments) {
+  with_fields(fields, signature, make, [&](const auto& function, const auto&... keywords) {
+    scope.def(name, function, arguments..., keywords..., doc.c_str());
+  });
+}
+
 template <typename Struct>
 Struct unchanged(Struct object) {
   return object;
@@ -151,11 +159,9 @@ Struct unchanged(Struct object) {
 //! A constructor with one argument for each field; `make` may throw.
 template <typename Struct>
 void def_fields_constructor(py::class_<Struct>& type, const Signature& signature, Struct (*make)(Struct)) {
-  const std::string doc = fields_doc(record_of<Struct>.fields);
-  const auto define = [&](const auto& function, const auto&... keywords) {
-    type.def(py::init(function), keywords..., doc.c_str());
-  };
-  with_fields(record_of<Struct>.fields, signature, make, define);
+  with_fields(record_of<Struct>.fields, signature, make, [&](const auto& function, const auto&... keywords) {
+    type.def(py::init(function), keywords..., fields_doc(record_of<Struct>.fields).c_str());
+  });
 }
 
 //! A class with a property and an argument of its constructor for each field.

@@ -14,8 +14,7 @@ inline constexpr bool may_be_none<std::string, regions::FrameOf> = true;
 
 namespace {
 
-// A predicate may ask a region of predicates, and so on. Each level takes some 20 kB of the stack: Python's own limit
-// on recursion would come too late.
+// A predicate may ask a region of predicates, and so on: Python's own limit on recursion would come too late.
 class PredicateLevel {
  public:
   PredicateLevel() {
@@ -121,9 +120,8 @@ void def_region(py::module_& module, const Signature& signature) {
   };
   const std::string doc =
       std::string(record_of<Primitive>.description) + "\n\n" + fields_doc(record_of<Primitive>.fields);
-  with_fields(record_of<Primitive>.fields, signature, make, [&](const auto& function, const auto&... keywords) {
-    module.def(class_name(record_of<Primitive>.name).c_str(), function, keywords..., doc.c_str());
-  });
+  def_function(module, class_name(record_of<Primitive>.name).c_str(), doc, record_of<Primitive>.fields, signature,
+               make);
 }
 
 }  // namespace

@@ -38,9 +38,9 @@ std::map<std::pair<std::string, std::string>, double> pair_frictions(const Scene
 }
 
 void bind_friction(py::class_<Scene>& scene) {
-  with_fields(
-      record_of<PairFriction>.fields, {3}, +[](PairFriction pair, Scene& its_scene) { its_scene.set_friction(pair); },
-      [&](const auto& set, const auto&... keywords) { scene.def("set_friction", set, keywords..., set_friction_doc); });
+  def_function(
+      scene, "set_friction", set_friction_doc, record_of<PairFriction>.fields, {3},
+      +[](PairFriction pair, Scene& its_scene) { its_scene.set_friction(pair); });
   scene
       .def_property_readonly(
           "friction_rule", [](const Scene& of) { return std::string(word_of(of.friction_rule())); },
@@ -74,17 +74,13 @@ std::string shown_scene(const Scene& scene) {
 }
 
 void bind_parts(py::class_<Scene>& scene) {
-  scene
-      .def_property_readonly(
-          "bodies", [](const Scene& of) { return of.bodies(); }, "In the order in which they were added.")
-      .def_property_readonly(
-          "joints", [](const Scene& of) { return of.joints(); }, "In the order in which they were added.")
-      .def_property_readonly(
-          "tendons", [](const Scene& of) { return of.tendons(); }, "In the order in which they were added.")
-      .def_property_readonly(
-          "loops", [](const Scene& of) { return of.loops(); }, "In the order in which they were added.")
-      .def_property_readonly(
-          "springs", [](const Scene& of) { return of.springs(); }, "In the order in which they were added.")
+  constexpr auto copy = py::return_value_policy::copy;
+  constexpr const char* order = "In the order in which they were added.";
+  scene.def_property_readonly("bodies", &Scene::bodies, copy, order)
+      .def_property_readonly("joints", &Scene::joints, copy, order)
+      .def_property_readonly("tendons", &Scene::tendons, copy, order)
+      .def_property_readonly("loops", &Scene::loops, copy, order)
+      .def_property_readonly("springs", &Scene::springs, copy, order)
       .def("disable_collisions", &Scene::disable_collisions, py::arg("body_a"), py::arg("body_b"),
            "From now on the two bodies never collide. Those that a joint connects never do.")
       .def_property_readonly(

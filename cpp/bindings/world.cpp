@@ -47,8 +47,7 @@ class SharedWorld {
     return std::invoke(method, world_, at, more...);
   }
 
-  //! Runs `question` on the world from a thread without the GIL, up to a limit, also while it waits for another
-  //! thread's question.
+  //! Runs `question` on the world from a thread without the GIL, up to a limit, which ends its waiting too.
   template <typename Question>
   auto ask_until(const Limit& limit, const Question& question) {
     std::unique_lock<std::timed_mutex> lock(mutex_, std::defer_lock);
