@@ -25,12 +25,10 @@ namespace energymargin::binding {
 
 // What each file adds to the module.
 using Bind = void(pybind11::module_& module);
-Bind bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_world, bind_regions, bind_problem, bind_capture,
-    bind_effort, bind_baselines, bind_batch, bind_probability;
+Bind bind_shapes, bind_bodies, bind_scene, bind_plan, bind_world, bind_regions, bind_problem, bind_capture, bind_effort,
+    bind_baselines, bind_batch, bind_probability;
 
-using BindToScene = void(pybind11::class_<Scene>& scene);
-BindToScene bind_add_body;   // and add_plane
-BindToScene bind_add_joint;  // add_tendon, add_loop and add_spring
+void bind_additions(pybind11::class_<Scene>& scene);  // add_body, add_joint and the like
 
 //! What Python gives for a Value; `given` makes that of it. A type checker sees what it may be.
 template <typename Value>

@@ -35,9 +35,8 @@ void bind_limit(py::module_& module) {
 PYBIND11_MODULE(_core, module) {
   using namespace energymargin::binding;
   module.doc() = "The compiled core of energymargin.";
-  for (const auto bind :
-       {bind_limit, bind_shapes, bind_body, bind_joint, bind_scene, bind_plan, bind_world, bind_regions, bind_problem,
-        bind_capture, bind_effort, bind_baselines, bind_batch, bind_probability}) {
+  for (const auto bind : {bind_limit, bind_shapes, bind_bodies, bind_scene, bind_plan, bind_world, bind_regions,
+                          bind_problem, bind_capture, bind_effort, bind_baselines, bind_batch, bind_probability}) {
     bind(module);
   }
 }

@@ -73,7 +73,7 @@ std::string shown_scene(const Scene& scene) {
   return repr_of_fields("Scene", fields);
 }
 
-void bind_parts(py::class_<Scene>& scene) {
+void bind_lists(py::class_<Scene>& scene) {
   constexpr auto copy = py::return_value_policy::copy;
   constexpr const char* order = "In the order in which they were added.";
   scene.def_property_readonly("bodies", &Scene::bodies, copy, order)
@@ -237,11 +237,10 @@ void bind_scene(py::module_& module) {
             py::arg("solver_tolerance") = Stepping{}.tolerance, py::arg("margin") = py::none(),
             py::arg("friction_rule") = word_of(FrictionRule::product), scene_doc);
   scene.def("__repr__", &shown_scene);
-  bind_parts(scene);
+  bind_lists(scene);
   bind_stepping(scene);
   bind_friction(scene);
-  bind_add_body(scene);
-  bind_add_joint(scene);
+  bind_additions(scene);
   bind_state(scene);
 }
 

@@ -177,8 +177,7 @@ ScoreRow merge(const std::vector<ScoreRow>& parts) {
     row.times.insert(part.times.begin(), part.times.end());
     row.curves.insert(part.curves.begin(), part.curves.end());
     row.seconds += part.seconds;
-    row += part;
-    row.warnings.insert(row.warnings.end(), part.warnings.begin(), part.warnings.end());
+    add_quality(part, row);
   }
   return row;
 }
