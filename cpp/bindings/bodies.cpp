@@ -74,11 +74,15 @@ void add_body(Body body, Scene& scene, const std::string& name, const Given<Shap
 }
 
 Scene with_body(const Scene& scene, const std::string& name, const Given<std::optional<double>>& friction,
-                const Given<std::optional<double>>& mass) {
-  return scene.with_body(name, given("friction", friction), given("mass", mass));
+                const Given<std::optional<double>>& mass, const Given<std::optional<double>>& torsional_friction,
+                const Given<std::optional<double>>& rolling_friction) {
+  return scene.with_body(
+      name, {given("friction", friction), given("mass", mass), given("torsional_friction", torsional_friction),
+             given("rolling_friction", rolling_friction)});
 }
 
-constexpr const char* with_body_doc = R"(A copy with another friction coefficient or mass [kg] of one body.
+constexpr const char* with_body_doc =
+    R"(A copy with other coefficients of friction (torsional and rolling [m]) or another mass [kg] of one body.
 
 Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a
 fixed body, and a spring that is too stiff for a lighter one.)";
@@ -96,7 +100,8 @@ void def_add_body(py::class_<Scene>& scene) {
            py::arg("surface_velocity") = py::make_tuple(0.0, 0.0, 0.0),
            "Add the fixed half space below a plane; by default z <= 0.")
       .def("with_body", &with_body, py::arg("name"), py::kw_only(), py::arg("friction") = py::none(),
-           py::arg("mass") = py::none(), with_body_doc);
+           py::arg("mass") = py::none(), py::arg("torsional_friction") = py::none(),
+           py::arg("rolling_friction") = py::none(), with_body_doc);
 }
 
 constexpr const char* add_joint_doc = R"(Hang the body `child` on the body `parent`, which makes it a link.
@@ -188,7 +193,9 @@ void def_add_tendon(py::class_<Scene>& scene) {
         double length = 0.0;
         for (const auto& [key, number] : cast<py::dict>("joints", joints.value, "a dict {joint: coefficient}")) {
           const std::string joint = word("joints", key);
-          tendon.joints.push_back({joint, convert(Type<double>{}, "joints['" + joint + "']", number)});
+          const std::string place = "joints['" + joint + "']";
+          tendon.joints.push_back({joint, convert(Type<double>{}, place, number)});
+          require_finite(place, tendon.joints.back().coefficient);
           const JointState at = StateLayout(its_scene).joint(start.data(), its_scene.joint_index(joint));
           length += tendon.joints.back().coefficient * at.position;
         }

@@ -35,13 +35,13 @@ TEST(Scene, CopiesShareWhatFollowsFromABodyAloneUntilItChanges) {
   const Scene copy = scene;
   EXPECT_EQ(&copy.inertial(1), &scene.inertial(1));
   EXPECT_EQ(&copy.collision_shape(1), &scene.collision_shape(1));
-  EXPECT_EQ(&scene.with_body("object", 0.3, std::nullopt).collision_shape(1), &scene.collision_shape(1));
+  EXPECT_EQ(&scene.with_body("object", {0.3, std::nullopt}).collision_shape(1), &scene.collision_shape(1));
   Stepping stepping = scene.stepping();
   stepping.step *= 0.25;
   EXPECT_EQ(&scene.with_stepping(stepping).collision_shape(1), &scene.collision_shape(1));
   stepping.margin = 1e-3;
   EXPECT_NE(&scene.with_stepping(stepping).collision_shape(1), &scene.collision_shape(1));
-  const Scene heavier = scene.with_body("object", std::nullopt, 2.0);
+  const Scene heavier = scene.with_body("object", {std::nullopt, 2.0});
   EXPECT_EQ(heavier.inertial(1).moments, heavier.body("object").principal_inertial().moments);
   EXPECT_NE(heavier.inertial(1).moments, scene.inertial(1).moments);
 }
@@ -67,7 +67,7 @@ TEST(Scene, BodyThatCannotBeIsRejectedByNameArgumentAndValue) {
 
 TEST(Scene, BodyWithAnotherFrictionAndMassIsInACopy) {
   const Scene scene = push_scene();
-  const Scene other = scene.with_body("object", 0.7, 3.0);
+  const Scene other = scene.with_body("object", {0.7, 3.0});
   EXPECT_EQ(other.body("object").friction, 0.7);
   EXPECT_EQ(other.body("object").mass, 3.0);
   EXPECT_EQ(other.body("effector").mass, scene.body("effector").mass);
@@ -82,17 +82,19 @@ TEST(Scene, InertiaThatWasGivenGrowsWithTheMass) {
   block.inertial = Inertial{Vector3(0.0, 0.0, 0.1), Vector3(1.0, 2.0, 2.5)};
   Scene scene;
   scene.add_body(block);
-  const Body heavier = scene.with_body("block", std::nullopt, 3.0).body("block");
+  const Body heavier = scene.with_body("block", {std::nullopt, 3.0}).body("block");
   EXPECT_TRUE(heavier.inertial->moments.isApprox(Vector3(1.5, 3.0, 3.75)));
   EXPECT_EQ(heavier.inertial->center, Vector3(0.0, 0.0, 0.1));
 }
 
 TEST(Scene, BodyThatCannotBeChangedSoIsRejected) {
   const Scene scene = push_scene();
-  EXPECT_TRUE(rejects([&] { scene.with_body("cup", 0.1, std::nullopt); }, {"'cup'"}));
-  EXPECT_TRUE(rejects([&] { scene.with_body("object", -0.1, std::nullopt); }, {"'object'", "friction is -0.1"}));
-  EXPECT_TRUE(rejects([&] { scene.with_body("object", std::nullopt, 0.0); }, {"mass is 0"}));
-  EXPECT_TRUE(rejects([&] { scene.with_body("table", std::nullopt, 1.0); }, {"mass of 'table' is 1", "fixed"}));
+  EXPECT_TRUE(rejects([&] { scene.with_body("object", {{}, {}, -1.0}); }, {"'object'", "torsional_friction is -1"}));
+  EXPECT_EQ(scene.with_body("object", {{}, {}, 0.1, 0.2}).body("object").surface->rolling_friction, 0.2);
+  EXPECT_TRUE(rejects([&] { scene.with_body("cup", {0.1, std::nullopt}); }, {"'cup'"}));
+  EXPECT_TRUE(rejects([&] { scene.with_body("object", {-0.1, std::nullopt}); }, {"'object'", "friction is -0.1"}));
+  EXPECT_TRUE(rejects([&] { scene.with_body("object", {std::nullopt, 0.0}); }, {"mass is 0"}));
+  EXPECT_TRUE(rejects([&] { scene.with_body("table", {std::nullopt, 1.0}); }, {"mass of 'table' is 1", "fixed"}));
 }
 
 TEST(Scene, NameIsTakenOnlyOnce) {
@@ -354,7 +356,7 @@ TEST(Scene, FrictionOfAPairIsKeptOnceInAnyOrderAndInCopies) {
   scene.set_friction({"object", "box", 0.7});
   scene.set_friction({"box", "object", 0.0});
   scene.set_friction({"object", "table", 2.0});
-  for (const Scene& copy : {scene, scene.with_body("box", 0.9, 2.0), scene.with_stepping(exact())}) {
+  for (const Scene& copy : {scene, scene.with_body("box", {0.9, 2.0}), scene.with_stepping(exact())}) {
     ASSERT_EQ(copy.pair_frictions().size(), 2u);
     EXPECT_EQ(copy.pair_frictions()[0].body_a + copy.pair_frictions()[0].body_b, "tableobject");
     EXPECT_EQ(copy.pair_frictions()[1].body_a + copy.pair_frictions()[1].body_b, "boxobject");

@@ -75,6 +75,28 @@ def test_a_distribution_of_friction_is_of_the_coefficient_itself():
     assert particles.values(particles.sources[0])[:, 0] == pytest.approx(friction, abs=0)
 
 
+def test_the_friction_of_a_surface_is_drawn_as_that_of_a_body():
+    posed = problem()
+    given = {"floor": stats.uniform(0.001, 0.002)}
+    belief = em.Belief(posed, torsional_friction=given, rolling_friction={"object": 1e-4})
+    assert [source.name for source in belief.sources] == [
+        "torsional_friction of floor",
+        "rolling_friction of object",
+    ]
+    particles = belief.particles(64)
+    surfaces = [
+        {body.name: body.surface for body in one.scene.bodies} for one in particles.problems
+    ]
+    torsional = np.array([of["floor"].torsional_friction for of in surfaces])
+    assert torsional.min() >= 0.001
+    assert torsional.max() <= 0.003
+    assert np.mean(torsional) == pytest.approx(0.002, abs=1e-4)
+    rolling = [of["object"].rolling_friction for of in surfaces]
+    assert min(rolling) >= 0.0
+    assert np.std(rolling) > 2e-5
+    assert particles.redrawn > 10  # about 0, half of a normal distribution is below it
+
+
 def paired(coefficient=0.3):
     own = scene()
     own.set_friction("floor", "object", coefficient)
@@ -240,6 +262,7 @@ def test_a_question_is_posed_about_each_particles_state():
 UNCERTAINTIES = [
     {"friction": 0.1},
     {"friction": {"floor": stats.uniform(0.2, scale=0.3)}, "mass": stats.lognorm(0.1)},
+    {"rolling_friction": 1e-4, "torsional_friction": {"floor": stats.uniform(0.0, 0.01)}},
     {"pose": [0.1, 0, 0, 0, 0, stats.norm(0, 0.2)], "velocity": np.eye(6)},
     {"pose": {"object": np.eye(6).tolist(), "effector": (0.1,) * 6}},
 ]

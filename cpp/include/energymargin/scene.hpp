@@ -198,6 +198,12 @@ struct Stepping {
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
 };
 
+//! What a scene has otherwise in a body; unset: nothing.
+struct BodyChange {
+  std::optional<double> friction{}, mass{};                        //!< [kg]
+  std::optional<double> torsional_friction{}, rolling_friction{};  //!< of its surface [m]
+};
+
 class BodyConstants;
 struct CollisionShape;
 
@@ -235,8 +241,9 @@ class Scene {
   //! The same scene in other steps.
   Scene with_stepping(const Stepping& stepping) const;
 
-  //! The same scene with another friction or mass [kg], and inertia with it, of one body; coefficients of pairs stay.
-  Scene with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const;
+  //! The same scene with other coefficients or another mass, and inertia with it, of one body; coefficients of pairs
+  //! stay.
+  Scene with_body(const std::string& name, const BodyChange& change) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Tendon>& tendons() const { return tendons_; }

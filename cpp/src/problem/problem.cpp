@@ -114,8 +114,12 @@ void require_no_clock(const Problem& problem, const std::string& metric) {
 }
 
 void require_free_object(const Problem& problem, std::size_t object, const std::string& metric) {
-  if (!problem.scene.jointed(object)) return;
-  reject("scene", "with the object '" + problem.scene.bodies()[object].name + "' on a joint",
+  const std::string& name = problem.scene.bodies()[object].name;
+  const auto ties = [&](const Loop& loop) { return loop.body_a == name || loop.body_b == name; };
+  const std::vector<Loop>& loops = problem.scene.loops();
+  const bool tied = std::any_of(loops.begin(), loops.end(), ties);
+  if (!tied && !problem.scene.jointed(object)) return;
+  reject("scene", "with the object '" + name + (tied ? "' in a loop" : "' on a joint"),
          "a free body as the object of " + metric);
 }
 

@@ -77,9 +77,15 @@ Scene Scene::with_stepping(const Stepping& stepping) const {
   return scene;
 }
 
-Scene Scene::with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const {
+Scene Scene::with_body(const std::string& name, const BodyChange& change) const {
   Body body = bodies_[index(name)];
-  if (friction) body.friction = *friction;
+  const std::optional<double>& mass = change.mass;
+  body.friction = change.friction.value_or(body.friction);
+  if (change.torsional_friction || change.rolling_friction) {
+    if (!body.surface) body.surface = Surface{};
+    body.surface->torsional_friction = change.torsional_friction.value_or(body.surface->torsional_friction);
+    body.surface->rolling_friction = change.rolling_friction.value_or(body.surface->rolling_friction);
+  }
   if (mass) {
     if (body.fixed()) reject("mass of '" + name + "'", text(*mass), "none: the body is fixed");
     require_positive("mass", *mass);

@@ -75,8 +75,9 @@ class Belief:
 
     Args:
         problem: the question, with the numbers that are believed most.
-        friction, mass, pose, velocity: how well they are known, as of `em.beliefs.Uncertainty`.
-        uncertainty: these four in one, in their place.
+        friction, mass, pose, velocity, torsional_friction, rolling_friction: how well they are
+            known, as of `em.beliefs.Uncertainty`.
+        uncertainty: all these in one, in their place.
         question: poses the question about a particle's state, shape (n,), where more depends on the
             state than the start, as a capture set that moves with the robot:
             `lambda state: task.problem(state, params)`. By default `problem.with_state`.
@@ -95,12 +96,15 @@ class Belief:
         mass: Any = None,
         pose: Any = None,
         velocity: Any = None,
+        torsional_friction: Any = None,
+        rolling_friction: Any = None,
         uncertainty: Uncertainty | None = None,
         question: Question | None = None,
     ) -> None:
         """As the class."""
         check_type("problem", problem, Problem, "a Problem")
         own = {"friction": friction, "mass": mass, "pose": pose, "velocity": velocity}
+        own |= {"torsional_friction": torsional_friction, "rolling_friction": rolling_friction}
         given = [name for name, value in own.items() if value is not None]
         if uncertainty is None:
             uncertainty = Uncertainty(**own)

@@ -18,8 +18,9 @@ from energymargin._core import Body, Scene
 from energymargin.checks import check_type, not_negative_number, numbers_of, shown, whole_number
 from energymargin.metrics import TIMED
 
-QUANTITIES = ("friction", "mass", "pose", "velocity")
-VALUES, ERRORS = QUANTITIES[:2], QUANTITIES[2:]
+VALUES = ("friction", "mass", "torsional_friction", "rolling_friction")
+ERRORS = ("pose", "velocity")
+QUANTITIES = (*VALUES[:2], *ERRORS, *VALUES[2:])
 AXES = {
     "pose": ("x", "y", "z", "turn about x", "turn about y", "turn about z"),
     "velocity": ("vx", "vy", "vz", "rate about x", "rate about y", "rate about z"),
@@ -63,6 +64,7 @@ class Uncertainty:
     - `friction`, `mass`: a standard deviation, of a normal distribution about the problem's own
       coefficient or mass [kg]; or the distribution of the coefficient or mass itself. A pair that
       has a coefficient of its own is a dict in it: friction={"finger": {"object": 0.05}}.
+    - `torsional_friction`, `rolling_friction`: the same of a body's surface [m], as of `em.Surface`.
     - `pose`, `velocity`: of the error, which is added: six numbers, each a standard deviation or a
       distribution, or a covariance (6, 6). Position [m] and rotation vector [rad] of the body's
       frame, along and about the world's axes; its velocity [m/s] and angular velocity [rad/s].
@@ -74,6 +76,8 @@ class Uncertainty:
     mass: Any = None
     pose: Any = None
     velocity: Any = None
+    torsional_friction: Any = None
+    rolling_friction: Any = None
 
     def __post_init__(self) -> None:
         """Checks all of it."""
@@ -123,7 +127,8 @@ class Uncertainty:
             alone = {n: one for n, one in known.items() if n not in pairs}
             for name, body in bodies.items():
                 if name in alone:
-                    center = getattr(body, quantity) if quantity in VALUES else 0.0
+                    at = body.surface if quantity.startswith(("torsional", "rolling")) else body
+                    center = getattr(at, quantity, 0.0) if quantity in VALUES else 0.0
                     sources.append(_source(quantity, name, alone[name], center))
             if quantity == "friction":
                 sources += _pair_sources(scene, pairs, list(alone))
@@ -218,7 +223,7 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
     body = bodies.get(name)
     if body is None:
         raise ValueError(f"{quantity} names the body {name!r}, expected one of {', '.join(bodies)}")
-    if quantity != "friction" and body.fixed:
+    if not quantity.endswith("friction") and body.fixed:
         raise ValueError(
             f"{quantity} names the body {name!r}, which is fixed, expected one that moves"
         )

@@ -59,12 +59,32 @@ bool StepEquations::solve(const Substep& substep) {
     converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
     set_all(substep.duration);
   }
+  add_recovery();
   return converged;
 }
 
 void StepEquations::set_all(double duration) {
   for (FreeBody& body : bodies_.free()) set_free(body, duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, duration);
+}
+
+// What is put right beside the velocities changes the ways alone, and no velocity may pay for how they bend by it.
+void StepEquations::add_recovery() {
+  for (FreeBody& body : bodies_.free()) {
+    Velocity recovery;
+    for (std::size_t row = 0; row < body.axes.size(); ++row) {
+      recovery[body.axes[row]] = solver_.recovery(body.mover)[row];
+    }
+    body.way.linear += recovery.linear;
+    body.way.angular += recovery.angular;
+  }
+  for (std::size_t i = 0; i < trees_.size(); ++i) {
+    const std::size_t skipped = tree(i).prescribed();
+    if (trees_[i].mover < 0) continue;
+    for (std::size_t k = skipped; k < tree(i).count(); ++k) {
+      tree(i).ways()[k] += solver_.recovery(trees_[i].mover)[k - skipped];
+    }
+  }
 }
 
 int StepEquations::mover_of(std::size_t body) const {
@@ -234,16 +254,12 @@ void StepEquations::add_tree(std::size_t i, const Substep& substep) {
 
 void StepEquations::set_free(FreeBody& body, double duration) const {
   body.pushed = body.velocity;
-  Velocity recovery;
   for (std::size_t row = 0; row < body.axes.size(); ++row) {
     body.pushed[body.axes[row]] = solver_.velocities(body.mover)[row];
-    recovery[body.axes[row]] = solver_.recovery(body.mover)[row];
   }
   body.way = body.pushed;
   body.spin = body.pushed.angular;
   if (!body.turning.isZero()) coast(body, duration);
-  body.way.linear += recovery.linear;
-  body.way.angular += recovery.angular;
 }
 
 void StepEquations::set_tree(std::size_t i, double duration) {
@@ -254,8 +270,6 @@ void StepEquations::set_tree(std::size_t i, double duration) {
   if (mover >= 0) std::copy_n(solver_.velocities(mover), solver_.count(mover), pushed.data() + skipped);
   end = pushed;
   tree.coast(duration, end);
-  if (mover < 0) return;
-  for (std::size_t k = skipped; k < tree.count(); ++k) tree.ways()[k] += solver_.recovery(mover)[k - skipped];
 }
 
 // Work is done before all coasts. `share` is that of their way that bodies can go.

@@ -72,6 +72,7 @@ class StepEquations {
     std::size_t row;  // among the limited ones
     double wanted;    // gap along the axis at the end of the substep
     double weight;    // of what it is off by
+    double moved;     // speed along it that is prescribed
   };
 
   void add_free(FreeBody& body, double duration);
@@ -92,6 +93,7 @@ class StepEquations {
   void add_tendon(const TendonControl& tendon, double duration);
   static LoopGap gap_of(const LoopConstraint& loop, const btTransform& of_a, const btTransform& of_b);
   void add_loop(const LoopConstraint& loop, double duration);
+  double mobility_alone(const LoopConstraint& loop, bool turns) const;
   void add_loop_rows(const LoopConstraint& loop, const LoopGap& gap, bool turns, double duration);
   double add_loop_end(LimitedRow& row, std::size_t body, const btVector3& point, const SpatialVector& along);
   bool close_loops(double duration);
@@ -107,6 +109,7 @@ class StepEquations {
   void share_error(double error, double& target, double& recovery) const;
   void write_contacts(std::vector<ContactPoint>& points) const;
   void set_all(double duration);
+  void add_recovery();
   void set_free(FreeBody& body, double duration) const;
   void set_tree(std::size_t i, double duration);
   bool is_alone(std::size_t tree, const Substep& substep) const;

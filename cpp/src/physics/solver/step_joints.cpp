@@ -23,6 +23,9 @@ constexpr double slow = 1e-3;
 // errors are mostly left alone.
 constexpr double singular_share = 0.01;
 
+// Below this share of what an impulse does to a body alone it does nothing: what is left are rounding errors.
+constexpr double rounding = 1e-9;
+
 // A loop that is off by less at the end of a substep is closed [m] or [rad].
 constexpr double least_miss = 1e-9;
 
@@ -157,13 +160,15 @@ void StepEquations::add_loop_rows(const LoopConstraint& loop, const LoopGap& gap
   }
   solver_.limited().resize(first);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(mobility);
-  const double most = axes.eigenvalues()[2];
+  const double most = axes.eigenvalues()[2], alone = mobility_alone(loop, turns);
   for (int i = 0; i < 3; ++i) {
-    const double share = axes.eigenvalues()[i] / most;
-    if (!(share > least_mobility)) continue;
+    const double moves = axes.eigenvalues()[i];
+    const double share = std::max(moves / most, moves / alone);
+    if (!(moves > rounding * alone && share > least_mobility)) continue;
     const btVector3 axis = to_bullet(Vector3(axes.eigenvectors().col(i)));
     add(axis);
     LimitedRow& row = solver_.limited().back();
+    const double moved = -row.target;
     row.work = &audit.work.joints;
     row.softness = coupling_softness * most;
     const double weight = share / (share + singular_share);
@@ -171,9 +176,18 @@ void StepEquations::add_loop_rows(const LoopConstraint& loop, const LoopGap& gap
     double speed = 0.0;
     share_error(-weight * error, speed, row.recovery);
     row.target += speed;
-    const double wanted = error + (speed + row.recovery) * duration;
-    loop_rows_.push_back({&loop, turns, axis, solver_.limited().size() - 1, wanted, weight});
+    loop_rows_.push_back({&loop, turns, axis, solver_.limited().size() - 1, error + speed * duration, weight, moved});
   }
+}
+
+// What a unit impulse does to the heavier one of the bodies that forces move, alone.
+double StepEquations::mobility_alone(const LoopConstraint& loop, bool turns) const {
+  double most = 0.0;
+  for (const std::size_t index : {loop.a, loop.b}) {
+    const Body& body = scene_.bodies()[index];
+    if (body.dynamic()) most = std::max(most, turns ? scene_.inertial(index).moments.maxCoeff() : body.mass);
+  }
+  return 1.0 / most;
 }
 
 // Adds what an impulse along the axis does to the body that has it. The end's speed, where that is prescribed.
@@ -214,7 +228,7 @@ bool StepEquations::close_loops(double duration) {
     return free ? moved_pose(at, free->way.linear * duration, free->way.angular * duration) : at;
   };
   bool counts = false;
-  for (const auto& [loop, turns, axis, row, wanted, weight] : loop_rows_) {
+  for (const auto& [loop, turns, axis, row, wanted, weight, moved] : loop_rows_) {
     const SpatialVector gap = gap_of(*loop, pose(loop->a), pose(loop->b)).gap;
     const double miss = weight * (axis.dot(turns ? gap.angular : gap.linear) - wanted);
     solver_.limited()[row].target -= miss / duration;

@@ -263,6 +263,11 @@ void StepEquations::add_limited_work() {
   for (const LimitedRow& row : solver_.limited()) {
     if (row.work) *row.work += 0.5 * row.impulse * solver_.speed(row, 0, sums);
   }
+  for (const LoopRow& of : loop_rows_) {  // a kinematic end does the work of its drive
+    const double work = solver_.limited()[of.row].impulse * of.moved;
+    audit.work.joints += work;
+    audit.work.plan -= work;
+  }
 }
 
 void StepEquations::add_damping_work(double duration) {
