@@ -24,7 +24,7 @@ constexpr double slow = 1e-3;
 constexpr double singular_share = 0.01;
 
 // Below this share of what an impulse does to a body alone it does nothing: what is left are rounding errors.
-constexpr double rounding = 1e-9;
+constexpr double still_share = 1e-9;
 
 // A loop that is off by less at the end of a substep is closed [m] or [rad].
 constexpr double least_miss = 1e-9;
@@ -164,7 +164,7 @@ void StepEquations::add_loop_rows(const LoopConstraint& loop, const LoopGap& gap
   for (int i = 0; i < 3; ++i) {
     const double moves = axes.eigenvalues()[i];
     const double share = std::max(moves / most, moves / alone);
-    if (!(moves > rounding * alone && share > least_mobility)) continue;
+    if (!(moves > still_share * alone && share > least_mobility)) continue;
     const btVector3 axis = to_bullet(Vector3(axes.eigenvectors().col(i)));
     add(axis);
     LimitedRow& row = solver_.limited().back();
