@@ -15,6 +15,8 @@ using namespace scenes;
 
 constexpr double micrometre = 1e-6;
 
+Vector3 down() { return {0.0, 0.0, -g}; }
+
 // How far the points of a loop are apart.
 double gap(const Scene& scene, const State& state) {
   const Loop& loop = scene.loops().front();
@@ -145,6 +147,52 @@ TEST(Loop, ItsWorkIsInTheAudit) {
   State start = after(scene, pack(scene), 1);
   const Audit audit = *World(scene).rollout(start, {Wrench{}}, 1.0, true).audit;
   EXPECT_NEAR(audit.leftover(), 0.0, 1e-9 * World(scene).energy(start));
+}
+
+// The box overlaps its post, and is moved out of it beside its velocities.
+TEST(Loop, RecoveryFromAnOverlapGivesNoEnergy) {
+  Scene scene = hanging_box();
+  scene.add_body(fixed("wall", Box{{0.1, 0.1, 0.1}}, {0.1, 0.06, 0.8}));
+  World world(scene);
+  const State start = pack(scene);
+  for (const State& state : trajectory(scene, start, 240)) EXPECT_LT(world.energy(state), world.energy(start) + 0.01);
+}
+
+// A small cube far from its pivot, which moves along its arm by far less than across it.
+TEST(Loop, LongArmStaysClosedAtSpeed) {
+  Scene scene(Vector3::Zero());
+  scene.add_body(fixed("post", Box{{0.02, 0.02, 0.02}}));
+  Body cube = body("object", Box{{0.1, 0.1, 0.1}}, 1.0, {0.5, 0.0, 0.0}, Role::object);
+  cube.state.angular_velocity = {0.0, 0.0, 10.0};
+  cube.state.velocity = {0.0, 5.0, 0.0};
+  scene.add_body(cube);
+  scene.add_loop({"post", "object", LoopType::point, Vector3::Zero(), {-0.5, 0.0, 0.0}});
+  EXPECT_LT(most_gap(scene, trajectory(scene, pack(scene), 480)), 0.1 * micrometre);
+}
+
+// A loop at the anchor of a joint says nothing that the joint does not.
+TEST(Loop, ThatAJointClosesAlreadyChangesNothing) {
+  const auto swung = [](bool tied) {
+    Scene scene = rod_on_post(Vector3::UnitY(), down());
+    if (tied) scene.add_loop({"post", "rod", LoopType::point, Vector3::Zero(), {-0.25, 0.0, 0.0}});
+    return joint_in(scene, after(scene, pack(scene), 240), "hinge").position;
+  };
+  EXPECT_NEAR(swung(true), swung(false), 0.03);  // trees with loops do not coast
+}
+
+TEST(Loop, WorkOfAKinematicEndIsThatOfThePlan) {
+  Scene scene(down());
+  Body hand = body("hand", Box{{0.1, 0.1, 0.1}}, 1.0, {0.0, 0.0, 1.0}, Role::effector);
+  hand.kinematic = true;
+  hand.state.velocity = {0.0, 0.0, 0.5};
+  scene.add_body(hand);
+  Body bag = body("object", Box{{0.05, 0.05, 0.05}}, 0.2, {0.0, 0.2, 1.0}, Role::object);
+  bag.state.velocity = hand.state.velocity;
+  scene.add_body(bag);
+  scene.add_loop({"hand", "object", LoopType::weld, {0.0, 0.1, 0.0}, {0.0, -0.1, 0.0}});
+  const Audit audit = *World(scene).rollout(pack(scene), {Wrench{}}, 1.0, true).audit;
+  EXPECT_NEAR(audit.plan, 0.2 * g * 0.5, 0.01);
+  EXPECT_NEAR(audit.joints, 0.0, 1e-6);
 }
 
 TEST(Loop, RefusesWhatItCannotTie) {

@@ -173,12 +173,31 @@ def test_problem_file_keeps_them(model, data, tmp_path):
     assert np.array_equal(ours, theirs)
 
 
+def test_plan_of_a_tendon_is_read_back(model, data):
+    scene = scene_of(model, data)
+    plan = em.Plan(step=1 / 240, targets={"sum": np.full(24, 0.3)})
+    ball = em.regions.Ball("rocker", center=(0.3, 0, 0), radius=1.0)
+    wrench = {"force": (1, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+    problem = em.Problem(scene, scene.pack(), captured=ball, plan=plan, horizon=0.1, **wrench)
+    assert em.Problem.from_json(problem.to_json()).to_json() == problem.to_json()
+
+
+def test_tied_object_has_no_escape_energy(model):
+    scene = em.scenes.from_mjcf(model, object="carried")
+    ball = em.regions.Ball("carried", center=(0, 1.1, 0), radius=0.1)
+    wrench = {"force": (1, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+    problem = em.Problem(scene, scene.pack(), captured=ball, **wrench)
+    with pytest.raises(ValueError, match="'carried' in a loop"):
+        em.escape_energy(problem)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"joints": ["a"]}, "joints is .* expected a dict"),
         ({"joints": {"a": "x"}}, r"joints\['a'\] is 'x'"),
         ({"joints": {"b": 1.0}}, "joint is 'b', expected one of 'a'"),
+        ({"joints": {"a": np.nan}}, r"joints\['a'\] is nan"),
         ({"joints": {}}, "joints is none"),
         ({"joints": {"a": 1.0}, "limits": (1, 0)}, "lower limit"),
         ({"joints": {"a": 1.0}, "stiffness": -1.0}, "stiffness is -1"),

@@ -836,9 +836,9 @@ class Scene:
         """
         Dict of dicts by body, links included: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw; and, if there are joints, under 'joints' a dict of dicts by joint: position, velocity.
         """
-    def with_body(self, name: str, *, friction: float | None = None, mass: float | None = None) -> Scene:
+    def with_body(self, name: str, *, friction: float | None = None, mass: float | None = None, torsional_friction: float | None = None, rolling_friction: float | None = None) -> Scene:
         """
-        A copy with another friction coefficient or mass [kg] of one body.
+        A copy with other coefficients of friction (torsional and rolling [m]) or another mass [kg] of one body.
         
         Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a
         fixed body, and a spring that is too stiff for a lighter one.

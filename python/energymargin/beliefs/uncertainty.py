@@ -64,7 +64,7 @@ class Uncertainty:
     - `friction`, `mass`: a standard deviation, of a normal distribution about the problem's own
       coefficient or mass [kg]; or the distribution of the coefficient or mass itself. A pair that
       has a coefficient of its own is a dict in it: friction={"finger": {"object": 0.05}}.
-    - `torsional_friction`, `rolling_friction`: the same of a body's surface [m], as of `em.Surface`.
+    - `torsional_friction`, `rolling_friction`: the same of a body's `em.Surface` [m].
     - `pose`, `velocity`: of the error, which is added: six numbers, each a standard deviation or a
       distribution, or a covariance (6, 6). Position [m] and rotation vector [rad] of the body's
       frame, along and about the world's axes; its velocity [m/s] and angular velocity [rad/s].
