@@ -71,16 +71,10 @@ void StepEquations::set_all(double duration) {
 // What is put right beside the velocities changes the ways alone, and no velocity may pay for how they bend by it.
 void StepEquations::add_recovery() {
   for (FreeBody& body : bodies_.free()) {
-    Velocity recovery;
-    for (std::size_t row = 0; row < body.axes.size(); ++row) {
-      recovery[body.axes[row]] = solver_.recovery(body.mover)[row];
-    }
-    body.way.linear += recovery.linear;
-    body.way.angular += recovery.angular;
+    for (std::size_t k = 0; k < body.axes.size(); ++k) body.way[body.axes[k]] += solver_.recovery(body.mover)[k];
   }
   for (std::size_t i = 0; i < trees_.size(); ++i) {
-    const std::size_t skipped = tree(i).prescribed();
-    if (trees_[i].mover < 0) continue;
+    const std::size_t skipped = trees_[i].mover < 0 ? tree(i).count() : tree(i).prescribed();
     for (std::size_t k = skipped; k < tree(i).count(); ++k) {
       tree(i).ways()[k] += solver_.recovery(trees_[i].mover)[k - skipped];
     }

@@ -33,10 +33,8 @@ constexpr double least_miss = 1e-9;
 btVector3 turn_between(const btMatrix3x3& a, const btMatrix3x3& b) {
   btQuaternion turn;
   a.timesTranspose(b).getRotation(turn);
-  if (turn.w() < 0.0) turn = -turn;
-  const btVector3 sine(turn.x(), turn.y(), turn.z());
-  const double length = sine.length();
-  return length > 0.0 ? sine * (2.0 * std::atan2(length, turn.w()) / length) : sine;
+  const Eigen::AngleAxisd of(from_bullet(turn));
+  return to_bullet(Vector3(of.angle() * of.axis()));
 }
 
 }  // namespace

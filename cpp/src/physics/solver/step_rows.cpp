@@ -271,22 +271,19 @@ void StepEquations::add_limited_work() {
 }
 
 void StepEquations::add_damping_work(double duration) {
-  const auto add = [&](std::size_t body, const auto& before, const auto& after) {
+  const auto add = [&](std::size_t body, const Velocity& before, const Velocity& after) {
     for (int axis = 0; axis < velocities_of_free_body; ++axis) {
       const double resistance = duration * scene_.bodies()[body].damping(axis);
-      audit.work.damping -= resistance * after(axis) * 0.5 * (before(axis) + after(axis));
+      audit.work.damping -= resistance * after[axis] * 0.5 * (before[axis] + after[axis]);
     }
   };
   for (const FreeBody& body : bodies_.free()) {
-    const Velocity& before = audit.before->bodies[body.body].velocity;
-    if (!body.kinematic) add(body.body, [&](int i) { return before[i]; }, [&](int i) { return body.velocity[i]; });
+    if (!body.kinematic) add(body.body, audit.before->bodies[body.body].velocity, body.velocity);
   }
+  const auto of_base = [](const std::vector<double>& of) { return Velocity{vector(of.data()), vector(of.data() + 3)}; };
   for (std::size_t k = 0; k < trees_.size(); ++k) {
     if (!tree(k).free() || tree(k).kinematic()) continue;
-    const auto at = [](const std::vector<double>& of) {
-      return [&of](int i) { return of[static_cast<std::size_t>(i)]; };
-    };
-    add(tree(k).link(0).body, at(audit.before->trees[k]), at(tree(k).velocities()));
+    add(tree(k).link(0).body, of_base(audit.before->trees[k]), of_base(tree(k).velocities()));
   }
 }
 
