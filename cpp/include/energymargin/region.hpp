@@ -27,8 +27,7 @@ using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 namespace regions {
 
-// The position of `point` of `body` counts. `frame` names the body in whose frame centre, axes and velocities are;
-// empty: the world.
+// The position of `point` of `body` counts. Centre, axes and velocities are in the body `frame`; empty: the world.
 
 //! The point of a body whose position counts.
 enum class Point {

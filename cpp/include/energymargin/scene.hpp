@@ -241,8 +241,7 @@ class Scene {
   //! The same scene in other steps.
   Scene with_stepping(const Stepping& stepping) const;
 
-  //! The same scene with other coefficients or another mass, and inertia with it, of one body; coefficients of pairs
-  //! stay.
+  //! The same scene with other coefficients or another mass and inertia of one body; those of pairs stay.
   Scene with_body(const std::string& name, const BodyChange& change) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }

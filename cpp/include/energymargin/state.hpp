@@ -1,9 +1,6 @@
 #pragma once
-// The layout of a state vector: which numbers belong to which body or joint. pack / unpack.
-//
-// First come the bodies that are neither fixed nor links, in the scene's order, with 13 numbers each: position 3,
-// quaternion 4 (x, y, z, w), velocity 3, angular velocity 3. Then come the joints, in the scene's order, with their
-// position and velocity; a fixed joint, or one that follows another, has no numbers.
+// The layout of a state vector, in the scene's order. First come the bodies that are neither fixed nor links: position,
+// quaternion x, y, z, w, velocity, angular velocity; then the joints that move and follow no other: position, velocity.
 
 #include <map>
 #include <string>

@@ -121,10 +121,9 @@ class Obstacles {
     double chord;
   };
 
-  // `pose` places `piece` in the frame of `other`. The search for better bounds ends when the certain one is above
-  // `enough`. A ball of radius piece.depth(p) + other.depth(p) tells why, for any point p: p is so deep in the two
-  // together that no shorter way parts them. When the piece turns, its part of the ball moves with p. Both depths are
-  // concave, and so is their sum; a bound is its highest value found.
+  // `pose` places `piece` in the frame of `other`. The search for better bounds ends once the certain one is above
+  // `enough`. A bound is the radius piece.depth(p) + other.depth(p) of a ball about any point p, the highest found: no
+  // shorter way parts the two. As the piece turns, its part of the ball moves with p. Both depths are concave.
   static Penetration find_penetration(const ConvexPiece& piece, const Pose& pose, const ConvexPiece& other,
                                       const Turns& turns, double enough) {
     const Quaternion inverse = pose.orientation.conjugate();

@@ -27,9 +27,8 @@ struct Generation {
 };
 
 //! A Replica has `highest()`, the highest level of its path. `draw(number)` is a path from the start. `branch(parent,
-//! level, number)` is one that has the parent's past up to the time at which its level first is above `level`, and goes
-//! on from there with the law of the path. A level may depend on the past, not on what is to come. All replicas of the
-//! lowest level are killed, however many they are, and branch from others drawn evenly.
+//! level, number)` has the parent's past up to where its level, which may depend on the past, first is above `level`,
+//! and goes on by the path's law. All replicas of the lowest level are killed, and branch from others drawn evenly.
 template <typename Replica, typename Draw, typename Branch>
 Generation<Replica> split(int count, Random& random, const Draw& draw, const Branch& branch, const Limit& limit = {}) {
   Generation<Replica> generation;

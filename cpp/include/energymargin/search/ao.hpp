@@ -25,10 +25,10 @@ enum class Confirm {
   each_turn,  ///< after each turn of the planner and of shortening, before it bounds the search any longer
 };
 
-//! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between turns,
-//! and prunes it if it is Prunable. With `shortening`, a part of the library, a wait comes first, and then the two take
-//! turns; the planner keeps a tenth of the nodes, with a clock half, so that AO-x stays asymptotically optimal. A
-//! search under Confirm::best that discarded an escape is to be done again with Confirm::each_turn.
+//! Runs any OMPL control planner until its nodes are spent. It keeps its tree between turns, and prunes it if it is
+//! Prunable. With `shortening` a wait comes first, then both take turns; the planner keeps a tenth of the nodes, with
+//! a clock half: AO-x stays asymptotically optimal. If Confirm::best discards an escape, search with
+//! Confirm::each_turn.
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening = nullptr,
           Confirm confirm = Confirm::each_turn);
 

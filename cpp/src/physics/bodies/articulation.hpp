@@ -38,9 +38,8 @@ struct JointControl : Control {
 //! are those of a free base, then those of the joints that move: inertia * rate of the velocities + bias = forces along
 //! the velocities, by composite bodies for the inertia and by Newton and Euler's recursion for the bias (Featherstone
 //! 2008, tables 6.2 and 5.1). Drives without a torque limit are implicit: what they resist counts as inertia.
-//!
-//! A substep kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then lets it
-//! coast. That is a Runge-Kutta step of the fourth order where energy counts: without drives, or on a free base.
+//! A substep kicks the velocities where the tree stands, by forces and impulses, and lets it coast: by a Runge-Kutta
+//! step of the fourth order where energy counts, which is without drives, or on a free base.
 class Articulation {
  public:
   //! The base or a link; where it is, is its frame at the centre of mass, along its principal axes.

@@ -6,8 +6,7 @@
 
 namespace energymargin {
 
-//! Rows of a contact: two along its plane, its normal, one about the normal and two about the plane's axes. Most have
-//! the first three alone.
+//! Rows of a contact: two along its plane, its normal and, of some, one about that and two about the plane's axes.
 inline constexpr int normal_row = 2;
 inline constexpr int usual_rows = 3;
 inline constexpr int most_rows = 6;

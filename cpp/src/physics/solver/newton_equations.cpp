@@ -72,8 +72,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
   return error(island);
 }
 
-// What slid before a step and would go on the other way after it has stopped on the way: it sticks, before one can
-// tell.
+// What slid before a step and would go on the other way after it has stopped on the way: it sticks.
 double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
   stopped_ = false;
   const auto respond = [this, after_step](ContactRows& rows) {

@@ -7,8 +7,7 @@
 namespace energymargin {
 namespace {
 
-// A body whose spin changes by less than this share of itself coasts as it is; the midpoint rule goes on for as long as
-// it changes by more.
+// A spin that changes by less than this share of itself is steady; the midpoint rule goes on until it is.
 constexpr double steady_spin = 1e-9;
 constexpr int midpoint_iterations = 8;
 

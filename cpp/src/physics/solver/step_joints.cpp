@@ -1,5 +1,4 @@
-// Stops, drives and dry friction of joints and tendons, joints that follow others, and loops, as rows over the
-// velocities.
+// Stops, drives and dry friction of joints and tendons, mimics and loops, as rows over the velocities.
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -7,8 +7,7 @@
 namespace energymargin {
 namespace {
 
-// What sticks uses less than this share of its friction. Bends that change by less than this are not worth a solution
-// of their own [m/s].
+// What sticks uses less than this share of its friction. Bends that change by less are no solution worth [m/s].
 constexpr double sticking_share = 0.999;
 constexpr double least_bend = 1e-6;
 
@@ -39,8 +38,7 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   }
   rows.law.tangential_softness =
       0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
-  // What cannot move along the plane of contact has no friction. What hardly resists a twist would creep before it
-  // slips.
+  // What cannot move along the contact's plane has no friction; what hardly resists a twist would creep first.
   if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
   const double twisting = rows.law.rows > usual_rows ? solver_.inverse_mass(rows, usual_rows) : 0.0;
   if (twisting > 0.0 && rows.law.tangential_softness > 0.0) {

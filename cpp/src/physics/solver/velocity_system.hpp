@@ -1,6 +1,5 @@
 #pragma once
-// Bodies and trees as velocities with an inertia, the rows of contacts and limits over them, and the islands of movers
-// that rows connect.
+// Velocities with an inertia, the rows of contacts and limits over them, and the islands of movers that rows connect.
 
 #include <algorithm>
 #include <array>
@@ -60,8 +59,7 @@ struct LimitedRow : RowSides {
   double impulse_of_miss() const { return std::min(std::max(miss / softness, low), high); }
 };
 
-//! Velocities v, their inertia A, and the rows that act on them. Movers are groups of velocities with an inertia of
-//! their own.
+//! Velocities v, their inertia A, and the rows that act on them. Movers are groups with an inertia of their own.
 class VelocitySystem {
  public:
   //! Some velocities in a row, with their inertia.
@@ -86,12 +84,10 @@ class VelocitySystem {
     return velocities_.data() + movers_[static_cast<std::size_t>(mover)].begin;
   }
 
-  //! Velocities that move bodies apart beside the velocities, and are gone after the step; zero where nothing is in
-  //! another.
+  //! Velocities that move bodies apart beside the velocities, for a step; zero where nothing is in another.
   const double* recovery(int mover) const { return recovery_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
 
-  //! Rows between two movers, with Jacobians of zero. These movers have their inertias by then. References hold until
-  //! the next one.
+  //! Rows between two movers that have their inertias, with Jacobians of zero. References hold until the next one.
   ContactRows& add_contact(int a, int b, int rows = usual_rows);
   void drop_contact() { contacts_.pop_back(); }
   LimitedRow& add_limited(int a, int b);
