@@ -14,9 +14,9 @@ constexpr int corners_of_a_rim = 8;
 constexpr double parallel = 0.02;  // sine of the angle between two lines that lie on one another
 
 // Shares of the depth.
-constexpr double same_point = 1e-3;   // points so near are one
-constexpr double same_corner = 1e-2;  // corners of a face so near are the ends of an edge along the normal
-constexpr double straight = 1e-6;     // a corner so near the line between its neighbours is none
+constexpr double same_point = 1e-3;       // points so near are one
+constexpr double same_corner = 1e-2;      // corners of a face so near are the ends of an edge along the normal
+constexpr double straight_corner = 1e-6;  // a corner so near the line between its neighbours is none
 
 // Faces that are not flat may miss the deepest point, by more than this share of the margins.
 constexpr double same_depth = 0.1;
@@ -104,7 +104,7 @@ void order(Face& face, Face& scratch, double outward, double depth) {
   merge(face, scratch, outward, same_corner * depth);
   if (face.size() < 3) return;
   scratch.clear();
-  const double offset = straight * depth;
+  const double offset = straight_corner * depth;
   const auto turns_left = [&](const Corner& a, const Corner& b, const Corner& c) {
     const double twice_area = cross(a, b, c);
     return twice_area > 0.0 && twice_area * twice_area > offset * offset * squared_distance(a, c);

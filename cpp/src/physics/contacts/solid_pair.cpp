@@ -11,7 +11,7 @@ namespace energymargin {
 namespace {
 
 // Axes are parallel up to this angle [rad]: a cylinder tilted so is a circle to a ten-thousandth.
-constexpr double tilt = 0.01;
+constexpr double along_tilt = 0.01;
 
 // The points are at an end of the common height where that is so much closer than the other [m], and between them
 // before. Of cylinders that cross, they are at the lowest point of a parabola through both ends and the middle.
@@ -55,7 +55,7 @@ std::optional<ClosestPoints> beside(const InnerShape& a, const btTransform& pose
                                     const btTransform& pose_b) {
   const btVector3 along = pose_a.getBasis().getColumn(2) * pose_b.getBasis();
   const int axis = b.is_cylinder() ? 2 : along.absolute().maxAxis();
-  if (1.0 - std::abs(along[axis]) > 0.5 * tilt * tilt) return std::nullopt;
+  if (1.0 - std::abs(along[axis]) > 0.5 * along_tilt * along_tilt) return std::nullopt;
   const Beside pair{a, b, (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis(), along, axis};
   const double low = std::max(pair.center[axis] - a.half().z(), -b.half()[axis]);
   const double high = std::min(pair.center[axis] + a.half().z(), b.half()[axis]);
