@@ -14,7 +14,7 @@ namespace {
 
 constexpr double margin = 0.001;
 constexpr double depth = 0.002;  // of corners that count
-const btQuaternion none = btQuaternion::getIdentity();
+const btQuaternion unturned = btQuaternion::getIdentity();
 
 btQuaternion about(const btVector3& axis, double angle) { return btQuaternion(axis.normalized(), angle); }
 
@@ -68,7 +68,7 @@ double gap(const btConvexShape& a, const btTransform& pose_a, const btConvexShap
   return normal.dot(on_a - on_b);
 }
 
-btTransform at(const btVector3& position, const btQuaternion& turn = none) { return btTransform(turn, position); }
+btTransform at(const btVector3& position, const btQuaternion& turn = unturned) { return btTransform(turn, position); }
 
 TEST(FaceContact, CubeOnACubeTouchesAtTheFourCornersThatTheyShareAtTheirDepth) {
   const HullShape cube = brick_of({0.05, 0.05, 0.05});
@@ -196,7 +196,7 @@ TEST(FaceContact, NoPointIsDeeperThanTheSolidsOverlap) {
     const std::vector<const btConvexShape*> shapes{&first, &cylinder, &capsule, &box};
     const btConvexShape& upper = *shapes[std::size_t(i) % 4];
     const btQuaternion turned = about({even(random), even(random), even(random)}, 0.05 * even(random));
-    const btQuaternion side = i % 3 == 0 ? about({0.0, 1.0, 0.0}, 0.5 * SIMD_PI) : none;
+    const btQuaternion side = i % 3 == 0 ? about({0.0, 1.0, 0.0}, 0.5 * SIMD_PI) : unturned;
     btTransform pose = at({0.03 * even(random), 0.03 * even(random), 0.0}, turned * side);
     const btTransform below = at({0.0, 0.0, 0.0});
     const btVector3 normal = btVector3(0.01 * even(random), 0.01 * even(random), 1.0).normalized();

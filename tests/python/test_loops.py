@@ -5,6 +5,9 @@ import numpy as np
 import pytest
 
 import energymargin as em
+from energymargin.searches import SearchSettings
+from energymargin.viewer import guard, view
+from energymargin.viewer.search import score_state
 
 # Shapes that collide with nothing have no extent.
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
@@ -180,6 +183,74 @@ def test_plan_of_a_tendon_is_read_back(model, data):
     wrench = {"force": (1, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
     problem = em.Problem(scene, scene.pack(), captured=ball, plan=plan, horizon=0.1, **wrench)
     assert em.Problem.from_json(problem.to_json()).to_json() == problem.to_json()
+
+
+def linkage():
+    """A bag on a ball joint; a tendon swings a rod in a parallelogram that a loop closes."""
+    scene = em.Scene()
+    scene.add_body("frame", em.Box((0.02, 0.02, 0.02)), mass=0)
+    for name, size, role in (
+        ("crank", (0.01, 0.01, 0.05), "effector"),
+        ("rocker", (0.01, 0.01, 0.05), "none"),
+        ("rod", (0.1, 0.01, 0.01), "object"),
+    ):
+        scene.add_body(name, em.Box(size), mass=0.05, role=role)
+    low = {"axis": (0, 1, 0), "child_origin": (0, 0, -0.025)}
+    scene.add_joint("crank", parent="frame", child="crank", **low)
+    scene.add_joint("rocker", parent="frame", child="rocker", origin=(0.1, 0, 0), **low)
+    ends = {"origin": (0, 0, 0.025), "child_origin": (-0.05, 0, 0)}
+    scene.add_joint("rod", parent="crank", child="rod", axis=(0, 1, 0), **ends)
+    scene.add_loop("rod", "rocker", point_a=(0.05, 0, 0), point_b=(0, 0, 0.025))
+    scene.add_tendon("both", {"crank": 0.5, "rocker": 0.5}, stiffness=0.5, damping=0.01)
+    for other in ("rocker", "frame"):
+        scene.disable_collisions("rod", other)
+    scene.add_body("hook", em.Box((0.02, 0.02, 0.02)), mass=0, position=(0, 0.5, 0.15))
+    scene.add_body("bag", em.Box((0.1, 0.1, 0.2)), mass=0.5, position=(0, 0.5, 0), role="object")
+    scene.add_loop("hook", "bag", point_b=(0, 0, 0.15))
+    stays = em.regions.Ball("bag", center=(0, 0.5, 0), radius=0.03)
+    return em.Problem(
+        scene,
+        scene.pack(),
+        captured={"rod": em.regions.Joint("crank", lower=-0.2, upper=0.2), "bag": stays},
+        force=(1, 1, 0),
+        torque=(0, 0, 0),
+        duration=0.2,
+    )
+
+
+def test_objects_in_loops_have_the_same_bits_on_any_thread_and_with_a_plan():
+    problem = linkage()
+    plan = em.Plan(step=1 / 50, targets={"both": np.linspace(0, 0.1, 15)})
+    ahead = problem.replace(horizon=0.3, plan=plan)
+    one, two = (
+        em.capture_probability(ahead, rollouts=40, seed=1, threads=threads, by_object=True)
+        for threads in (1, 2)
+    )
+    assert [each.captured for each in one.by_object] == [each.captured for each in two.by_object]
+    assert 0 < one.captured < 1
+    assert one.unconverged == 0
+    efforts = [em.escape_effort(problem, nodes=150, seed=2).effort for _ in range(2)]
+    assert efforts[0] == efforts[1] > 0
+
+
+def test_the_viewer_draws_objects_in_loops(monkeypatch):
+    monkeypatch.setattr(guard, "PORT", 9340)  # other tests look for ports at the same time
+    problem = linkage()
+    with view(problem, nodes=60) as viewer:
+        viewer.page.wait()
+        dots, lines = viewer.page._stage.draw_tree(
+            score_state(problem, SearchSettings(nodes=60)), 60
+        )
+        drawn = set(viewer._server.scene._handle_from_node_name)
+    assert dots > 60
+    assert lines > 60
+    assert {"/objects/3", "/objects/5"} <= drawn  # the rod and the bag
+
+
+def test_a_tied_body_is_not_moved_apart():
+    problem = linkage()
+    with pytest.raises(ValueError, match="'bag', which a loop ties"):
+        em.scenes.moved_apart(em.World(problem.scene), problem.state, ["bag"])
 
 
 def test_tied_object_has_no_escape_energy(model):

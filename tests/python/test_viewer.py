@@ -552,7 +552,10 @@ def test_a_replay_is_stopped_by_its_button_by_a_hand_and_by_other_moments(proble
         hand = SimpleNamespace(client_id=0)
         for stop, at in (
             (player.press, 0),
-            (lambda: asyncio.run_coroutine_threadsafe(player._take(hand), player._loop), 0),
+            (
+                lambda: asyncio.run_coroutine_threadsafe(player._take(hand), player._loop).result(),
+                0,
+            ),
             (lambda: player.set_up(long), 0),
         ):
             player.set_up(long)

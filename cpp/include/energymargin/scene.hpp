@@ -221,7 +221,7 @@ class Scene {
   std::size_t add_joint(Joint joint);
 
   //! Adds a tendon over joints that hang, in the end, on at most two free or fixed bodies' children.
-  std::size_t add_tendon(Tendon tendon);
+  void add_tendon(Tendon tendon);
 
   //! Ties two bodies, of which forces move one at least. They may still collide.
   void add_loop(Loop loop);
@@ -283,6 +283,9 @@ class Scene {
     if (index < joints_.size()) return joints_[index];
     return tendons_[index - joints_.size()];
   }
+
+  //! Index of a tendon by name; none if the scene does not have it.
+  std::optional<std::size_t> find_tendon(const std::string& name) const;
 
   //! Index of a joint or a tendon among them by name; the error lists the names that there are.
   std::size_t control_index(const std::string& name) const;

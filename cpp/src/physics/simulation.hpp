@@ -168,7 +168,7 @@ class Simulation {
 
   //! The target of a joint or, beyond all joints, a tendon, until `restore`.
   void set_target(std::size_t index, double target) { bodies_.set_target(index, target); }
-  double target(std::size_t index) const { return bodies_.target(index); }
+  double target(std::size_t index) { return bodies_.target(index); }
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `substeps` of the step are over;
   //! if they are too many, the rest is lost: velocities change, and nothing moves further than into contact.

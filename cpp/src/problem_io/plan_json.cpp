@@ -92,10 +92,7 @@ Wrenches read_rows(const JsonNode& node, int columns) {
 Plan read_parts(const JsonNode& node, const Scene* scene) {
   const auto body = [scene](const JsonNode& name) { return scene ? read_body_name(name, *scene) : name.text(); };
   const auto joint = [scene](const JsonNode& name) {
-    for (const Tendon& tendon : scene ? scene->tendons() : std::vector<Tendon>{}) {
-      if (tendon.name == name.text()) return tendon.name;
-    }
-    if (!scene) return name.text();
+    if (!scene || scene->find_tendon(name.text())) return name.text();
     const bool none = scene->joints().empty();
     return read_name(name, scene->joints(), none ? "no targets: the scene has no joints" : "one of the joints ");
   };

@@ -120,9 +120,7 @@ std::size_t Scene::add_joint(Joint joint) {
   std::size_t child = 0;
   at_place("joint '" + joint.name + "': ", [&] {
     validate_joint(joint);
-    for (const Tendon& of : tendons_) {
-      if (of.name == joint.name) reject("name", "'" + joint.name + "'", "a name that no tendon has");
-    }
+    if (find_tendon(joint.name)) reject("name", "'" + joint.name + "'", "a name that no tendon has");
     if (joint_indices_.count(joint.name)) reject("name", "'" + joint.name + "'", "a name that no other joint has");
     parent = index(joint.parent);
     child = index(joint.child);
@@ -171,12 +169,10 @@ void Scene::place_links(std::size_t joint) {
   }
 }
 
-std::size_t Scene::add_tendon(Tendon tendon) {
+void Scene::add_tendon(Tendon tendon) {
   at_place("tendon '" + tendon.name + "': ", [&] {
     validate_tendon(tendon);
-    for (const auto& of : tendons_) {
-      if (of.name == tendon.name) reject("name", "'" + tendon.name + "'", "a name that no other tendon has");
-    }
+    if (find_tendon(tendon.name)) reject("name", "'" + tendon.name + "'", "a name that no other tendon has");
     if (joint_indices_.count(tendon.name)) reject("name", "'" + tendon.name + "'", "a name that no joint has");
     std::set<std::size_t> trees;
     for (const TendonJoint& of : tendon.joints) {
@@ -190,7 +186,6 @@ std::size_t Scene::add_tendon(Tendon tendon) {
     }
   });
   tendons_.push_back(std::move(tendon));
-  return tendons_.size() - 1;
 }
 
 void Scene::add_loop(Loop loop) {
@@ -278,11 +273,16 @@ std::size_t Scene::index(const std::string& name) const { return find(body_indic
 
 std::size_t Scene::joint_index(const std::string& name) const { return find(joint_indices_, joints_, name, "joint"); }
 
-std::size_t Scene::control_index(const std::string& name) const {
+std::optional<std::size_t> Scene::find_tendon(const std::string& name) const {
   for (std::size_t i = 0; i < tendons_.size(); ++i) {
-    if (tendons_[i].name == name) return joints_.size() + i;
+    if (tendons_[i].name == name) return i;
   }
-  return joint_index(name);
+  return std::nullopt;
+}
+
+std::size_t Scene::control_index(const std::string& name) const {
+  const auto tendon = find_tendon(name);
+  return tendon ? joints_.size() + *tendon : joint_index(name);
 }
 
 std::size_t Scene::root(std::size_t body) const {

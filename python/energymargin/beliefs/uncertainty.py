@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin._core import Body, Scene
 from energymargin.checks import check_type, not_negative_number, numbers_of, shown, whole_number
 from energymargin.metrics import TIMED
+from energymargin.scenes.overlaps import require_untied
 
 VALUES = ("friction", "mass", "torsional_friction", "rolling_friction")
 ERRORS = ("pose", "velocity")
@@ -229,11 +230,7 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
         )
     if quantity in ERRORS:
         scene.slice(name)  # which a link does not have, and says so
-        if any(name in (loop.body_a, loop.body_b) for loop in scene.loops):
-            raise ValueError(
-                f"{quantity} names the body {name!r}, which a loop ties to another one, expected "
-                "one that can be elsewhere alone"
-            )
+        require_untied(scene, quantity, name)
 
 
 def _source(

@@ -219,7 +219,10 @@ class Names:
             {prefix + name_of(model, kind, number): number for number in range(count)}
             for kind, count in (("body", model.nbody), ("joint", model.njnt))
         )
-        self.prefix, self.tendons = prefix, scene.tendons
+        self.prefix = prefix
+        """Of the scene's names."""
+        self.tendons = scene.tendons
+        """All of the scene, whether the model has them or not."""
         links = {joint.child for joint in scene.joints}
         ends = [body for body in scene.bodies if body.name not in links]
         there = [(body, bodies[body.name]) for body in ends if body.name in bodies]

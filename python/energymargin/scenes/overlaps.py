@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Contact, World
+from energymargin._core import Contact, Scene, World
 
 TOUCHING = 1e-3  # what is left of an overlap, as a share of the deepest one
 ROUNDS = 100
@@ -26,12 +26,14 @@ def moved_apart(
     where two of them overlap, the one that is named last. Velocities and orientations stay.
     `directions`: the axes x, y and z that may change are 1, the others 0. An overlap that no such
     motion ends, as that of a body with the ground, stays. Raises ValueError on a body that is
-    unknown, a link or fixed, and on one that finds no place, as between two others.
+    unknown, a link, fixed or tied by a loop, and on one that finds no place, as between two others.
     """
     free = np.asarray(directions, dtype=float)
     if free.shape != (3,) or not np.isin(free, (0.0, 1.0)).all():
         raise ValueError(f"directions is {list(directions)}, expected three numbers, 0 or 1")
     starts = {body: world.scene.slice(body).start for body in bodies}
+    for body in bodies:
+        require_untied(world.scene, "bodies", body)
     moved = np.array(state, dtype=float)
     deepest = 0.0
     for _ in range(ROUNDS):
@@ -47,6 +49,15 @@ def moved_apart(
     raise ValueError(
         f"state is one in which {body!r} overlaps others by {depth:.3g} m, wherever it is moved to"
     )
+
+
+def require_untied(scene: Scene, name: str, body: str) -> None:
+    """Raises ValueError on a body that a loop ties: elsewhere alone it opens the loop."""
+    if any(body in (loop.body_a, loop.body_b) for loop in scene.loops):
+        raise ValueError(
+            f"{name} names the body {body!r}, which a loop ties to another one, expected one that "
+            "can be elsewhere alone"
+        )
 
 
 def _way_out(

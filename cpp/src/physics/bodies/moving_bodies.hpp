@@ -183,7 +183,7 @@ class MovingBodies {
   void set_target(std::size_t index, double target) {
     if (Control* control = control_of(index)) control->target = target;
   }
-  double target(std::size_t index) const {
+  double target(std::size_t index) {
     const Control* control = control_of(index);
     return control ? control->target : scene_.control(index).target;
   }
@@ -274,7 +274,7 @@ class MovingBodies {
     }
   }
   // Null for a joint without.
-  Control* control_of(std::size_t index) const {
+  Control* control_of(std::size_t index) {
     const std::size_t joints = scene_.joints().size();
     if (index >= joints) return &tendons_[index - joints];
     for (const auto& tree : trees_) {
@@ -293,7 +293,7 @@ class MovingBodies {
   std::vector<std::optional<TreeLink>> links_;  // of all bodies
   std::vector<Load> link_loads_;                // constant forces on bodies of trees
   std::vector<MimicConstraint> mimics_;
-  mutable std::vector<TendonControl> tendons_;
+  std::vector<TendonControl> tendons_;
   std::vector<LoopConstraint> loops_;
 };
 

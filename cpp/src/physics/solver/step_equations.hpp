@@ -28,7 +28,7 @@ class StepEquations {
 
   //! An impulse along a row has to move its bodies by more than this share of what it would do to them alone: two links
   //! of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
-  static constexpr double least_mobility = 1e-6;
+  static constexpr double least_inverse_mass = 1e-6;
 
   //! Both outlive this.
   StepEquations(const Scene& scene, MovingBodies& bodies);
@@ -93,7 +93,7 @@ class StepEquations {
   void add_tendon(const TendonControl& tendon, double duration);
   static LoopGap gap_of(const LoopConstraint& loop, const btTransform& of_a, const btTransform& of_b);
   void add_loop(const LoopConstraint& loop, double duration);
-  double mobility_alone(const LoopConstraint& loop, bool turns) const;
+  double inverse_mass_alone(const LoopConstraint& loop, bool turns) const;
   void add_loop_rows(const LoopConstraint& loop, const LoopGap& gap, bool turns, double duration);
   double add_loop_end(LimitedRow& row, std::size_t body, const btVector3& point, const SpatialVector& along);
   bool close_loops(double duration);

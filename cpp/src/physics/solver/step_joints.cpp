@@ -150,18 +150,18 @@ void StepEquations::add_loop_rows(const LoopConstraint& loop, const LoopGap& gap
     row.target = -add_loop_end(row, loop.a, gap.at_a, along) - add_loop_end(row, loop.b, gap.at_b, along * -1.0);
   };
   for (int axis = 0; axis < 3; ++axis) add(btMatrix3x3::getIdentity()[axis]);
-  Eigen::Matrix3d mobility;
+  Eigen::Matrix3d delassus;
   for (int i = 0; i < 9; ++i) {
     const auto rows = solver_.limited().begin() + static_cast<std::ptrdiff_t>(first);
-    mobility(i) = solver_.mobility(rows[i / 3], rows[i % 3]);
+    delassus(i) = solver_.delassus(rows[i / 3], rows[i % 3]);
   }
   solver_.limited().resize(first);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(mobility);
-  const double most = axes.eigenvalues()[2], alone = mobility_alone(loop, turns);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(delassus);
+  const double most = axes.eigenvalues()[2], alone = inverse_mass_alone(loop, turns);
   for (int i = 0; i < 3; ++i) {
     const double moves = axes.eigenvalues()[i];
     const double share = std::max(moves / most, moves / alone);
-    if (!(moves > still_share * alone && share > least_mobility)) continue;
+    if (!(moves > still_share * alone && share > least_inverse_mass)) continue;
     const btVector3 axis = to_bullet(Vector3(axes.eigenvectors().col(i)));
     add(axis);
     LimitedRow& row = solver_.limited().back();
@@ -178,7 +178,7 @@ void StepEquations::add_loop_rows(const LoopConstraint& loop, const LoopGap& gap
 }
 
 // What a unit impulse does to the heavier one of the bodies that forces move, alone.
-double StepEquations::mobility_alone(const LoopConstraint& loop, bool turns) const {
+double StepEquations::inverse_mass_alone(const LoopConstraint& loop, bool turns) const {
   double most = 0.0;
   for (const std::size_t index : {loop.a, loop.b}) {
     const Body& body = scene_.bodies()[index];

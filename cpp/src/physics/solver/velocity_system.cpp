@@ -90,7 +90,7 @@ double VelocitySystem::inverse_mass(const RowSides& sides, int row) const {
   return sum;
 }
 
-double VelocitySystem::mobility(const LimitedRow& a, const LimitedRow& b) const {
+double VelocitySystem::delassus(const LimitedRow& a, const LimitedRow& b) const {
   double sum = 0.0;
   for (const auto& [mover, of_a, of_b] : {std::tuple{a.a, a.of_a, b.of_a}, {a.b, a.of_b, b.of_b}}) {
     if (mover < 0) continue;

@@ -97,8 +97,8 @@ class VelocitySystem {
   //! 1 / inverse effective mass along a row, but for what the inertia has beside its diagonal.
   double inverse_mass(const RowSides& sides, int row) const;
 
-  //! What a unit impulse along one row changes along another one, as roughly.
-  double mobility(const LimitedRow& a, const LimitedRow& b) const;
+  //! Entry of the Delassus matrix J A^-1 J' for two rows, with the diagonal of A alone.
+  double delassus(const LimitedRow& a, const LimitedRow& b) const;
 
   //! Velocity along a row if these were all velocities, in the movers' order.
   double speed(const RowSides& sides, int row, const std::vector<double>& velocities) const;
