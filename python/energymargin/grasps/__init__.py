@@ -1,0 +1,1 @@
+"""Grasps from files, and how well each of them holds."""

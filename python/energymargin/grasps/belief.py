@@ -1,0 +1,130 @@
+"""What is not known of a grasp, and its draws: the same for all grasps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Box, Scene
+from energymargin.beliefs.uncertainty import Source, Uncertainty
+from energymargin.checks import one_of
+
+OPEN = (2.0**-31, 1 - 2.0**-31)  # ends of the unit interval: no quantile is infinite
+TRIES = 100  # draws of one number that has to be positive
+
+
+class Draw(NamedTuple):
+    """One draw of what is not known, but for the pose."""
+
+    number: int
+    friction: float
+    """Coefficient of the object."""
+    mass: float
+    """Of the object [kg]."""
+    force: float
+    """Of the grip [N]."""
+
+
+@dataclass(frozen=True)
+class GraspBelief:
+    """How well a grasp is known. Everything that is left out is known exactly.
+
+    Args:
+        pose: error of the hand's pose in the object, or of the object's in the hand: six numbers,
+            each a standard deviation or a distribution of scipy.stats, or a covariance (6, 6).
+            Position [m] and rotation vector [rad] along and about the axes of the grasp frame: x is
+            the way the fingers open, z the approach.
+        about: where the rotation turns: about the origin of the "grasp" frame, or the object's
+            "center_of_mass". Never about the origin of a file.
+        friction: of the object's coefficient: a standard deviation, or a distribution.
+        mass: of its mass [kg], likewise.
+        force: of the grip's force [N], likewise.
+
+    Raises ValueError on what cannot be.
+    """
+
+    pose: Any = None
+    friction: Any = None
+    mass: Any = None
+    force: Any = None
+    about: str = "grasp"
+
+    def __post_init__(self) -> None:
+        """Checks all of it."""
+        one_of("about", self.about, ("grasp", "center_of_mass"))
+        self._sources(1.0, 1.0, 1.0)
+
+    def __bool__(self) -> bool:
+        """Whether anything is not known."""
+        return bool(self._given()) or self.force is not None
+
+    @property
+    def text(self) -> dict[str, Any]:
+        """All of it, as JSON. Raises ValueError on a distribution that scipy.stats does not have by
+        name."""
+        given, force = self._given(), self.force
+        return {
+            "about": self.about,
+            "of": Uncertainty(**given).to_json() if given else None,
+            "force": None if force is None else Uncertainty(mass=force).to_json(),
+        }
+
+    def draw(self, number: int, seed: int, *, friction: float, mass: float, force: float) -> Draw:
+        """Draw `number` about the values that are believed most.
+
+        Raises ValueError if hardly any draw can be, as of a mass below 0.
+        """
+        random = np.random.default_rng([seed, number, 0])
+        values = {"friction": friction, "mass": mass, "force": force}
+        for name, known in self._sources(friction, mass, force).items():
+            if name != "pose":
+                values[name] = _positive(name, known, random)
+        return Draw(number, **values)
+
+    def poses(self, number: int, seed: int) -> Iterator[NDArray[np.float64]]:
+        """Errors of the pose, (6,), for draw `number`: the first, and others for where it cannot
+        be."""
+        random = np.random.default_rng([seed, number, 1])
+        known = self._sources(1.0, 1.0, 1.0).get("pose")
+        while True:
+            yield np.zeros(6) if known is None else _value(known, random)
+
+    def _given(self) -> dict[str, Any]:
+        own = {"pose": self.pose, "friction": self.friction, "mass": self.mass}
+        return {name: one for name, one in own.items() if one is not None}
+
+    def _sources(self, friction: float, mass: float, force: float) -> dict[str, Source]:
+        """By name, about the values that are believed most."""
+        found: dict[str, Source] = {}
+        if given := self._given():
+            sources = Uncertainty(**given).sources(_stand_in(friction, mass))
+            found |= {source.quantity: source for source in sources}
+        if self.force is not None:
+            try:
+                (found["force"],) = Uncertainty(mass=self.force).sources(_stand_in(friction, force))
+            except ValueError as error:
+                raise ValueError(str(error).replace("mass", "force")) from None
+        return found
+
+
+def _stand_in(friction: float, mass: float) -> Scene:
+    scene = Scene()
+    scene.add_body("object", Box((1, 1, 1)), mass=mass, friction=friction, role="object")
+    return scene
+
+
+def _value(source: Source, random: np.random.Generator) -> NDArray[np.float64]:
+    point = np.clip(random.random((1, len(source.inputs))), *OPEN)
+    return np.asarray(source.values(point)[0])
+
+
+def _positive(name: str, source: Source, random: np.random.Generator) -> float:
+    for _ in range(TRIES):
+        value = float(_value(source, random)[0])
+        if value > 0 or (name == "friction" and value == 0):
+            return value
+    raise ValueError(f"{TRIES} draws of {name} are not above 0, expected a smaller error")

@@ -1,0 +1,195 @@
+"""Hands that grasp: a parallel gripper by numbers, or any hand of a file.
+
+A hand's **grasp frame** is where a grasp's pose puts it: its origin is midway between the pads, z
+is the approach, and the fingers open along x.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Box, Compound, Mimic, Part, Scene
+from energymargin.checks import not_negative_number, one_of, positive_number
+
+SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force
+
+
+class Fitted(NamedTuple):
+    """A hand in a scene."""
+
+    base: str
+    """Its kinematic body, which moves all others."""
+    frame: NDArray[np.float64]
+    """The grasp frame in the frame of the base, (4, 4)."""
+    fingers: tuple[str, ...]
+    """Bodies that have to touch a gripped object: one at least on each side."""
+    bodies: tuple[str, ...]
+    """All bodies of the hand."""
+    start: dict[str, float]
+    """Positions of the joints while it is open [rad] or [m]."""
+    closed: dict[str, float]
+    """Targets of the driven joints when it is closed."""
+
+
+class Hand:
+    """A hand: what it adds to a scene, and how long it takes to close."""
+
+    closing: float
+    """Time from open to closed, if nothing is between the fingers [s]."""
+
+    @abstractmethod
+    def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
+        """Adds the hand, at the world's origin, to a scene: a grip with a force [N] of each finger,
+        from an opening [m], NaN for the hand's own. Raises ValueError on what it cannot do."""
+
+    @property
+    @abstractmethod
+    def force(self) -> float:
+        """Force of the grip, of each finger [N]; of a file's hand a share of the drives' 1."""
+
+    @property
+    @abstractmethod
+    def text(self) -> dict[str, Any]:
+        """What it is, as JSON: scores of other hands are others."""
+
+
+@dataclass(frozen=True)
+class ParallelGripper(Hand):
+    """A gripper with two flat fingers that slide towards each other.
+
+    Args:
+        opening: the widest, between the pads [m].
+        pad: a finger's width, across opening and approach, and length, along the approach [m].
+        force: of each finger on what is between them [N].
+        friction: coefficient of the fingers; that of a contact is its product with the object's.
+        tip: how far the fingers reach beyond the grasp frame, along the approach [m]; None: half
+            the pad's length, so that the frame is midway between the pads.
+        finger: length of the fingers, from their tips to the palm [m].
+        thickness: of a finger, along the opening [m].
+        mass: of a finger [kg].
+        palm: size of the palm along x, y, z of the grasp frame [m].
+        speed: of each finger as it closes [m/s].
+        coupled: one drive moves both fingers, so that they meet in the middle and push an object
+            that is not there; False: each has its own, and yields.
+
+    Raises ValueError on numbers that cannot be.
+    """
+
+    opening: float
+    pad: tuple[float, float] = (0.02, 0.02)
+    force: float = 20.0
+    friction: float = 1.0
+    tip: float | None = None
+    finger: float = 0.045
+    thickness: float = 0.01
+    mass: float = 0.05
+    palm: tuple[float, float, float] = (0.2, 0.06, 0.06)
+    speed: float = 0.1
+    coupled: bool = True
+
+    def __post_init__(self) -> None:
+        """Checks all of it."""
+        sizes = {"pad": self.pad, "palm": self.palm}
+        for name, size in sizes.items():
+            for axis, number in enumerate(size):
+                positive_number(f"{name}[{axis}]", number)
+        for name in ("opening", "force", "finger", "thickness", "mass", "speed"):
+            positive_number(name, getattr(self, name))
+        not_negative_number("friction", self.friction)
+        if self.opening > 1:
+            raise ValueError(
+                f"opening is {self.opening:g} m, expected at most 1 m: lengths are in metres"
+            )
+
+    @property
+    def closing(self) -> float:  # type: ignore[override]
+        """As Hand.closing."""
+        return self.opening / 2 / self.speed
+
+    @property
+    def reach(self) -> float:
+        """How far the fingers reach beyond the grasp frame [m]."""
+        return self.pad[1] / 2 if self.tip is None else self.tip
+
+    def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
+        """As Hand.add_to. Raises ValueError on an opening that it does not have."""
+        wide = self.opening if np.isnan(opening) else opening
+        if not 0 < wide <= self.opening * 1.001:
+            raise ValueError(
+                f"opening is {wide:g} m, expected above 0 and at most the hand's, {self.opening:g} "
+                "m: a wider hand, or another unit of length?"
+            )
+        depth = self.finger + self.palm[2] / 2 - self.reach
+        palm = Compound([Part(Box(self.palm), position=(0, 0, -depth))])
+        scene.add_body(
+            "hand", palm, mass=1.0, friction=self.friction, role="effector", kinematic=True
+        )
+        start = min(wide, self.opening) / 2
+        for side, sign in (("left", -1), ("right", 1)):
+            place = (sign * self.thickness / 2, 0, self.reach - self.finger / 2)
+            shape = Compound(
+                [Part(Box((self.thickness, self.pad[0], self.finger)), position=place)]
+            )
+            scene.add_body(side, shape, mass=self.mass, friction=self.friction, role="effector")
+            joint: dict[str, Any] = {"mimic": Mimic("left")}
+            if side == "left" or not self.coupled:
+                joint = {"start": start, **self._drive(force)}
+            ends: dict[str, Any] = {"parent": "hand", "child": side, "axis": (sign, 0, 0)}
+            scene.add_joint(side, type="prismatic", **ends, **joint)
+        driven = ("left",) if self.coupled else ("left", "right")
+        scene.disable_collisions("left", "right")
+        return Fitted(
+            base="hand",
+            frame=np.eye(4),
+            fingers=("left", "right"),
+            bodies=("hand", "left", "right"),
+            start=dict.fromkeys(driven, start),
+            closed=dict.fromkeys(driven, 0.0),
+        )
+
+    def _drive(self, force: float) -> dict[str, Any]:
+        """Force of the drive beyond SQUEEZE, damped critically with the fingers' masses."""
+        limit, moved = (2 * force, 2 * self.mass) if self.coupled else (force, self.mass)
+        stiffness = limit / SQUEEZE
+        return {
+            "limits": (0.0, self.opening / 2),
+            "target": 0.0,
+            "stiffness": stiffness,
+            "damping": 2 * np.sqrt(stiffness * moved),
+            "torque_limit": limit,
+        }
+
+    @property
+    def text(self) -> dict[str, Any]:
+        """As Hand.text."""
+        return asdict(self)
+
+
+PANDA = ParallelGripper(
+    opening=0.08,
+    pad=(0.02, 0.02),
+    force=40.0,
+    tip=0.0088,
+    finger=0.0463,
+    palm=(0.204, 0.063, 0.092),
+    thickness=0.012,
+)
+ROBOTIQ_2F85 = ParallelGripper(
+    opening=0.085,
+    pad=(0.022, 0.0375),
+    force=60.0,
+    finger=0.07,
+    palm=(0.15, 0.075, 0.09),
+    thickness=0.014,
+)
+PRESETS = {"panda": PANDA, "robotiq_2f85": ROBOTIQ_2F85}
+
+
+def preset(name: str) -> ParallelGripper:
+    """A gripper of PRESETS. Raises ValueError on another name."""
+    return PRESETS[one_of("hand", name, tuple(PRESETS))]

@@ -1,0 +1,177 @@
+"""Protocols: what happens to a grasp after the hand has closed, and when it counts as lost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import motions
+from energymargin.checks import check_type, not_negative_number, one_of, positive_number
+from energymargin.motions import Rows
+
+GRAVITY = 9.81  # m/s^2
+GRAVITIES = ("always", "closed", "never")
+KINDS = ("hold", "lift", "turn", "shake", "swing")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A part of a protocol: one motion of the hand.
+
+    Args:
+        kind: "hold" stands still, "lift" moves by `amount`, "turn" turns by it, "shake" swings
+            along an axis and "swing" about it with this amplitude; see `em.motions`.
+        duration: [s]
+        amount: [m], or [rad] of "turn" and "swing".
+        axis: along or about which.
+        frame: whose axis it is: that of the "world", or of the "hand", its grasp frame, in which x
+            is the way the fingers open and z the approach. It turns with the hand.
+        frequency: of "shake" and "swing" [Hz].
+
+    Raises ValueError on what cannot be.
+    """
+
+    kind: str
+    duration: float
+    amount: float = 0.0
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    frame: str = "world"
+    frequency: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Checks all of it."""
+        one_of("kind", self.kind, KINDS)
+        one_of("frame", self.frame, ("world", "hand"))
+        self.rows(np.eye(3), motions.STEP)
+
+    def rows(self, hand: NDArray[np.float64], step: float) -> Rows:
+        """Velocities of the hand, (K, 6), from an orientation, (3, 3), on."""
+        axis = hand @ np.array(self.axis) if self.frame == "hand" else np.array(self.axis)
+        if self.kind == "hold":
+            return motions.hold(self.duration, step=step)
+        if self.kind == "lift":
+            return motions.lift(self.amount, self.duration, direction=axis, step=step)
+        if self.kind == "turn":
+            return motions.turn(axis, self.amount, self.duration, step=step)
+        swing = self.kind == "swing"
+        return motions.shake(
+            axis, self.amount, self.frequency, self.duration, about=swing, step=step
+        )
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What is done with a grasp.
+
+    The hand closes while the object is held in its place or stands on a table; then gravity and the
+    disturbance act, and the hand goes through its motions. The grasp holds if the object stays
+    where it was gripped, in the hand's frame.
+
+    Args:
+        motions: one after the other.
+        radius: the object's centre of mass may move so far in the hand [m].
+        angle: the object may turn so far in the hand [rad]; None: as far as it likes.
+        touching: both sides of the hand have to touch it throughout; they may lose it for `dwell`.
+        dwell: how long it has to be out to be lost [s].
+        gravity: acts "always", from when the hand has "closed" on, or "never".
+        table: a table stands under the object, and is in the way of the hand.
+        settle: how long the hand may take to come to rest after it has closed [s].
+        force, torque: the largest disturbance along and about each axis, as multiples of the
+            object's weight, and of its weight times 1 cm; in "never", of the weight it would have.
+        duration: the longest that one draw of the disturbance acts [s].
+
+    Raises ValueError on what cannot be.
+    """
+
+    motions: Sequence[Motion]
+    radius: float = 0.1
+    angle: float | None = None
+    touching: bool = True
+    dwell: float = 0.05
+    gravity: str = "closed"
+    table: bool = False
+    settle: float = 0.15
+    force: float = 0.5
+    torque: float = 0.5
+    duration: float = 0.2
+
+    def __post_init__(self) -> None:
+        """Checks all of it."""
+        if not self.motions:
+            raise ValueError("motions is empty, expected one Motion at least, as Motion('hold', 1)")
+        for motion in self.motions:
+            check_type("motions", motion, Motion, "Motions")
+        object.__setattr__(self, "motions", tuple(self.motions))
+        one_of("gravity", self.gravity, GRAVITIES)
+        for name in ("radius", "duration"):
+            positive_number(name, getattr(self, name))
+        for name in ("dwell", "settle", "force", "torque"):
+            not_negative_number(name, getattr(self, name))
+        if self.angle is not None:
+            positive_number("angle", self.angle)
+        if self.table and self.gravity != "always":
+            object.__setattr__(self, "gravity", "always")
+
+    @property
+    def horizon(self) -> float:
+        """Duration of all motions [s]."""
+        return sum(motion.duration for motion in self.motions)
+
+    def rows(self, hand: NDArray[np.float64], step: float) -> Rows:
+        """Velocities of the hand, (K, 6), that starts with an orientation, (3, 3)."""
+        from scipy.spatial.transform import Rotation
+
+        parts = []
+        for motion in self.motions:
+            rows = motion.rows(hand, step)
+            turned = Rotation.from_rotvec(rows[:, 3:].sum(axis=0) * step)
+            hand = turned.as_matrix() @ hand
+            parts.append(rows)
+        return np.concatenate(parts)
+
+    @property
+    def text(self) -> dict[str, Any]:
+        """All of it, as JSON."""
+        return asdict(self)
+
+
+HOLD = Protocol([Motion("hold", 1.0)])
+LIFT = Protocol([Motion("lift", 1.0, 0.2), Motion("hold", 0.5)], table=True, gravity="always")
+QUARTER = float(np.pi / 4)
+GRASPA = replace(
+    LIFT,
+    motions=(
+        Motion("lift", 1.0, 0.2),
+        Motion("turn", 0.5, QUARTER, (0, 1, 0), "hand"),
+        Motion("turn", 1.0, -2 * QUARTER, (0, 1, 0), "hand"),
+        Motion("turn", 0.5, QUARTER, (0, 1, 0), "hand"),
+    ),
+)
+ACRONYM = Protocol(
+    [
+        Motion("shake", 1.5, 0.05, (0, 0, 1), "hand", 2.0),
+        Motion("swing", 1.5, 0.5, (1, 0, 0), "hand", 2.0),
+    ],
+    gravity="never",
+)
+SHAKE = Protocol(
+    [
+        *(
+            Motion("shake", 1.0, 0.05, axis, "hand", 3.0)
+            for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+        ),
+        *(Motion("swing", 1.0, 0.5, axis, "hand", 2.0) for axis in ((1, 0, 0), (0, 1, 0))),
+    ]
+)
+PRESETS = {"hold": HOLD, "lift": LIFT, "graspa": GRASPA, "acronym": ACRONYM, "shake": SHAKE}
+
+
+def protocol_of(protocol: Protocol | str) -> Protocol:
+    """A protocol, or a preset by its name. Raises ValueError on another name."""
+    if isinstance(protocol, Protocol):
+        return protocol
+    return PRESETS[one_of("protocol", protocol, tuple(PRESETS))]

@@ -1,0 +1,168 @@
+"""Scores of grasps: what became of each trial, and what follows from it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Problem
+from energymargin.checks import share
+from energymargin.grasps.grasp_set import GraspSet
+from energymargin.grasps.trials import ENDINGS, Grasp, Trials
+from energymargin.reprs import Record
+from energymargin.summary import Summarized
+from energymargin.table_text import csv_text
+
+if TYPE_CHECKING:
+    pass
+
+HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
+MISSING = -1  # in place of an ending
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspScores(Record, Summarized):
+    """How n grasps fared in K trials each."""
+
+    grasps: GraspSet
+    trials: Trials
+    """What was asked: hand, object, protocol, belief and disturbance."""
+    endings: NDArray[np.int8]
+    """Number in ENDINGS of how each trial ended, (n, K); -1: it was not made."""
+    times: NDArray[np.float64]
+    """When the object was lost, after the hand had closed [s], (n, K): inf if it was held, NaN if
+    the hand did not grip."""
+    back: NDArray[np.float64]
+    """How far the hand was moved back along its approach, out of what it was in [m], (n, K)."""
+    redrawn: NDArray[np.int64]
+    """Poses that were drawn again, (n, K)."""
+    likely: NDArray[np.int8]
+    """Number in ENDINGS of the trial with nothing unknown and without a disturbance, (n,)."""
+    efforts: NDArray[np.float64]
+    """Least effort of escape found at the weakest moment [J], (n,); NaN: it was not asked for."""
+    seconds: NDArray[np.float64]
+    """Computing time of each grasp [s], (n,)."""
+    steps: NDArray[np.int64]
+    """Simulation steps, (n,)."""
+    unconverged: NDArray[np.int64]
+    """Of these, steps whose contact solver did not converge, (n,)."""
+    errors: dict[int, str]
+    """Why a grasp has no score, by its number."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether every trial was made, or there is an error that says why not."""
+        missing = (self.endings == MISSING).any(axis=1)
+        return not any(missing[k] for k in range(len(missing)) if k not in self.errors)
+
+    @cached_property
+    def counted(self) -> NDArray[np.int64]:
+        """Trials that count, (n,): those that were made and did not diverge."""
+        return np.asarray(((self.endings != MISSING) & (self.endings != DIVERGED)).sum(axis=1))
+
+    @cached_property
+    def probabilities(self) -> NDArray[np.float64]:
+        """Share of the trials in which the object was held, (n,); NaN without trials."""
+        held = (self.endings == HELD).sum(axis=1)
+        return np.where(self.counted > 0, held / np.maximum(self.counted, 1), np.nan)
+
+    def held_until(self, time: float) -> NDArray[np.float64]:
+        """Share of the trials in which it was held until a time [s] after closing, (n,)."""
+        held = ((self.endings == HELD) | (self.times > time)).sum(axis=1)
+        return np.where(self.counted > 0, held / np.maximum(self.counted, 1), np.nan)
+
+    def interval(self, confidence: float = 0.95) -> NDArray[np.float64]:
+        """Ends of each probability's interval, (n, 2), by Clopper and Pearson; NaN without
+        trials."""
+        from scipy.stats import beta
+
+        tail, trials = (1 - share("confidence", confidence)) / 2, self.counted
+        held = np.rint(np.nan_to_num(self.probabilities) * trials)
+        low = np.where(held > 0, beta.ppf(tail, held, trials - held + 1), 0.0)
+        high = np.where(held < trials, beta.ppf(1 - tail, held + 1, trials - held), 1.0)
+        ends = np.stack([low, high], axis=1)
+        ends[trials == 0] = np.nan
+        return ends
+
+    @cached_property
+    def order(self) -> NDArray[np.int64]:
+        """Numbers of the grasps, the best first: by probability, then by how long they hold, then by
+        effort; those without a score last."""
+        finest_last = (self.efforts, self.mean_time, self.probabilities)
+        return np.lexsort([-np.nan_to_num(key, nan=-1.0) for key in finest_last])
+
+    @property
+    def horizon(self) -> float:
+        """Duration of the protocol's motions [s]."""
+        return self.trials.protocol.horizon
+
+    @property
+    def doubtful(self) -> int:
+        """Number of the grasp whose probability is nearest to a half."""
+        return int(np.nanargmin(np.abs(self.probabilities - 0.5)))
+
+    def losses(self, number: int) -> dict[str, int]:
+        """How often a grasp ended in which way, the commonest first."""
+        made = [ENDINGS[code] for code in self.endings[number] if code != MISSING]
+        return dict(Counter(made).most_common())
+
+    def problem(self, number: int) -> Problem:
+        """The problem of a grasp once the hand has closed, as is believed most: for a viewer, an
+        effort or a picture.
+
+        Raises ValueError if the hand does not close on the object.
+        """
+        return self.trials.likely_problem(grasp_of(self.grasps, number))
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Rank, name, probability, interval, how and when it is lost, label; the best first."""
+        ends = self.interval()
+        return [self._row(rank, int(k), ends[k]) for rank, k in enumerate(self.order, 1)]
+
+    def to_csv(self) -> str:
+        """`rows` and all figures, as CSV."""
+        head = ["rank", "name", "probability", "low", "high", "mean_time", "effort", "label"]
+        lines = [[*head, *(name.replace(" ", "_") for name in ENDINGS)]]
+        ends = self.interval()
+        for rank, k in enumerate(self.order, 1):
+            numbers = [self.probabilities[k], *ends[k], self.mean_time[k], self.efforts[k]]
+            texts = ["" if np.isnan(one) else f"{one:.6g}" for one in numbers]
+            label = self.grasps.labels[k]
+            counts = [str(int((self.endings[k] == code).sum())) for code in range(len(ENDINGS))]
+            lines.append(
+                [str(rank), self.grasps.names[k], *texts, "" if np.isnan(label) else f"{label:g}"]
+                + counts
+            )
+        return csv_text(lines[0], lines[1:])
+
+    @cached_property
+    def mean_time(self) -> NDArray[np.float64]:
+        """Mean time held within the protocol [s], (n,); a trial that did not grip counts 0."""
+        capped = np.where(np.isnan(self.times), 0.0, np.minimum(self.times, self.horizon))
+        counts = (self.endings != MISSING) & (self.endings != DIVERGED)
+        total = np.where(counts, capped, 0.0).sum(axis=1)
+        return np.where(self.counted > 0, total / np.maximum(self.counted, 1), np.nan)
+
+    def _row(self, rank: int, k: int, ends: NDArray[np.float64]) -> tuple[str, ...]:
+        name, label = self.grasps.names[k], self.grasps.labels[k]
+        said = "" if np.isnan(label) else f"{label:g}"
+        if not self.counted[k]:
+            return str(rank), name, "-", "-", self.errors.get(k, "not made"), said
+        lost = [f"{n} {how}" for how, n in self.losses(k).items() if how != "held"]
+        within = f"{ends[0]:.2f} to {ends[1]:.2f}"
+        return str(rank), name, f"{self.probabilities[k]:.2f}", within, ", ".join(lost), said
+
+
+def grasp_of(grasps: GraspSet, number: int) -> Grasp:
+    """A grasp of a set, as trials take it."""
+    return Grasp(
+        number,
+        grasps.poses[number],
+        float(grasps.openings[number]),
+        grasps.object_poses[number],
+    )

@@ -1,0 +1,225 @@
+"""Scores of many grasps on any executor. A file of scores resumes where it ended."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from energymargin._core import Cancel, Problem
+from energymargin.actions.profile import margin_profile
+from energymargin.checks import check_type, one_of, whole_number
+from energymargin.disturbances import Disturbance
+from energymargin.executors import Executor
+from energymargin.executors.choice import chosen_executor
+from energymargin.grasps.belief import GraspBelief
+from energymargin.grasps.grasp_set import GraspSet
+from energymargin.grasps.hands import Hand, preset
+from energymargin.grasps.objects import GraspObject
+from energymargin.grasps.protocols import Protocol, protocol_of
+from energymargin.grasps.score_file import ScoreFile
+from energymargin.grasps.scores import MISSING, GraspScores, grasp_of
+from energymargin.grasps.trials import COLLIDING, ENDINGS, Grasp, Outcome, Trials
+from energymargin.limits import Limit
+from energymargin.parallel import run
+from energymargin.plausibility import PlausibilityWarning
+from energymargin.scores import UNIFORM
+
+ROLLOUTS = 30
+EVERY = 0.5  # s between the moments whose efforts are searched
+
+
+@dataclass(frozen=True)
+class GraspRow:
+    """What a worker found out about a grasp."""
+
+    number: int
+    outcomes: tuple[Outcome, ...] = ()
+    likely: Outcome | None = None
+    effort: float = math.nan
+    seconds: float = 0.0
+    error: str | None = None
+
+
+def score(
+    grasps: GraspSet,
+    hand: Hand | str,
+    object: GraspObject,
+    protocol: Protocol | str = "hold",
+    *,
+    belief: GraspBelief | None = None,
+    disturbance: Disturbance = UNIFORM,
+    rollouts: int = ROLLOUTS,
+    colliding: str = "redraw",
+    effort: int | None = None,
+    seed: int = 0,
+    store: str | Path | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> GraspScores:
+    """Which of these grasps hold, and how sure is that?
+
+    Each grasp has `rollouts` trials. In a trial the hand closes where a draw of the belief puts it,
+    and goes through the protocol under a random disturbance. Trial k of every grasp has the same
+    draw and the same disturbance, so that grasps can be compared.
+
+    Args:
+        grasps: of `em.grasps.read`, or made from poses.
+        hand: a gripper by numbers, a hand of a file, or a preset: "panda" or "robotiq_2f85".
+        object: what is gripped.
+        protocol: what is done with it, or a preset: "hold", "lift", "shake", "graspa" or "acronym".
+        belief: what is not known; None: everything is.
+        disturbance: of em.disturbances, within the protocol's bounds.
+        rollouts: trials of each grasp.
+        colliding: what is done with a draw that puts the hand into the object or the table.
+            "redraw" draws another pose, at most 20 times, and then moves the hand back along its
+            approach; "retreat" moves it back at once; "fail" counts it as lost. A hand that is not
+            free 4 cm farther back counts as lost.
+        effort: nodes of a search for the least effort of escape at the weakest moment of the
+            undisturbed motion; None: none.
+        seed: of all draws.
+        store: a file of scores, HDF5. What it has already is not made again.
+        threads: None takes all cores that this process may use. Scores do not depend on them.
+        executor: in place of threads, of `em.executors`.
+        progress: progress(done, total) counts grasps.
+        timeout: after so many seconds the grasps count that are finished.
+        cancel: the same once it is set.
+
+    Raises ValueError on bad arguments, and on a store of another question.
+    """
+    check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
+    check_type("object", object, GraspObject, "an em.grasps.GraspObject")
+    belief = GraspBelief() if belief is None else belief
+    check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief")
+    one_of("colliding", colliding, COLLIDING)
+    count = whole_number("rollouts", rollouts, 1)
+    nodes = None if effort is None else whole_number("effort", effort, 1)
+    trials = Trials(
+        preset(hand) if isinstance(hand, str) else hand,
+        object,
+        protocol_of(protocol),
+        belief,
+        disturbance,
+        colliding,
+        whole_number("seed", seed, 0),
+    )
+    trials.check(grasps)
+    limit, on = Limit(timeout, cancel), chosen_executor(executor, threads)
+    scores = _empty(grasps, trials, count)
+    with nullcontext() if store is None else ScoreFile(store, scores, nodes) as file:
+        left = [grasp_of(grasps, k) for k in range(len(grasps)) if scores.endings[k, 0] == MISSING]
+
+        done = len(grasps) - len(left)
+
+        def deliver(rows: Sequence[GraspRow]) -> None:
+            nonlocal done
+            done += len(rows)
+            for row in rows:
+                _put(scores, row)
+            if file is not None and rows:
+                file.save_now_and_then()
+            if progress is not None and rows:
+                progress(done, len(grasps))
+
+        function = partial(score_grasps, trials, count, nodes)
+        with quiet(), on.workers() as workers:
+            run(workers, function, [left], deliver, limit, give_up=_given_up)
+    if done == 0:
+        limit.require("a grasp has its score")
+    return scores
+
+
+def score_grasps(
+    trials: Trials, rollouts: int, nodes: int | None, grasps: Sequence[Grasp], cancel: Cancel
+) -> list[GraspRow]:
+    """The rows of some grasps; once it is cancelled, those that are finished."""
+    rows: list[GraspRow] = []
+    with quiet() if threading.current_thread() is threading.main_thread() else nullcontext():
+        for grasp in grasps:
+            if cancel.is_set:
+                break
+            start = time.perf_counter()
+            try:
+                row = _row(trials, rollouts, nodes, grasp, cancel)
+            except (ValueError, RuntimeError) as error:
+                if cancel.is_set:
+                    break
+                row = GraspRow(grasp.number, error=str(error))
+            rows.append(replace(row, seconds=time.perf_counter() - start))
+    return rows
+
+
+def _row(
+    trials: Trials, rollouts: int, nodes: int | None, grasp: Grasp, cancel: Cancel
+) -> GraspRow:
+    outcomes = tuple(trials.run(grasp, number, cancel) for number in range(rollouts))
+    likely = trials.run(grasp, -1, cancel)
+    effort = math.nan
+    if nodes is not None and likely.ending not in ("not gripped", "collided", "diverged"):
+        effort = least_effort(trials.likely_problem(grasp), nodes, trials.seed, cancel)
+    return GraspRow(grasp.number, outcomes, likely, effort)
+
+
+def least_effort(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> float:
+    """The least effort of escape found at the weakest moment of a problem's plan [J]; 0 if the
+    object is lost without a disturbance."""
+    profile = margin_profile(
+        problem, every=EVERY, rollouts=1, nodes=nodes, seed=seed, threads=1, cancel=cancel
+    )
+    return float(np.nanmin(profile.efforts))
+
+
+def _empty(grasps: GraspSet, trials: Trials, rollouts: int) -> GraspScores:
+    n, of_trials = len(grasps), (len(grasps), rollouts)
+    return GraspScores(
+        grasps=grasps,
+        trials=trials,
+        endings=np.full(of_trials, MISSING, dtype=np.int8),
+        times=np.full(of_trials, np.nan),
+        back=np.zeros(of_trials),
+        redrawn=np.zeros(of_trials, dtype=np.int64),
+        likely=np.full(n, MISSING, dtype=np.int8),
+        efforts=np.full(n, np.nan),
+        seconds=np.zeros(n),
+        steps=np.zeros(n, dtype=np.int64),
+        unconverged=np.zeros(n, dtype=np.int64),
+        errors={},
+    )
+
+
+def _put(scores: GraspScores, row: GraspRow) -> None:
+    k = row.number
+    scores.seconds[k] = row.seconds
+    if row.error is not None or row.likely is None:
+        scores.errors[k] = row.error or "it was not made"
+        return
+    scores.efforts[k], scores.likely[k] = row.effort, ENDINGS.index(row.likely.ending)
+    for trial, outcome in enumerate(row.outcomes):
+        scores.endings[k, trial] = ENDINGS.index(outcome.ending)
+        scores.times[k, trial] = outcome.time
+        scores.back[k, trial], scores.redrawn[k, trial] = outcome.back, outcome.redrawn
+    scores.steps[k] = sum(outcome.steps for outcome in row.outcomes)
+    scores.unconverged[k] = sum(outcome.unconverged for outcome in row.outcomes)
+
+
+def _given_up(grasp: Grasp, why: str) -> GraspRow:
+    return GraspRow(grasp.number, error=why)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Without the warnings that each of many trials would repeat."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PlausibilityWarning)
+        yield

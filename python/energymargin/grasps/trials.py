@@ -1,0 +1,342 @@
+"""Trials of a grasp: the hand closes, then it goes through the motions of a protocol.
+
+Trial k of each grasp has draw k of what is not known, and disturbance k.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from energymargin import regions
+from energymargin._core import Cancel, CaptureProbability, Plan, Problem, Region, Scene, World
+from energymargin.checks import check_type
+from energymargin.disturbances import Disturbance, Uniform
+from energymargin.grasps.belief import Draw, GraspBelief
+from energymargin.grasps.grasp_set import GraspSet
+from energymargin.grasps.hands import Fitted, Hand
+from energymargin.grasps.objects import GraspObject
+from energymargin.grasps.protocols import GRAVITY, Protocol
+from energymargin.scores import UNIFORM, capture_probability
+
+STEP = 1 / 240  # s
+TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
+DEEP = 1e-3  # m; an overlap that is not one of rounding
+REDRAWS = 20  # poses that are drawn for one trial
+BACK = 2e-3  # m; of each step back along the approach
+FARTHEST_BACK = 0.04  # m
+FAR = 1.5  # sizes of the object
+REACH = 0.1  # m
+LEVER = 0.01  # m; a torque is a force at this distance
+
+ENDINGS = ("held", "slipped", "turned", "not gripped", "collided", "diverged")
+COLLIDING = ("redraw", "retreat", "fail")
+
+Pose = NDArray[np.float64]
+
+
+class Grasp(NamedTuple):
+    """One grasp."""
+
+    number: int
+    pose: Pose
+    """The grasp frame in the object's frame, (4, 4)."""
+    opening: float
+    """Of the hand before it closes [m]; NaN: as wide as it opens."""
+    placed: Pose
+    """The object's frame in the world's, (4, 4)."""
+
+
+class Outcome(NamedTuple):
+    """What became of one trial."""
+
+    ending: str
+    """One of ENDINGS."""
+    time: float = np.nan
+    """When it was lost, after the hand had closed [s]; inf: it was held, NaN: it did not grip."""
+    redrawn: int = 0
+    """Poses that were drawn again, since the hand was inside the object or the table."""
+    back: float = 0.0
+    """How far the hand was moved back along its approach, out of what it was in [m]."""
+    steps: int = 0
+    unconverged: int = 0
+
+
+class Closed(NamedTuple):
+    """A hand that has closed."""
+
+    hand: Fitted
+    state: NDArray[np.float64]
+    gripped: bool
+    """Whether all of its sides touch the object."""
+    base: Pose
+    """The frame of the hand's base, (4, 4)."""
+    thing: Pose
+    """The object's axes about its centre of mass in the frame of the hand's base, (4, 4)."""
+
+
+class Start(NamedTuple):
+    """A hand where it begins to close."""
+
+    state: NDArray[np.float64] | None
+    """None: the hand was inside the object or the table, and found no place."""
+    redrawn: int = 0
+    back: float = 0.0
+
+
+@dataclass(frozen=True)
+class Trials:
+    """What all trials of the grasps of one object have in common."""
+
+    hand: Hand
+    object: GraspObject
+    protocol: Protocol
+    belief: GraspBelief = field(default_factory=GraspBelief)
+    disturbance: Disturbance = UNIFORM
+    colliding: str = "redraw"
+    seed: int = 0
+
+    def draw(self, number: int) -> Draw:
+        """Draw `number` of what is not known, but for the pose; -1: what is believed most."""
+        likely = {"friction": self.object.friction, "mass": self.object.mass}
+        if number < 0:
+            return Draw(number, **likely, force=self.hand.force)
+        return self.belief.draw(number, self.seed, **likely, force=self.hand.force)
+
+    def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
+        """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance."""
+        draw = self.draw(number)
+        start = self.start(grasp, draw)
+        if start.state is None:
+            return Outcome("collided", redrawn=start.redrawn)
+        outcome = Outcome("diverged", np.nan, start.redrawn, start.back)
+        try:
+            closed = self.close(grasp.opening, start.state, draw, cancel)
+            if not closed.gripped:
+                return outcome._replace(ending="not gripped")
+            problem = self.problem(closed, draw)
+            found = self._probability(problem, number, cancel)
+        except RuntimeError as error:
+            if "diverge" not in str(error):
+                raise
+            return outcome
+        time = float(found.exit_times[0])
+        ending = "held" if np.isinf(time) else "diverged" if np.isnan(time) else "slipped"
+        if ending == "slipped" and self.protocol.angle is not None:
+            alone = problem.replace(captured=self._place(closed))
+            later = float(self._probability(alone, number, cancel).exit_times[0])
+            ending = "turned" if later > time else ending
+        return outcome._replace(
+            ending=ending, time=time, steps=found.steps, unconverged=found.unconverged
+        )
+
+    def likely_problem(self, grasp: Grasp) -> Problem:
+        """The problem of a grasp with what is believed most.
+
+        Raises ValueError if the hand does not close on the object.
+        """
+        draw = self.draw(-1)
+        start = self.start(grasp, draw)
+        closed = None if start.state is None else self.close(grasp.opening, start.state, draw)
+        if closed is None or not closed.gripped:
+            ending = "has no place" if closed is None else "does not close on the object"
+            raise ValueError(
+                f"grasp {grasp.number} is one whose hand {ending}, expected one that grips"
+            )
+        return self.problem(closed, draw)
+
+    def check(self, grasps: GraspSet) -> None:
+        """Raises ValueError if the numbers do not go together: units, openings, a frame elsewhere."""
+        check_type("hand", self.hand, Hand, "a hand of em.grasps or the name of a preset")
+        wide = float(np.nanmax(grasps.openings, initial=0.0))
+        self.scene(wide or np.nan, self.draw(-1), gravity=False)
+        size = float(np.ptp(self.object.corners, axis=0).max())
+        center = np.append(self.object.center, 1.0)
+        away = np.linalg.norm((np.linalg.inv(grasps.poses) @ center)[:, :3], axis=1)
+        if float(np.median(away)) > FAR * size + REACH:
+            raise ValueError(
+                f"grasps are {np.median(away):.3g} m from the object's centre of mass in the median, "
+                f"and the object is {size:.3g} m large: poses in another frame or unit? A mesh in mm "
+                "needs scale=0.001; poses in a world's frame need object= of em.grasps.read"
+            )
+
+    def start(self, grasp: Grasp, draw: Draw) -> Start:
+        """Where the hand begins to close, by a draw of its pose."""
+        scene, hand = self.scene(grasp.opening, draw, gravity=False)
+        world = World(scene)
+        placed = np.array(grasp.placed, dtype=float)
+        if self.protocol.table:  # the object stands on it
+            placed[2, 3] = -float((self.object.corners @ placed[2, :3]).min())
+        best, deepest, redrawn = placed, np.inf, -1
+        for error in islice(self._errors(draw), REDRAWS if self.colliding == "redraw" else 1):
+            redrawn += 1
+            pose = placed @ self._with_error(grasp.pose, error)
+            state = _state(scene, hand, pose, placed)
+            depth = _overlap(world, hand, state)
+            if depth <= DEEP:
+                return Start(state, redrawn)
+            if depth < deepest:
+                best, deepest = pose, depth
+        back, away = 0.0, np.eye(4)
+        while self.colliding != "fail" and back < FARTHEST_BACK:
+            back += BACK
+            away[2, 3] = -back
+            state = _state(scene, hand, best @ away, placed)
+            if _overlap(world, hand, state) <= DEEP:
+                return Start(state, redrawn, back)
+        return Start(None, redrawn)
+
+    def close(
+        self,
+        opening: float,
+        start: NDArray[np.float64],
+        draw: Draw,
+        cancel: Cancel | None = None,
+    ) -> Closed:
+        """The hand after it has closed."""
+        scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
+        rows = max(2, round(self.hand.closing / STEP))
+        ways = {j: np.linspace(hand.start[j], end, rows) for j, end in hand.closed.items()}
+        plan = Plan(step=STEP, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
+        world = World(scene, plan)
+        steps = rows + round(self.protocol.settle / STEP)
+        state = world.simulate(start, steps=steps, record=[steps], cancel=cancel).states[-1]
+        gripped = all(world.distance(state, one, "object") <= TOUCHING for one in hand.fingers)
+        bodies = scene.unpack(state)
+        base, thing = _pose_of(bodies[hand.base]), _pose_of(bodies["object"])
+        thing[:3, 3] += thing[:3, :3] @ self.object.center
+        return Closed(hand, state, gripped, base, np.linalg.inv(base) @ thing)
+
+    def problem(self, closed: Closed, draw: Draw) -> Problem:
+        """Whether a closed grasp holds through the protocol."""
+        protocol, hand = self.protocol, closed.hand
+        scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
+        rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], STEP)
+        kept = {joint: np.full(len(rows), end) for joint, end in hand.closed.items()}
+        captured = self._place(closed)
+        if protocol.angle is not None:
+            captured = captured & self._upright(closed, protocol.angle)
+        weight = draw.mass * GRAVITY
+        return Problem(
+            scene,
+            closed.state,
+            captured=captured,
+            force=(protocol.force * weight,) * 3,
+            torque=(protocol.torque * weight * LEVER,) * 3,
+            duration=protocol.duration,
+            dwell=protocol.dwell,
+            plan=Plan(step=STEP, targets=kept, velocities={hand.base: rows}),
+        )
+
+    def scene(self, opening: float, draw: Draw, *, gravity: bool) -> tuple[Scene, Fitted]:
+        """The hand at the world's origin and the object at its own; with a table at height 0."""
+        key = (None if np.isnan(opening) else opening, draw.force, gravity)
+        if key not in self._scenes:
+            self._scenes[key] = self._built(opening, draw.force, gravity)
+        scene, hand = self._scenes[key]
+        likely = (self.object.friction, self.object.mass)
+        if (draw.friction, draw.mass) != likely:
+            scene = scene.with_body("object", friction=draw.friction, mass=draw.mass)
+        return scene, hand
+
+    @cached_property
+    def _scenes(self) -> dict[Any, tuple[Scene, Fitted]]:
+        """Those that were built, by opening, force and gravity."""
+        return {}
+
+    def _built(self, opening: float, force: float, gravity: bool) -> tuple[Scene, Fitted]:
+        scene = Scene(gravity=(0, 0, -GRAVITY if gravity else 0))
+        hand = self.hand.add_to(scene, force=force, opening=opening)
+        thing = self.object
+        scene.add_body(
+            "object", thing.shape, mass=thing.mass, friction=thing.friction, role="object"
+        )
+        if self.protocol.table:
+            scene.add_plane("table", friction=0.5)
+        return scene, hand
+
+    def _errors(self, draw: Draw) -> Iterator[NDArray[np.float64]]:
+        if draw.number < 0 or self.belief.pose is None:
+            return iter([np.zeros(6)])
+        return self.belief.poses(draw.number, self.seed)
+
+    def _with_error(self, pose: Pose, error: NDArray[np.float64]) -> Pose:
+        """A grasp's pose with an error, which turns it about the grasp or the centre of mass."""
+        if self.belief.about == "grasp":
+            return np.asarray(pose @ _pose(error))
+        center = np.linalg.inv(pose) @ [*self.object.center, 1.0]
+        around = np.eye(4)
+        around[:3, 3] = center[:3]
+        return np.asarray(pose @ around @ _pose(error) @ np.linalg.inv(around))
+
+    def _place(self, closed: Closed) -> Region:
+        """The set in which the object is where it was gripped, in the hand's frame."""
+        hand, at = closed.hand, closed.thing
+        ball = regions.Ball(
+            "object", at[:3, 3], self.protocol.radius, hand.base, point="center_of_mass"
+        )
+        touching = [regions.Touching("object", one, gap=TOUCHING) for one in hand.fingers]
+        for one in touching if self.protocol.touching else ():
+            ball = ball & one
+        return ball
+
+    def _upright(self, closed: Closed, angle: float) -> Region:
+        """The set in which it is turned by at most an angle there."""
+        turned, base = closed.thing[:3, :3], closed.hand.base
+        tilts = [regions.Tilt("object", e, turned @ e, angle, base) for e in np.eye(3)[[0, 2]]]
+        return tilts[0] & tilts[1]
+
+    def _probability(
+        self, problem: Problem, number: int, cancel: Cancel | None
+    ) -> CaptureProbability:
+        return capture_probability(
+            problem,
+            disturbance=self.disturbance if number >= 0 else Uniform(0.0),
+            rollouts=1,
+            first=max(number, 0),
+            seed=self.seed,
+            threads=1,
+            undisturbed=False,
+            most_diverged=1.0,
+            warn=False,
+            cancel=cancel,
+        )
+
+
+def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.float64]:
+    base = grasp @ np.linalg.inv(hand.frame)
+    return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
+
+
+def _overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
+    """The deepest of the hand with anything else [m]."""
+    own = set(hand.bodies)
+    contacts = [c for c in world.contacts(state) if len(own & {c.body_a, c.body_b}) == 1]
+    return max([0.0, *(-contact.distance for contact in contacts)])
+
+
+def _pose(error: NDArray[np.float64]) -> Pose:
+    """A position and a rotation vector as a matrix."""
+    pose = np.eye(4)
+    pose[:3, 3] = error[:3]
+    pose[:3, :3] = Rotation.from_rotvec(error[3:]).as_matrix()
+    return pose
+
+
+def _pose_of(body: dict[str, Any]) -> Pose:
+    pose = np.eye(4)
+    pose[:3, 3] = body["position"]
+    pose[:3, :3] = Rotation.from_quat(body["orientation"]).as_matrix()
+    return pose
+
+
+def _body(pose: Pose) -> dict[str, Any]:
+    turned = Rotation.from_matrix(pose[:3, :3]).as_quat()
+    return {"position": pose[:3, 3], "orientation": turned}
