@@ -1,0 +1,166 @@
+"""Grasps of an object: where the hand is, how far it is open, and what became of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.checks import check_shape, shown
+from energymargin.reprs import Record
+
+FARTHEST = 5.0  # m from the object's frame, in the median; a hand is farther in another unit alone
+WIDEST = 0.5  # m; the widest parallel grippers open by 0.3 m
+ROUNDED = 2e-3  # error of a rotation or the norm of a quaternion that rounding to 3 digits makes
+UNKNOWN = np.empty(0)
+LAST_ROW = (0.0, 0.0, 0.0, 1.0)  # of a pose
+
+
+@dataclass(frozen=True)
+class ObjectFacts:
+    """What a file says of its object. None: nothing."""
+
+    mesh: Path | None = None
+    """Its mesh file; as the file has it if there is none beside the file of grasps."""
+    scale: float = 1.0
+    """What makes metres of the mesh's numbers."""
+    mass: float | None = None
+    """[kg]"""
+    com: tuple[float, ...] | None = None
+    """Centre of mass in the object's frame [m], shape (3,)."""
+    inertia: tuple[tuple[float, ...], ...] | None = None
+    """As the file has it, shape (3, 3) [kg m^2]; that of ACRONYM is about the centre of mass."""
+    friction: float | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Source(Record):
+    """The file that grasps are from: what `write` needs to make such a file again."""
+
+    path: Path
+    format: str
+    frame: NDArray[np.float64]
+    """The grasp frame in the file's frame of the hand, shape (4, 4)."""
+    scale: float
+    """What makes metres of the file's lengths."""
+    label: str
+    """The column of the labels; "" if there is none."""
+    opening: str
+    """The column of the openings; "" if there is none."""
+    header: Mapping[str, Any]
+    """What is not of a row."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspSet(Record):
+    """n grasps of a hand with two fingers.
+
+    Its length is n; a number, a mask, numbers or a slice in [] give a GraspSet of those rows.
+    Raises ValueError that names the first row that is no grasp.
+    """
+
+    poses: NDArray[np.float64]
+    """The grasp frame in the object's frame, shape (n, 4, 4) [m]. Its origin is midway between the
+    centres of the fingertips' pads, z is the approach, x the way in which the fingers open."""
+    openings: NDArray[np.float64] = UNKNOWN
+    """Between the pads before the hand closes [m], shape (n,); NaN where it is not known."""
+    labels: NDArray[np.float64] = UNKNOWN
+    """0 (lost) to 1 (held) as recorded, shape (n,); NaN where it is not known."""
+    names: tuple[str, ...] = ()
+    """Of the rows; their numbers in the file if it has no names."""
+    object: ObjectFacts | None = None
+    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """What else a row has, by name, each of shape (n,)."""
+    object_poses: NDArray[np.float64] = UNKNOWN
+    """The object's frame in the world's, as a board's, shape (n, 4, 4); the identity unless
+    `read` was given `object`."""
+    source: Source | None = None
+    """None of grasps that are from no file."""
+
+    def __post_init__(self) -> None:
+        """Fills in what is not known, and checks every row."""
+        n = len(self.poses)
+        if n == 0:
+            raise ValueError("there are no grasps, expected one at least")
+        unknown = {
+            "poses": self.poses,
+            "openings": np.full(n, np.nan),
+            "labels": np.full(n, np.nan),
+            "object_poses": np.broadcast_to(np.eye(4), (n, 4, 4)),
+        }
+        for name, value in unknown.items():
+            given = np.asarray(getattr(self, name), float)
+            object.__setattr__(self, name, given if given.size else value)
+        object.__setattr__(self, "names", self.names or tuple(map(str, range(n))))
+        for name, column in {"openings": self.openings, "labels": self.labels}.items():
+            check_shape(name, column, (n,))
+        for name, column in {"names": self.names, **self.columns}.items():
+            if len(column) != n:
+                raise ValueError(f"{name} has {len(column)} entries, expected one for each of {n}")
+        check_poses("the pose", self.poses, self.names)
+        check_poses("the pose of the object", self.object_poses, self.names)
+        self._check_sizes()
+
+    def __len__(self) -> int:
+        """n."""
+        return len(self.poses)
+
+    def __getitem__(self, rows: Any) -> GraspSet:
+        """The grasps of a number, a mask, numbers or a slice."""
+        chosen = np.atleast_1d(np.arange(len(self))[rows])
+        arrays = ("poses", "openings", "labels", "object_poses")
+        return replace(
+            self,
+            **{name: getattr(self, name)[chosen] for name in arrays},
+            names=tuple(self.names[k] for k in chosen),
+            columns={name: column[chosen] for name, column in self.columns.items()},
+        )
+
+    def _check_sizes(self) -> None:
+        way = "lengths are in m: a file in mm needs scale=0.001"
+        far = float(np.median(np.linalg.norm(self.poses[:, :3, 3], axis=1)))
+        if far > FARTHEST:
+            raise ValueError(
+                f"the hand is {far:.4g} m from the object's frame in the median, expected at most "
+                f"{FARTHEST:g} m; {way}; poses in another frame need object="
+            )
+        wrong = (self.openings < 0) | (self.openings > WIDEST)
+        _require("the opening", ~wrong, self.openings, self.names, f"0 to {WIDEST:g} m; {way}")
+        wrong = (self.labels < 0) | (self.labels > 1)
+        _require("the label", ~wrong, self.labels, self.names, "0 (lost) to 1 (held)")
+
+
+def check_poses(what: str, poses: NDArray[np.float64], names: Sequence[str]) -> None:
+    """Raises ValueError that names the first row whose matrix is no pose."""
+    if poses.ndim != 3 or poses.shape[1:] != (4, 4):
+        raise ValueError(f"{what}s have the shape {poses.shape}, expected (n, 4, 4)")
+    finite = np.isfinite(poses).all((1, 2))
+    _require(what, finite, poses, names, "finite numbers")
+    last = np.abs(poses[:, 3] - LAST_ROW).max(1) <= ROUNDED
+    transposed = np.abs(poses[:, :3, 3]).max() == 0 and bool(last.sum() < len(last))
+    way = "; the matrices are transposed, as row vectors need them" if transposed else ""
+    _require(f"the last row of {what}", last, poses[:, 3], names, f"0, 0, 0, 1{way}")
+    turns = poses[:, :3, :3]
+    determinants = np.linalg.det(turns)
+    way = "a rotation, whose determinant is 1"
+    left = np.abs(determinants + 1) > 0.01
+    _require(
+        *(f"the determinant of {what}", left, determinants, names),
+        f"{way}: its frame is left-handed, turn one axis around",
+    )
+    near = np.abs(turns @ turns.transpose(0, 2, 1) - np.eye(3)).max((1, 2)) <= ROUNDED
+    expected = f"{way}: its axes are no unit vectors at right angles; a scale belongs to scale="
+    _require(f"the determinant of {what}", near, determinants, names, expected)
+
+
+def _require(what: str, right: Any, values: Any, names: Sequence[str], expected: str) -> None:
+    """Raises ValueError with the first row that is not right, and how many are not."""
+    if not right.all():
+        k = int(np.argmin(right))
+        others = f" (as are {(~right).sum() - 1} more)" if (~right).sum() > 1 else ""
+        value = shown(values[k].tolist())
+        raise ValueError(f"{what} of grasp {names[k]!r} is {value}{others}, expected {expected}")
