@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.grasps.content import Column, Content, poses_of, quaternions_of, without_nan
+from energymargin.grasps.content import Content, plain, poses_of, quaternions_of
+from energymargin.grasps.grasp_set import Column
 
 FORMAT, GRASPA = "CSV", "GRASPA"
 LABEL, OPENING, NAME = "label", "opening", "name"
@@ -21,6 +21,7 @@ OF_GRASPA = {"planner", "layout", "object", "grasped", "stability"}
 
 POSITION, QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 MATRIX = tuple(f"m{row}{column}" for row in range(4) for column in range(4))
+MOVED, TURNED = MATRIX[3:12:4], [name for name in MATRIX[:12] if name[2] != "3"]
 SPELLINGS: dict[str, tuple[str, ...]] = {
     **{k: (k, f"p{k}", f"pos{k}", f"position{k}", f"t{k}", f"translation{k}") for k in POSITION},
     **{k: (k, f"quat{k[1]}", f"quaternion{k[1]}", f"orientation{k[1]}") for k in QUATERNION},
@@ -30,13 +31,11 @@ SPELLINGS: dict[str, tuple[str, ...]] = {
     NAME: (NAME, "id", "graspid", "graspname"),
 }
 """By what a column holds: its names in lower case without signs, the one that counts first."""
-
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-UNIT = re.compile(r"^(.+?)(?:[ _]*[\[(](mm|cm|m)[\])]|[ _](mm|cm|m))?$")
 WORDS = {"true": "1", "yes": "1", "false": "0", "no": "0", "": "nan"}
 EXPECTED = (
-    "x, y, z [m] with qx, qy, qz, qw, or m00 to m33 of a matrix, and opening, label, name if there "
-    "are any"
+    "a table whose first line names x, y, z with qx, qy, qz, qw or m00 to m33, and opening, label, "
+    "name if there are any, or else HDF5 of ACRONYM, JSON of GraspGen or a tar file of it, or YAML "
+    "of isaac_grasp; angles such as roll, pitch, yaw are not read"
 )
 
 
@@ -45,164 +44,123 @@ class Layout:
     """Which column of a table is what."""
 
     cells: tuple[str, ...]
-    """The header."""
-    places: dict[str, int]
-    """By a key of SPELLINGS: the number of its column."""
-    units: dict[str, float]
-    """The same, of lengths: the size of its unit [m]."""
+    """The header, or the names of columns that have none."""
+    places: dict[str, str]
+    """By a key of SPELLINGS, the cell of its column."""
     delimiter: str = ","
     header: bool = True
 
 
 def read(path: Path) -> Content:
-    """The rows of a table. Raises ValueError that names the line of a cell that is no number."""
+    """The rows of a table. Raises ValueError that names the row and cell that is no number."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
-        raise ValueError(f"is no text in UTF-8: {error}") from error
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    if not lines:
-        raise ValueError(f"is empty, expected {EXPECTED}")
-    delimiter = next((sign for sign in ",;\t" if sign in lines[0]), " ")
-    text = "\n".join(lines if delimiter != " " else (" ".join(line.split()) for line in lines))
-    rows = [[c.strip() for c in row] for row in csv.reader(io.StringIO(text), delimiter=delimiter)]
-    layout = _layout(rows[0], delimiter)
+        raise ValueError(f"is no text in UTF-8, expected {EXPECTED}") from error
+    lines = [line for line in lines if line.strip() and not line.startswith("#")]
+    delimiter = next((sign for sign in ",;\t" if sign in "".join(lines[:1])), " ")
+    if delimiter == " ":
+        lines = [" ".join(line.split()) for line in lines]
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    layout = _layout(rows[0] if rows else [], delimiter)
     rows = rows[layout.header :]
-    width = len(layout.cells)
     for number, row in enumerate(rows, 1):
-        if len(row) != width:
-            raise ValueError(f"row {number} has {len(row)} cells, expected {width}")
-    table = dict(zip(layout.cells, zip(*rows, strict=True), strict=True)) if rows else {}
-    if not table:
-        raise ValueError("has a header and no rows, expected a grasp at least")
-    return _content(table, layout)
+        if len(row) != len(layout.cells):
+            raise ValueError(f"row {number} has {len(row)} cells, expected {len(layout.cells)}")
+    cells = dict(zip(layout.cells, zip(*rows, strict=True), strict=bool(rows)))
+    return _content(cells, layout)
 
 
 def write(path: Path, content: Content) -> None:
     """A table with the columns that the content was read with, and then all others."""
-    layout = content.header.get("layout") or _layout(
-        [NAME, *POSITION, *QUATERNION, *([content.opening] * bool(content.opening))], ","
-    )
-    cells = [*layout.cells, *(name for name in content.columns if name not in layout.cells)]
+    cells = (NAME, *POSITION, *QUATERNION)
+    layout = content.header.get("layout") or Layout(cells, {cell: cell for cell in cells})
     values = {
-        **{key: content.poses[:, k, 3] for k, key in enumerate(POSITION)},
+        **dict(zip(POSITION, content.poses[:, :3, 3].T, strict=True)),
         **dict(zip(QUATERNION, quaternions_of(content.poses).T, strict=True)),
-        **{key: content.poses[:, int(key[1]), int(key[2])] for key in MATRIX},
+        **dict(zip(MATRIX, content.poses.reshape(-1, 16).T, strict=True)),
         NAME: np.array(content.names),
     }
-    table: dict[str, Column] = dict(content.columns)
-    for key, number in layout.places.items():
-        column = table.get(layout.cells[number], values.get(key))
-        if column is not None:
-            size = layout.units.get(key, 1.0)
-            table[layout.cells[number]] = column if size == 1.0 else column / size
+    table: dict[str, Column] = {
+        **{cell: values[key] for key, cell in layout.places.items() if key in values},
+        **content.columns,
+    }
+    cells = (*layout.cells, *(name for name in table if name not in layout.cells))
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, delimiter=layout.delimiter, lineterminator="\n")
-        if layout.header or len(cells) > len(layout.cells):
+        if layout.header or cells != layout.cells:
             writer.writerow(cells)
-        blank = [_texts(table[cell]) for cell in cells]
-        writer.writerows(zip(*blank, strict=True))
+        writer.writerows(zip(*(plain(table[cell]) for cell in cells), strict=True))
 
 
 def _layout(first: Sequence[str], delimiter: str) -> Layout:
     """From the first line; raises ValueError if that is no header of poses, nor 16 numbers."""
-    try:
-        numbers = len([float(cell) for cell in first])
-    except ValueError:
-        numbers = 0
-    if numbers == len(MATRIX):
-        return Layout(MATRIX, {key: k for k, key in enumerate(MATRIX)}, {}, delimiter, False)
-    if numbers:
+    numbers = all(re.fullmatch(r"[-+.\d]+(e[-+]?\d+)?", cell, re.IGNORECASE) for cell in first)
+    if numbers and len(first) == len(MATRIX):
+        return Layout(MATRIX, {name: name for name in MATRIX}, delimiter, header=False)
+    if numbers and first:
         raise ValueError(
-            f"has {numbers} numbers in its first line, which do not say what they are; give it a "
-            "first line of names, as x,y,z,qx,qy,qz,qw, or x,y,z,qw,qx,qy,qz"
+            f"has {len(first)} numbers in its first line, which do not say what they are; give it "
+            "a first line of names, as x,y,z,qx,qy,qz,qw, or x,y,z,qw,qx,qy,qz"
         )
-    if len(set(first)) < len(first):
-        raise ValueError(f"the header is {', '.join(first)}, expected names that differ")
-    known: dict[str, list[int]] = {}
-    sizes: dict[int, float] = {}
-    for number, cell in enumerate(first):
-        base, *unit = UNIT.match(cell).groups() if cell else ("", None, None)  # type: ignore[union-attr]
-        sizes[number] = UNITS[unit[0] or unit[1] or "m"]
-        plain = re.sub("[^a-z0-9]", "", base.lower()).removeprefix("pose")
-        known.setdefault(plain, []).append(number)
-    places: dict[str, int] = {}
+    bare = [re.sub("[^a-z0-9]", "", cell.lower()).removeprefix("pose") for cell in first]
+    places: dict[str, str] = {}
     for key, spellings in SPELLINGS.items():
-        found = [number for name in spellings for number in known.get(name, ())]
-        if len(found) > 1 and key not in (LABEL, OPENING, NAME):
-            twice = " and ".join(repr(first[number]) for number in found)
-            raise ValueError(f"the header has {twice} for {key}, expected one of them")
+        found = [first[k] for name in spellings for k, word in enumerate(bare) if word == name]
+        if len(found) > 1 and (key not in (LABEL, OPENING, NAME) or found[0] == found[1]):
+            raise ValueError(f"the header has {found[0]!r} and {found[1]!r}, expected one {key}")
         places |= {key: found[0]} if found else {}
-    turned = [f"m{row}{column}" for row in range(3) for column in range(3)]
-    moved = set(POSITION) <= set(places) or {"m03", "m13", "m23"} <= set(places)
-    if not moved or not (set(QUATERNION) <= set(places) or set(turned) <= set(places)):
-        raise ValueError(
-            f"the header is {', '.join(first)}, expected {EXPECTED}; angles such as roll, pitch, "
-            "yaw are not read"
-        )
-    lengths = (*POSITION, "m03", "m13", "m23", OPENING)
-    units = {key: sizes[number] for key, number in places.items() if key in lengths}
-    return Layout(tuple(first), places, units, delimiter)
+    moved = {*POSITION} <= {*places} or {*MOVED} <= {*places}
+    if not moved or not ({*QUATERNION} <= {*places} or {*TURNED} <= {*places}):
+        line = ", ".join(first) or "missing"
+        raise ValueError(f"the first line is {line[:80]}, expected {EXPECTED}")
+    return Layout(tuple(first), places, delimiter)
 
 
-def _content(table: dict[str, tuple[str, ...]], layout: Layout) -> Content:
-    of_pose = {layout.cells[k] for key, k in layout.places.items() if key not in (LABEL, OPENING)}
-    size = len(next(iter(table.values())))
+def _content(cells: dict[str, tuple[str, ...]], layout: Layout) -> Content:
+    places = layout.places
 
-    def numbers(key: str) -> NDArray[np.float64]:
-        name = layout.cells[layout.places[key]]
-        return _numbers(name, table[name]) * layout.units.get(key, 1.0)
+    def numbers(keys: Sequence[str]) -> NDArray[np.float64]:
+        return np.stack([_numbers(places[key], cells.get(places[key], ())) for key in keys], axis=1)
 
-    moved = POSITION if "x" in layout.places else ("m03", "m13", "m23")
-    positions = np.stack([numbers(key) for key in moved], axis=1)
-    if "qx" in layout.places:
-        poses = poses_of(positions, np.stack([numbers(key) for key in QUATERNION], axis=1))
+    positions = numbers(POSITION if "x" in places else MOVED)
+    if "qx" in places:
+        poses = poses_of(positions, numbers(QUATERNION))
     else:
-        poses = np.broadcast_to(np.eye(4), (size, 4, 4)).copy()
-        for key in MATRIX:
-            if key in layout.places:
-                poses[:, int(key[1]), int(key[2])] = numbers(key)
+        poses = np.tile(np.eye(4), (len(positions), 1, 1))
+        poses[:, :3, :3] = numbers(TURNED).reshape(-1, 3, 3)
         poses[:, :3, 3] = positions
-    columns = {name: _column(cells) for name, cells in table.items() if name not in of_pose}
-    named = {key: layout.cells[k] for key, k in layout.places.items() if key in (LABEL, OPENING)}
-    for key, name in named.items():
-        columns[name] = numbers(key)
+        if {*MATRIX[12:]} <= {*places}:
+            poses[:, 3] = numbers(MATRIX[12:])
+    special = {key: places[key] for key in (LABEL, OPENING) if key in places}
+    others = [name for name in cells if name not in places.values()]
+    columns = {name: _column(cells[name]) for name in others}
+    columns |= {name: numbers([key])[:, 0] for key, name in special.items()}
     return Content(
-        GRASPA if set(layout.cells) >= OF_GRASPA else FORMAT,
-        poses,
-        columns,
-        table[layout.cells[layout.places[NAME]]] if NAME in layout.places else (),
+        GRASPA if {*layout.cells} >= OF_GRASPA else FORMAT,
+        *(poses, columns, cells.get(places.get(NAME, ""), ())),
         header={"layout": layout},
-        label=named.get(LABEL, ""),
-        opening=named.get(OPENING, ""),
+        label=special.get(LABEL, ""),
+        opening=special.get(OPENING, ""),
     )
 
 
 def _numbers(name: str, cells: Sequence[str]) -> NDArray[np.float64]:
     """The numbers of a column; NaN of an empty cell."""
-    try:
-        return np.array(cells).astype(float)
-    except ValueError:
-        texts = [WORDS.get(cell.lower(), cell) for cell in cells]
-    for number, text in enumerate(texts, 1):
+    numbers = np.empty(len(cells))
+    for k, cell in enumerate(cells):
         try:
-            float(text)
+            numbers[k] = float(WORDS.get(cell.lower(), cell))
         except ValueError:
-            raise ValueError(f"{name} is {text!r} in row {number}, expected a number") from None
-    return np.array(texts).astype(float)
+            raise ValueError(f"{name} is {cell!r} in row {k + 1}, expected a number") from None
+    return numbers
 
 
 def _column(cells: Sequence[str]) -> Column:
     """Whole numbers, numbers or text."""
-    texts = np.array(cells)
     for kind in (np.int64, np.float64):
         try:
-            return np.asarray(texts.astype(kind))
+            return np.array(cells).astype(kind)
         except (ValueError, OverflowError):
             continue
-    return texts
-
-
-def _texts(column: Column) -> list[object]:
-    """Cells, nothing for NaN."""
-    return ["" if value is None else value for value in without_nan(column).tolist()]
+    return np.array(cells)

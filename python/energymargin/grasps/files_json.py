@@ -1,4 +1,4 @@
-"""JSON files of GraspGen, alone or as the members of a tar file (a shard of a webdataset)."""
+"""JSON files of GraspGen, alone or as the members of a tar file (a shard of its data set)."""
 
 from __future__ import annotations
 
@@ -10,25 +10,33 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.grasps.content import Column, Content, as_numbers, column_of, nested, without_nan
-from energymargin.grasps.files_hdf5 import one_object
+from energymargin.checks import numbers_of
+from energymargin.grasps.content import Content, column_of, flat, nested, plain
 
 FORMAT = "GraspGen"
 LABEL = "object_in_gripper"
 MEMBER = ".grasps.json"
+EXPECTED = '{"object": {"file", "scale"}, "grasps": {"transforms", "object_in_gripper"}}'
 
 
 def read(path: Path) -> Content:
-    """The grasps of a JSON file."""
+    """The grasps of a JSON file. Raises ValueError if it holds something else."""
     return _content(path.read_bytes())
 
 
 def read_shard(path: Path, where: Mapping[str, Any]) -> Content:
-    """The grasps of one object of a tar file."""
+    """The grasps of one object of a tar file: the only one, or where["object"]."""
     try:
         with tarfile.open(path, "r:") as file:
             members = {m.name.removesuffix(MEMBER): m for m in file if m.name.endswith(MEMBER)}
-            name = one_object(list(members), where)
+            only = next(iter(members)) if len(members) == 1 else None
+            name = where.get("object", only)
+            if name not in members:
+                some = ", ".join(map(repr, [*members][:3]))
+                raise ValueError(
+                    f"has {len(members)} objects ({some}{' ...' * (len(members) > 3)}), and where "
+                    f'has {name!r}; expected one of them, as where={{"object": NAME}}'
+                )
             member = file.extractfile(members[name])
             content = _content(member.read() if member else b"")
     except (tarfile.TarError, EOFError) as error:
@@ -42,17 +50,11 @@ def write(path: Path, content: Content) -> None:
     columns = dict(content.columns)
     if LABEL in columns:
         columns[LABEL] = columns[LABEL].astype(float) >= 0.5
-    whole = {**nested({name: _as_row(column) for name, column in columns.items()}, 0)}
-    header = dict(content.header)
-    of_grasps = header.pop("grasps", {})
-    said = {name: _plain(value) for name, value in content.object.items()}
-    text = {
-        "object": said,
-        **header,
-        "grasps": {**of_grasps, "transforms": content.poses.tolist(), **whole},
-    }
-    with path.open("w", encoding="utf-8") as file:
-        json.dump(text, file)
+    grasps = {"transforms": content.poses.tolist()}
+    grasps |= nested({name: plain(column) for name, column in columns.items()})
+    whole = {"object": dict(content.object), **content.header}
+    whole["grasps"] = {**whole.get("grasps", {}), **grasps}
+    path.write_text(json.dumps(whole), encoding="utf-8")
 
 
 def _content(text: bytes) -> Content:
@@ -62,45 +64,13 @@ def _content(text: bytes) -> Content:
         raise ValueError(f"is no whole JSON file: {error}") from error
     grasps = whole.get("grasps") if isinstance(whole, dict) else None
     if not isinstance(grasps, dict) or "transforms" not in grasps:
-        raise ValueError(
-            'is a JSON file of something else, expected GraspGen\'s: {"object": {"file": ..., '
-            '"scale": ...}, "grasps": {"transforms": [...], "object_in_gripper": [...]}}'
-        )
-    poses = as_numbers("grasps.transforms", grasps.pop("transforms"), (-1, 4, 4))
-    columns: dict[str, Column] = {}
-    rest = _sort(grasps, len(poses), columns, "")
-    header = {key: value for key, value in whole.items() if key != "grasps"} | {"grasps": rest}
+        raise ValueError(f"is a JSON file of something else, expected GraspGen's: {EXPECTED}")
+    poses = numbers_of("grasps.transforms", grasps.pop("transforms"), "poses (n, 4, 4)")
+    entries = flat(grasps)
+    rows = [k for k, v in entries.items() if isinstance(v, list) and len(v) == len(poses)]
+    columns = {name: column_of(entries.pop(name)) for name in rows}
     said = whole.get("object")
-    return Content(
-        *(FORMAT, poses, columns),
-        object=said if isinstance(said, dict) else {},
-        header=header,
-        label=LABEL if LABEL in columns else "",
-    )
-
-
-def _sort(
-    grasps: Mapping[str, Any], n: int, columns: dict[str, Column], prefix: str
-) -> dict[str, Any]:
-    """Puts what has n entries into `columns`; returns all else."""
-    rest: dict[str, Any] = {}
-    for key, value in grasps.items():
-        if isinstance(value, list) and len(value) == n:
-            columns[prefix + key] = column_of(value)
-        elif isinstance(value, dict):
-            inner = _sort(value, n, columns, f"{prefix}{key}/")
-            rest |= {key: inner} if inner else {}
-        else:
-            rest[key] = value
-    return rest
-
-
-def _as_row(column: Column) -> Column:
-    """A column as the one entry of a column of columns."""
-    row = np.empty(1, object)
-    row[0] = without_nan(column).tolist()
-    return row
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+    header = {**whole, "grasps": nested(entries)}
+    label = LABEL if LABEL in columns else ""
+    said = said if isinstance(said, dict) else {}
+    return Content(FORMAT, poses, columns, object=said, header=header, label=label)

@@ -13,7 +13,6 @@ from energymargin.grasps.content import poses_of
 from energymargin.grasps.grasp_set import check_poses
 
 Pose = NDArray[np.float64]
-
 PADS = 0.1034  # m, from a Panda hand's frame to the middle of its pads, which are .0946 to .1122
 
 

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from energymargin.checks import check_shape, shown
 from energymargin.reprs import Record
 
+Poses = NDArray[np.float64]
+Column = NDArray[Any]
+
 FARTHEST = 5.0  # m from the object's frame, in the median; a hand is farther in another unit alone
 WIDEST = 0.5  # m; the widest parallel grippers open by 0.3 m
 ROUNDED = 2e-3  # error of a rotation or the norm of a quaternion that rounding to 3 digits makes
@@ -45,13 +48,13 @@ class Source(Record):
     format: str
     frame: NDArray[np.float64]
     """The grasp frame in the file's frame of the hand, shape (4, 4)."""
-    scale: float
+    scale: float = 1.0
     """What makes metres of the file's lengths."""
-    label: str
+    label: str = ""
     """The column of the labels; "" if there is none."""
-    opening: str
+    opening: str = ""
     """The column of the openings; "" if there is none."""
-    header: Mapping[str, Any]
+    header: Mapping[str, Any] = field(default_factory=dict)
     """What is not of a row."""
 
 
@@ -63,41 +66,40 @@ class GraspSet(Record):
     Raises ValueError that names the first row that is no grasp.
     """
 
-    poses: NDArray[np.float64]
+    poses: Poses
     """The grasp frame in the object's frame, shape (n, 4, 4) [m]. Its origin is midway between the
     centres of the fingertips' pads, z is the approach, x the way in which the fingers open."""
-    openings: NDArray[np.float64] = UNKNOWN
+    openings: NDArray[np.float64] = field(default_factory=UNKNOWN.copy)
     """Between the pads before the hand closes [m], shape (n,); NaN where it is not known."""
-    labels: NDArray[np.float64] = UNKNOWN
+    labels: NDArray[np.float64] = field(default_factory=UNKNOWN.copy)
     """0 (lost) to 1 (held) as recorded, shape (n,); NaN where it is not known."""
     names: tuple[str, ...] = ()
     """Of the rows; their numbers in the file if it has no names."""
     object: ObjectFacts | None = None
-    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
+    columns: dict[str, Column] = field(default_factory=dict)
     """What else a row has, by name, each of shape (n,)."""
-    object_poses: NDArray[np.float64] = UNKNOWN
+    object_poses: Poses = field(default_factory=UNKNOWN.copy)
     """The object's frame in the world's, as a board's, shape (n, 4, 4); the identity unless
     `read` was given `object`."""
-    source: Source | None = None
+    source: Source | None = field(default=None, repr=False)
     """None of grasps that are from no file."""
 
     def __post_init__(self) -> None:
         """Fills in what is not known, and checks every row."""
         n = len(self.poses)
-        if n == 0:
-            raise ValueError("there are no grasps, expected one at least")
-        unknown = {
-            "poses": self.poses,
-            "openings": np.full(n, np.nan),
-            "labels": np.full(n, np.nan),
-            "object_poses": np.broadcast_to(np.eye(4), (n, 4, 4)),
+        unknown: dict[str, Any] = {
+            "poses": (),
+            "object_poses": np.eye(4),
+            "openings": np.nan,
+            "labels": np.nan,
         }
         for name, value in unknown.items():
-            given = np.asarray(getattr(self, name), float)
-            object.__setattr__(self, name, given if given.size else value)
+            array = np.asarray(getattr(self, name), float)
+            shape = (n, 4, 4) if name.endswith("poses") else (n,)
+            array = np.broadcast_to(value, shape) if n and not array.size else array
+            check_shape(name, array, shape)
+            object.__setattr__(self, name, array)
         object.__setattr__(self, "names", self.names or tuple(map(str, range(n))))
-        for name, column in {"openings": self.openings, "labels": self.labels}.items():
-            check_shape(name, column, (n,))
         for name, column in {"names": self.names, **self.columns}.items():
             if len(column) != n:
                 raise ValueError(f"{name} has {len(column)} entries, expected one for each of {n}")
@@ -128,33 +130,32 @@ class GraspSet(Record):
                 f"the hand is {far:.4g} m from the object's frame in the median, expected at most "
                 f"{FARTHEST:g} m; {way}; poses in another frame need object="
             )
-        wrong = (self.openings < 0) | (self.openings > WIDEST)
-        _require("the opening", ~wrong, self.openings, self.names, f"0 to {WIDEST:g} m; {way}")
-        wrong = (self.labels < 0) | (self.labels > 1)
-        _require("the label", ~wrong, self.labels, self.names, "0 (lost) to 1 (held)")
+        for what, column, most, expected in (
+            ("the opening", self.openings, WIDEST, f"0 to {WIDEST:g} m; {way}"),
+            ("the label", self.labels, 1.0, "0 (lost) to 1 (held)"),
+        ):
+            _require(what, ~((column < 0) | (column > most)), column, self.names, expected)
 
 
-def check_poses(what: str, poses: NDArray[np.float64], names: Sequence[str]) -> None:
+def check_poses(what: str, poses: Poses, names: Sequence[str]) -> None:
     """Raises ValueError that names the first row whose matrix is no pose."""
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise ValueError(f"{what}s have the shape {poses.shape}, expected (n, 4, 4)")
-    finite = np.isfinite(poses).all((1, 2))
-    _require(what, finite, poses, names, "finite numbers")
+    if len(poses) == 0:
+        raise ValueError("there are no grasps, expected one at least")
+    sums = poses.sum((1, 2))
+    _require(what, np.isfinite(sums), sums, names, "finite numbers")
     last = np.abs(poses[:, 3] - LAST_ROW).max(1) <= ROUNDED
     transposed = np.abs(poses[:, :3, 3]).max() == 0 and bool(last.sum() < len(last))
     way = "; the matrices are transposed, as row vectors need them" if transposed else ""
     _require(f"the last row of {what}", last, poses[:, 3], names, f"0, 0, 0, 1{way}")
-    turns = poses[:, :3, :3]
-    determinants = np.linalg.det(turns)
-    way = "a rotation, whose determinant is 1"
-    left = np.abs(determinants + 1) > 0.01
-    _require(
-        *(f"the determinant of {what}", left, determinants, names),
-        f"{way}: its frame is left-handed, turn one axis around",
-    )
-    near = np.abs(turns @ turns.transpose(0, 2, 1) - np.eye(3)).max((1, 2)) <= ROUNDED
-    expected = f"{way}: its axes are no unit vectors at right angles; a scale belongs to scale="
-    _require(f"the determinant of {what}", near, determinants, names, expected)
+    turns, what = poses[:, :3, :3], f"the determinant of {what}"
+    sizes, way = np.linalg.det(turns), "a rotation, whose determinant is 1"
+    left_handed = f"{way}: its frame is left-handed, turn one axis around"
+    _require(what, np.abs(sizes + 1) > 0.01, sizes, names, left_handed)
+    right = np.abs(turns @ turns.transpose(0, 2, 1) - np.eye(3)).max((1, 2)) <= ROUNDED
+    skew = f"{way}: its axes are no unit vectors at right angles; a scale belongs to scale="
+    _require(what, right, sizes, names, skew)
 
 
 def _require(what: str, right: Any, values: Any, names: Sequence[str], expected: str) -> None:

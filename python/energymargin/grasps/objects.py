@@ -8,76 +8,70 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin.checks import numbers_of, positive_number
 from energymargin.grasps import files_csv
-from energymargin.grasps.content import Column, Content
+from energymargin.grasps.content import Content
 from energymargin.grasps.frames import pose
-from energymargin.grasps.grasp_set import ObjectFacts
+from energymargin.grasps.grasp_set import ObjectFacts, Poses
 
 
-def object_poses(given: Any, content: Content) -> tuple[NDArray[np.float64], Mapping[str, Any]]:
-    """The object's pose in the frame of each row, shape (n, 4, 4), and what is said of it."""
+def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]]:
+    """The object's pose in the frame of each row, shape (n, 4, 4), and what is said of it.
+
+    `given`: None, a pose, or a CSV file of poses, whose rows have the values of the grasps' rows in
+    the columns of both. Raises ValueError.
+    """
     n = len(content.poses)
-    if given is None:
-        return np.broadcast_to(np.eye(4), (n, 4, 4)), content.object
     if not isinstance(given, (str, os.PathLike)):
-        return np.broadcast_to(pose("object", given), (n, 4, 4)), content.object
+        matrix = np.eye(4) if given is None else pose("object", given)
+        return np.broadcast_to(matrix, (n, 4, 4)), content.object
     path = Path(given)
     if not path.is_file():
-        raise FileNotFoundError(f"object is {str(given)!r}, and there is no such file")
+        raise ValueError(f"object is {str(given)!r}, and there is no such file")
     table = files_csv.read(path)
-    keys = [name for name in table.columns if name in content.columns]
-    rows = {key: k for k, key in enumerate(_keys(table.columns, keys, len(table.poses)))}
+    shared = [name for name in table.columns if name in content.columns]
+    keys = [_keys(each, shared) for each in (table, content)]
+    rows = {key: k for k, key in enumerate(keys[0])}
+    among = f"among {', '.join(shared) or 'no columns'}, which both files have"
     if len(rows) < len(table.poses):
-        raise ValueError(
-            f"object is {str(given)!r}, whose rows are not told apart by {', '.join(keys) or 'any'}"
-            f" column of both files; expected one row for each object"
-        )
-    wanted = _keys(content.columns, keys, n)
-    missing = next((key for key in wanted if key not in rows), None)
-    if missing is not None:
-        raise ValueError(
-            f"object is {str(given)!r}, which has no row of {', '.join(keys)} {missing}"
-        )
-    places = np.array([rows[key] for key in wanted], int)
-    meshes = (
-        {str(path.parent / str(table.columns["mesh"][k])) for k in set(places.tolist())}
-        if "mesh" in table.columns
-        else set()
-    )
-    return table.poses[places], {"file": meshes.pop()} if len(meshes) == 1 else content.object
-
-
-def _keys(columns: Mapping[str, Column], names: list[str], n: int) -> list[tuple[str, ...]]:
-    return (
-        list(zip(*(columns[name].astype(str).tolist() for name in names), strict=True)) or [()] * n
-    )
+        raise ValueError(f"object is {str(given)!r}, where two rows are alike {among}")
+    if missing := [key for key in keys[1] if key not in rows]:
+        raise ValueError(f"object is {str(given)!r}, where no row has {missing[0]} {among}")
+    places = [rows[key] for key in keys[1]]
+    meshes = {table.columns["mesh"][k] for k in places} if "mesh" in table.columns else set()
+    said = {"file": path.parent / meshes.pop()} if len(meshes) == 1 else content.object
+    return table.poses[places], said
 
 
 def facts_of(path: Path, said: Mapping[str, Any]) -> ObjectFacts | None:
     """What a file says of its object; None if that is nothing. Raises ValueError."""
     facts: dict[str, Any] = {}
-    for key in ("scale", "mass", "friction"):
-        if said.get(key) is not None:
-            number = numbers_of(f"object {key}", said[key], "a number", ())
-            facts[key] = positive_number(f"object {key}", number.item())
-    if said.get("com") is not None:
-        facts["com"] = tuple(numbers_of("object com", said["com"], "3 numbers", (3,)).tolist())
+    for name, shape in {"scale": (), "mass": (), "friction": (), "com": (3,)}.items():
+        if said.get(name) is not None:
+            number = numbers_of(f"object {name}", said[name], f"numbers of shape {shape}", shape)
+            facts[name] = tuple(number.tolist()) if shape else positive_number(name, number.item())
     if said.get("inertia") is not None:
         rows = numbers_of("object inertia", said["inertia"], "numbers (3, 3)", (3, 3)).tolist()
         facts["inertia"] = tuple(map(tuple, rows))
     if said.get("file"):
-        facts["mesh"] = _mesh(path, Path(str(said["file"])))
+        facts["mesh"] = _mesh(path, Path(said["file"]))
     return ObjectFacts(**facts) if facts else None
 
 
 def said_of(facts: ObjectFacts) -> dict[str, Any]:
     """What `facts_of` reads."""
-    names = ("scale", "mass", "com", "inertia", "friction")
-    said = {name: getattr(facts, name) for name in names if getattr(facts, name) is not None}
-    return said | ({"file": str(facts.mesh)} if facts.mesh else {})
+    names = {
+        "mesh": "file",
+        **{name: name for name in ("scale", "mass", "com", "inertia", "friction")},
+    }
+    said = {name: getattr(facts, field) for field, name in names.items()}
+    return {name: str(v) if name == "file" else v for name, v in said.items() if v is not None}
+
+
+def _keys(content: Content, names: list[str]) -> list[tuple[str, ...]]:
+    columns = [content.columns[name].astype(str).tolist() for name in names]
+    return [tuple(column[k] for column in columns) for k in range(len(content.poses))]
 
 
 def _mesh(path: Path, mesh: Path) -> Path:
