@@ -200,9 +200,10 @@ def test_poses_on_a_board_become_those_in_the_frame_of_each_object(tmp_path):
     read = grasps.read(path, object=objects)
     assert np.allclose(read.poses, poses(3))
     assert np.allclose(read.object_poses, stands[which])
-    assert grasps.read(path, object=objects, where={"object": "box"}).object.mesh == (
-        tmp_path / "box.stl"
-    )
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes/box.stl").touch()
+    box = grasps.read(path, object=objects, where={"object": "box"}).object
+    assert box.mesh == tmp_path / "meshes/box.stl"
     one = grasps.read(path, object=stands[0], where={"object": "cup"})
     assert np.allclose(one.poses, poses(3)[:1])
     csv_file(objects, stands[:1], names, (["cup"], ["cup.stl"]))
@@ -339,6 +340,15 @@ def test_a_file_that_is_there_stays_unless_it_may_be_replaced(tmp_path):
         grasps.write(tmp_path / "t.npy", read)
     with pytest.raises(ValueError, match=r"scores 'probability' is .*shape \(2,\)"):
         grasps.write(tmp_path / "u.csv", read, [0.1])
+
+
+def test_graspgen_has_no_label_that_is_not_known(tmp_path):
+    made = grasps.GraspSet(poses(2), labels=[1, np.nan])
+    with pytest.raises(ValueError, match=r"write grasps\[~np.isnan\(grasps.labels\)\], or give"):
+        grasps.write(tmp_path / "a.json", made, **FRAME)
+    assert not list(tmp_path.iterdir())
+    grasps.write(tmp_path / "a.json", made, [0.1, 0.9], **FRAME)
+    assert grasps.read(tmp_path / "a.json", **FRAME).labels.tolist() == [0, 1]
 
 
 # What is wrong

@@ -49,7 +49,13 @@ def write(path: Path, content: Content) -> None:
     """A file as GraspGen's; its success field has true and false."""
     columns = dict(content.columns)
     if LABEL in columns:
-        columns[LABEL] = columns[LABEL].astype(float) >= 0.5
+        held = columns[LABEL].astype(float)
+        if np.isnan(held).any():
+            raise ValueError(
+                "the label of some grasps is not known, expected true or false for GraspGen; write "
+                "grasps[~np.isnan(grasps.labels)], or give scores"
+            )
+        columns[LABEL] = held >= 0.5
     grasps = {"transforms": content.poses.tolist()}
     grasps |= nested({name: plain(column) for name, column in columns.items()})
     whole = {"object": dict(content.object), **content.header}

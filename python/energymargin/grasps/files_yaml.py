@@ -53,7 +53,7 @@ def read(path: Path) -> Content:
     keys = dict.fromkeys(key for row in rows for key in row)
     columns = {key: column_of([row.get(key) for row in rows]) for key in keys}
     header = {key: value for key, value in whole.items() if key != "grasps"}
-    said = {key.removeprefix("object_"): value for key, value in header.items()}
+    said = {k.removeprefix("object_"): v for k, v in header.items() if k.startswith("object_")}
     return Content(
         *(FORMAT, poses_of(places[:, :3], places[:, 3:]), columns, tuple(map(str, grasps))),
         *(said, header, LABEL if LABEL in columns else ""),

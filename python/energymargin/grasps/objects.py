@@ -40,7 +40,7 @@ def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]
         raise ValueError(f"object is {str(given)!r}, where no row has {missing[0]} {among}")
     places = [rows[key] for key in keys[1]]
     meshes = {table.columns["mesh"][k] for k in places} if "mesh" in table.columns else set()
-    said = {"file": path.parent / meshes.pop()} if len(meshes) == 1 else content.object
+    said = {"file": _mesh(path, Path(meshes.pop()))} if len(meshes) == 1 else content.object
     return table.poses[places], said
 
 
@@ -61,12 +61,8 @@ def facts_of(path: Path, said: Mapping[str, Any]) -> ObjectFacts | None:
 
 def said_of(facts: ObjectFacts) -> dict[str, Any]:
     """What `facts_of` reads."""
-    names = {
-        "mesh": "file",
-        **{name: name for name in ("scale", "mass", "com", "inertia", "friction")},
-    }
-    said = {name: getattr(facts, field) for field, name in names.items()}
-    return {name: str(v) if name == "file" else v for name, v in said.items() if v is not None}
+    said: dict[str, Any] = {"file": str(facts.mesh)} if facts.mesh else {}
+    return said | {k: v for k, v in vars(facts).items() if k != "mesh" and v is not None}
 
 
 def _keys(content: Content, names: list[str]) -> list[tuple[str, ...]]:
