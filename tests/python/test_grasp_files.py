@@ -405,6 +405,7 @@ def test_poses_that_are_none_are_told_with_the_way_out(tmp_path, made, text):
             "first line is x, .*expected a table.*roll, pitch, yaw are not read",
         ),
         ("x,px,y,z,qx,qy,qz,qw", ([0, 1],), "the header has 'x' and 'px', expected one x"),
+        ("x,y,z,qx,qy,qz,qw,a,a", ([0, 1], [0, 1]), "the header has 'a' 2 times"),
         ("0,0,0,1,0,0,0", (), "has 7 numbers in its first line.*x,y,z,qw,qx,qy,qz"),
         ("x,y,z,qx,qy,qz,qw,a", (), "row 1 has 7 cells, expected 8"),
     ],
@@ -427,6 +428,8 @@ def test_tables_that_are_none_are_told_with_the_way_out(tmp_path, header, extra,
         (b"format: other\ngrasps: {}", "YAML file of something else"),
         (b"format: isaac_grasp\nformat_version: 2.0\ngrasps: {}", "format_version is 2.0"),
         (b"grasps: {a: {position: [0, 0, 0]}}", "grasp 'a' is .*expected position"),
+        (b"grasps: {a: {position: [0, 0], orientation: {w: 1, xyz: [0, 0, 0, 0]}}}", "grasp 'a'"),
+        (b'{"grasps": {"transforms": [1, 2], "object_in_gripper": [1]}}', "not a list of 2 values"),
         (b"grasps: !!python/object/apply:os.system ['true']", "is no whole YAML file"),
     ],
 )
@@ -522,6 +525,8 @@ def test_grasps_of_a_real_panda_have_the_objects_between_their_pads():
     every = grasps.read(folder / "grasps.csv", object=objects)
     assert np.isin(every.labels, (0, 1)).all()
     assert {"planner", "layout", "object", "stability"} == set(every.columns)
+    with pytest.raises(ValueError, match="object is None, and GRASPA has poses in the frame of a"):
+        grasps.read(folder / "grasps.csv")
     rows = []
     for name in np.unique(every.columns["object"]):
         read = grasps.read(folder / "grasps.csv", object=objects, where={"object": name})

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin.checks import numbers_of, positive_number, shown
+from energymargin.checks import check_type, numbers_of, positive_number, shown
 from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml
 from energymargin.grasps.content import Content
 from energymargin.grasps.frames import grasp_frame
@@ -70,7 +70,8 @@ def read(
     Raises FileNotFoundError, ImportError without the extra, and ValueError that names the file and
     the row or argument that is wrong.
     """
-    path, where = Path(path), dict(where or {})
+    path, where = Path(path), {} if where is None else where
+    check_type("where", where, Mapping, 'values by column, as {"object": "mug"}')
     if not path.is_file():
         raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
     try:
@@ -155,9 +156,12 @@ def _chosen(content: Content, where: Mapping[str, Any]) -> Content:
     for key, value in where.items():
         if key not in columns:
             raise ValueError(f"where has {key!r}, expected a column: {', '.join(columns)}")
-        rows &= np.isin(columns[key].astype(str), np.atleast_1d(value).astype(str))
+        wanted, column = np.atleast_1d(np.asarray(value)), columns[key]
+        if {wanted.dtype.kind, column.dtype.kind} - set("biuf"):
+            wanted, column = wanted.astype(str), column.astype(str)
+        rows &= np.isin(column, wanted)
         if not rows.any():
-            some = ", ".join(map(repr, dict.fromkeys(columns[key].tolist())))
+            some = ", ".join(map(repr, dict.fromkeys(column.tolist())))
             raise ValueError(
                 f"where has {value!r} for {key!r}, and no such row; it is {some}"[:400]
             )

@@ -104,10 +104,14 @@ def _layout(first: Sequence[str], delimiter: str) -> Layout:
             "a first line of names, as x,y,z,qx,qy,qz,qw, or x,y,z,qw,qx,qy,qz"
         )
     bare = [re.sub("[^a-z0-9]", "", cell.lower()).removeprefix("pose") for cell in first]
+    if twice := [cell for cell in first if first.count(cell) > 1]:
+        raise ValueError(
+            f"the header has {twice[0]!r} {len(twice)} times, expected names that differ"
+        )
     places: dict[str, str] = {}
     for key, spellings in SPELLINGS.items():
         found = [first[k] for name in spellings for k, word in enumerate(bare) if word == name]
-        if len(found) > 1 and (key not in (LABEL, OPENING, NAME) or found[0] == found[1]):
+        if len(found) > 1 and key not in (LABEL, OPENING, NAME):
             raise ValueError(f"the header has {found[0]!r} and {found[1]!r}, expected one {key}")
         places |= {key: found[0]} if found else {}
     moved = {*POSITION} <= {*places} or {*MOVED} <= {*places}

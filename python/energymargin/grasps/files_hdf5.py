@@ -39,6 +39,8 @@ def read(path: Path) -> Content:
         name.removeprefix(QUALITIES).removeprefix("grasps/"): column_of(found.pop(name))
         for name in rows
     }
+    if others := [name for name in found if name.startswith(QUALITIES)]:
+        raise ValueError(f"{others[0]} has not {len(poses)} rows, as {TRANSFORMS} has")
     said = {k.removeprefix("object/"): v for k, v in found.items() if k.startswith("object/")}
     labels = [name for name in columns if name.endswith("/object_in_gripper")]
     label = LABEL if LABEL in labels else "".join(labels[:1])

@@ -27,7 +27,7 @@ def read(path: Path) -> Content:
 def read_shard(path: Path, where: Mapping[str, Any]) -> Content:
     """The grasps of one object of a tar file: the only one, or where["object"]."""
     try:
-        with tarfile.open(path, "r:") as file:
+        with tarfile.open(path) as file:
             members = {m.name.removesuffix(MEMBER): m for m in file if m.name.endswith(MEMBER)}
             only = next(iter(members)) if len(members) == 1 else None
             name = where.get("object", only)
@@ -75,6 +75,8 @@ def _content(text: bytes) -> Content:
     entries = flat(grasps)
     rows = [k for k, v in entries.items() if isinstance(v, list) and len(v) == len(poses)]
     columns = {name: column_of(entries.pop(name)) for name in rows}
+    if LABEL in entries:
+        raise ValueError(f"grasps.{LABEL} is not a list of {len(poses)} values, as transforms is")
     said = whole.get("object")
     header = {**whole, "grasps": nested(entries)}
     label = LABEL if LABEL in columns else ""

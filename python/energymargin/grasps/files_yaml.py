@@ -45,9 +45,10 @@ def read(path: Path) -> Content:
     places = np.empty((len(rows), 7))
     for place, row, (name, grasp) in zip(places, rows, grasps.items(), strict=True):
         try:
-            numbers = (row.pop("position"), row.pop("orientation/xyz"), [row.pop("orientation/w")])
-            place[:] = numbers_of("", np.concatenate(numbers), shape=(7,))
-        except (KeyError, ValueError, TypeError) as error:
+            place[:3] = numbers_of("", row.pop("position"), shape=(3,))
+            place[3:6] = numbers_of("", row.pop("orientation/xyz"), shape=(3,))
+            place[6] = numbers_of("", row.pop("orientation/w"), shape=())
+        except (KeyError, ValueError) as error:
             expected = "position: [x, y, z] and orientation: {w: w, xyz: [x, y, z]}"
             raise ValueError(f"grasp {name!r} is {shown(grasp)}, expected {expected}") from error
     keys = dict.fromkeys(key for row in rows for key in row)

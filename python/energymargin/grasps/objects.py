@@ -23,6 +23,11 @@ def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]
     the columns of both. Raises ValueError.
     """
     n = len(content.poses)
+    if given is None and content.format == files_csv.GRASPA:
+        raise ValueError(
+            "object is None, and GRASPA has poses in the frame of a board, expected the object's "
+            "pose there, or a CSV file of them with the columns layout and object"
+        )
     if not isinstance(given, (str, os.PathLike)):
         matrix = np.eye(4) if given is None else pose("object", given)
         return np.broadcast_to(matrix, (n, 4, 4)), content.object
@@ -50,7 +55,11 @@ def facts_of(path: Path, said: Mapping[str, Any]) -> ObjectFacts | None:
     for name, shape in {"scale": (), "mass": (), "friction": (), "com": (3,)}.items():
         if said.get(name) is not None:
             number = numbers_of(f"object {name}", said[name], f"numbers of shape {shape}", shape)
-            facts[name] = tuple(number.tolist()) if shape else positive_number(name, number.item())
+            facts[name] = (
+                tuple(number.tolist())
+                if shape
+                else positive_number(f"object {name}", number.item())
+            )
     if said.get("inertia") is not None:
         rows = numbers_of("object inertia", said["inertia"], "numbers (3, 3)", (3, 3)).tolist()
         facts["inertia"] = tuple(map(tuple, rows))
