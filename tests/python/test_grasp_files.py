@@ -328,6 +328,16 @@ def test_a_table_keeps_its_columns_and_gets_those_of_the_scores(tmp_path):
         assert np.allclose(values, [*rows[k], k, [0.5, 0.25][k]])
 
 
+def test_a_column_of_which_nothing_is_known_stays_and_none_takes_the_place_of_a_pose(tmp_path):
+    path = csv_file(tmp_path / "a.csv", poses(2), "x,y,z,qx,qy,qz,qw,label", (["", ""],))
+    grasps.write(tmp_path / "b.csv", grasps.read(path))
+    assert (tmp_path / "b.csv").read_text().splitlines()[0] == "x,y,z,qx,qy,qz,qw,label"
+    assert np.isnan(grasps.read(tmp_path / "b.csv").labels).all()
+    made = grasps.GraspSet(poses(2), columns={"x": np.array([7.0, 8.0])})
+    grasps.write(tmp_path / "c.csv", made)
+    assert np.allclose(grasps.read(tmp_path / "c.csv").poses, made.poses)
+
+
 def test_a_file_that_is_there_stays_unless_it_may_be_replaced(tmp_path):
     path = csv_file(tmp_path / "t.csv", poses(2))
     read, text = grasps.read(path), path.read_text()

@@ -121,7 +121,7 @@ def write(
         hand = grasp_frame(frame, source.format, OF_FORMAT.get(source.format), {})
         source = replace(source, frame=hand)
     label = source.label or module.LABEL
-    columns = _columns(grasps, source.opening or "opening", label, source.scale)
+    columns = _columns(grasps, source, label)
     columns |= _scores(scores, columns, len(grasps), label, replaces=module.LABEL in REPLACED)
     poses = grasps.object_poses @ grasps.poses @ np.linalg.inv(source.frame)
     said = said_of(grasps.object) if grasps.object and not same else {}
@@ -199,13 +199,15 @@ def _grasps(path: Path, content: Content, frame: Any, object: Any, scale: float)
     )
 
 
-def _columns(grasps: GraspSet, opening: str, label: str, scale: float) -> dict[str, Column]:
-    """All columns of a file; without those of which nothing is known."""
+def _columns(grasps: GraspSet, source: Source, label: str) -> dict[str, Column]:
+    """All columns of a file, without new ones of which nothing is known."""
     labels = grasps.labels
     if np.isin(labels, (0.0, 1.0)).all():
         labels = labels.astype(np.int64)
-    special = {opening: grasps.openings / scale, label: labels}
-    return grasps.columns | {k: v for k, v in special.items() if not np.isnan(v).all()}
+    special = {source.opening or "opening": grasps.openings / source.scale, label: labels}
+    had = (source.label, source.opening)
+    known = {k: v for k, v in special.items() if k in had or not np.isnan(v).all()}
+    return grasps.columns | known
 
 
 def _scores(

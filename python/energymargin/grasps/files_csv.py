@@ -19,9 +19,13 @@ LABEL, OPENING, NAME = "label", "opening", "name"
 OF_GRASPA = {"planner", "layout", "object", "grasped", "stability"}
 """Columns of the grasps of GRASPA-test, whose hand's frame is that of a Panda's tool."""
 
-POSITION, QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
-MATRIX = tuple(f"m{row}{column}" for row in range(4) for column in range(4))
-MOVED, TURNED = MATRIX[3:12:4], [name for name in MATRIX[:12] if name[2] != "3"]
+QUATERNION = ("qx", "qy", "qz", "qw")
+MATRIX = {f"m{row}{column}": (row, column) for row in range(4) for column in range(4)}
+POSITION = {"x": (0, 3), "y": (1, 3), "z": (2, 3)}
+ENTRIES = {**MATRIX, **POSITION}
+"""Entries of the matrix, by name: row and column."""
+MOVES = ({"m03", "m13", "m23"}, {*POSITION})
+TURNS = ({name for name in MATRIX if max(MATRIX[name]) < 3}, {*QUATERNION})
 SPELLINGS: dict[str, tuple[str, ...]] = {
     **{k: (k, f"p{k}", f"pos{k}", f"position{k}", f"t{k}", f"translation{k}") for k in POSITION},
     **{k: (k, f"quat{k[1]}", f"quaternion{k[1]}", f"orientation{k[1]}") for k in QUATERNION},
@@ -75,15 +79,12 @@ def write(path: Path, content: Content) -> None:
     """A table with the columns that the content was read with, and then all others."""
     cells = (NAME, *POSITION, *QUATERNION)
     layout = content.header.get("layout") or Layout(cells, {cell: cell for cell in cells})
-    values = {
-        **dict(zip(POSITION, content.poses[:, :3, 3].T, strict=True)),
-        **dict(zip(QUATERNION, quaternions_of(content.poses).T, strict=True)),
-        **dict(zip(MATRIX, content.poses.reshape(-1, 16).T, strict=True)),
-        NAME: np.array(content.names),
-    }
+    values = {key: content.poses[:, row, column] for key, (row, column) in ENTRIES.items()}
+    values |= dict(zip(QUATERNION, quaternions_of(content.poses).T, strict=True))
+    values[NAME] = np.array(content.names)
     table: dict[str, Column] = {
-        **{cell: values[key] for key, cell in layout.places.items() if key in values},
         **content.columns,
+        **{cell: values[key] for key, cell in layout.places.items() if key in values},
     }
     cells = (*layout.cells, *(name for name in table if name not in layout.cells))
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -97,7 +98,7 @@ def _layout(first: Sequence[str], delimiter: str) -> Layout:
     """From the first line; raises ValueError if that is no header of poses, nor 16 numbers."""
     numbers = all(re.fullmatch(r"[-+.\d]+(e[-+]?\d+)?", cell, re.IGNORECASE) for cell in first)
     if numbers and len(first) == len(MATRIX):
-        return Layout(MATRIX, {name: name for name in MATRIX}, delimiter, header=False)
+        return Layout(tuple(MATRIX), {name: name for name in MATRIX}, delimiter, header=False)
     if numbers and first:
         raise ValueError(
             f"has {len(first)} numbers in its first line, which do not say what they are; give it "
@@ -114,8 +115,7 @@ def _layout(first: Sequence[str], delimiter: str) -> Layout:
         if len(found) > 1 and key not in (LABEL, OPENING, NAME):
             raise ValueError(f"the header has {found[0]!r} and {found[1]!r}, expected one {key}")
         places |= {key: found[0]} if found else {}
-    moved = {*POSITION} <= {*places} or {*MOVED} <= {*places}
-    if not moved or not ({*QUATERNION} <= {*places} or {*TURNED} <= {*places}):
+    if not all(any(names <= {*places} for names in each) for each in (MOVES, TURNS)):
         line = ", ".join(first) or "missing"
         raise ValueError(f"the first line is {line[:80]}, expected {EXPECTED}")
     return Layout(tuple(first), places, delimiter)
@@ -123,23 +123,19 @@ def _layout(first: Sequence[str], delimiter: str) -> Layout:
 
 def _content(cells: dict[str, tuple[str, ...]], layout: Layout) -> Content:
     places = layout.places
-
-    def numbers(keys: Sequence[str]) -> NDArray[np.float64]:
-        return np.stack([_numbers(places[key], cells.get(places[key], ())) for key in keys], axis=1)
-
-    positions = numbers(POSITION if "x" in places else MOVED)
+    numbers = {
+        key: _numbers(cell, cells.get(cell, ())) for key, cell in places.items() if key != NAME
+    }
+    poses = np.tile(np.eye(4), (len(next(iter(numbers.values()))), 1, 1))
+    for key, (row, column) in ENTRIES.items():
+        if key in numbers:
+            poses[:, row, column] = numbers[key]
     if "qx" in places:
-        poses = poses_of(positions, numbers(QUATERNION))
-    else:
-        poses = np.tile(np.eye(4), (len(positions), 1, 1))
-        poses[:, :3, :3] = numbers(TURNED).reshape(-1, 3, 3)
-        poses[:, :3, 3] = positions
-        if {*MATRIX[12:]} <= {*places}:
-            poses[:, 3] = numbers(MATRIX[12:])
+        poses = poses_of(poses[:, :3, 3], np.stack([numbers[key] for key in QUATERNION], axis=1))
     special = {key: places[key] for key in (LABEL, OPENING) if key in places}
     others = [name for name in cells if name not in places.values()]
     columns = {name: _column(cells[name]) for name in others}
-    columns |= {name: numbers([key])[:, 0] for key, name in special.items()}
+    columns |= {name: numbers[key] for key, name in special.items()}
     return Content(
         GRASPA if {*layout.cells} >= OF_GRASPA else FORMAT,
         *(poses, columns, cells.get(places.get(NAME, ""), ())),

@@ -27,11 +27,14 @@ def _hand(along: float, *, opens_along_y: bool) -> Pose:
 FRAMES: dict[str, Pose] = {
     "grasp": np.eye(4),
     "franka_panda": _hand(PADS, opens_along_y=False),
+    "robotiq_2f_85": _hand(0.130, opens_along_y=False),
+    "robotiq_2f_140": _hand(0.195, opens_along_y=False),
     "panda_hand": _hand(PADS, opens_along_y=True),
     "panda_tcp": _hand(0.0, opens_along_y=True),
 }
-"""The grasp frame in known frames of hands: the grasp frame itself, the Panda hand of ACRONYM and
-GraspGen (fingers open along x), Franka's own (along y), and Franka's tool centre point."""
+"""The grasp frame in known frames of hands: the grasp frame itself; the Panda of ACRONYM and
+GraspGen and the Robotiqs of GraspGen, open, whose fingers open along x; Franka's own hand and its
+tool centre point, whose fingers open along y."""
 
 
 def grasp_frame(
