@@ -28,6 +28,8 @@ class Content:
     header: Mapping[str, Any] = field(default_factory=dict)
     label: str = ""
     opening: str = ""
+    frame: str | None = None
+    """The frame of the hand, by name, if all files of the format have the same."""
 
 
 def column_of(values: Sequence[Any]) -> Column:

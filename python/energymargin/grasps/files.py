@@ -17,16 +17,17 @@ from energymargin.checks import check_type, numbers_of, positive_number, shown
 from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml
 from energymargin.grasps.content import Content
 from energymargin.grasps.frames import grasp_frame
-from energymargin.grasps.grasp_set import Column, GraspSet, Poses, Source, check_poses
+from energymargin.grasps.grasp_set import (
+    UNKNOWN,
+    Column,
+    GraspSet,
+    Poses,
+    Source,
+    check_poses,
+)
 from energymargin.grasps.objects import facts_of, object_poses, said_of
 from energymargin.replacing import replaced
 
-OF_FORMAT = {
-    files_hdf5.FORMAT: "franka_panda",
-    files_csv.GRASPA: "panda_tcp",
-    files_csv.FORMAT: "grasp",
-}
-"""The frame of the hand, by name, in formats whose files have all the same."""
 WRITERS: dict[str, Any] = {
     **dict.fromkeys((".h5", ".hdf5"), files_hdf5),
     ".json": files_json,
@@ -34,8 +35,6 @@ WRITERS: dict[str, Any] = {
     **dict.fromkeys((".csv", ".txt", ".tsv"), files_csv),
 }
 """By the end of a file's name."""
-REPLACED = (files_json.LABEL, files_yaml.LABEL)
-"""Labels that scores take the place of: the tools of these formats look at nothing else."""
 OURS, SCORE, RECORDED = "energymargin/", "probability", "energymargin/recorded"
 
 
@@ -113,22 +112,17 @@ def write(
     if os.path.lexists(path) and not overwrite:
         raise ValueError(f"{path} exists: choose another path, or give overwrite=True")
     source = grasps.source
-    same = source and source.format in (module.FORMAT, getattr(module, "GRASPA", None))
-    if not source or not same:
-        source = Source(path, module.FORMAT, np.eye(4))
-        grasps = replace(grasps, object_poses=np.eye(4)[None].repeat(len(grasps), 0))
-    if not same or frame is not None:
-        hand = grasp_frame(frame, source.format, OF_FORMAT.get(source.format), {})
-        source = replace(source, frame=hand)
-    label = source.label or module.LABEL
-    columns = _columns(grasps, source, label)
-    columns |= _scores(scores, columns, len(grasps), label, replaces=module.LABEL in REPLACED)
-    poses = grasps.object_poses @ grasps.poses @ np.linalg.inv(source.frame)
-    said = said_of(grasps.object) if grasps.object and not same else {}
-    content = Content(
-        *(source.format, _scaled(poses, 1.0 / source.scale), columns, grasps.names),
-        *(said, source.header),
-    )
+    poses, said = grasps.poses, said_of(grasps.object)
+    if source and source.format in (module.FORMAT, getattr(module, "GRASPA", None)):
+        poses, said = grasps.object_poses @ poses, {}  # which is in the header
+    else:
+        hand = grasp_frame(module.FRAME if frame is None else frame, module.FORMAT)
+        source = Source(path, module.FORMAT, hand)
+    hand = source.frame if frame is None else grasp_frame(frame, module.FORMAT)
+    columns = _columns(grasps, source, source.label or module.LABEL)
+    columns |= _scores(scores, columns, len(grasps), module)
+    poses = _scaled(poses @ np.linalg.inv(hand), 1.0 / source.scale)
+    content = Content(source.format, poses, columns, grasps.names, said, source.header)
     with replaced(path) as file:
         module.write(file, content)
 
@@ -159,11 +153,11 @@ def _chosen(content: Content, where: Mapping[str, Any]) -> Content:
         wanted, column = np.atleast_1d(np.asarray(value)), columns[key]
         if {wanted.dtype.kind, column.dtype.kind} - set("biuf"):
             wanted, column = wanted.astype(str), column.astype(str)
-        rows &= np.isin(column, wanted)
+        before, rows = rows, rows & np.isin(column, wanted)
         if not rows.any():
-            some = ", ".join(map(repr, dict.fromkeys(column.tolist())))
+            some = shown([*dict.fromkeys(column[before].tolist())])
             raise ValueError(
-                f"where has {value!r} for {key!r}, and no such row; it is {some}"[:400]
+                f"where has {value!r} for {key!r}, and no such row; it is one of {some}"
             )
     columns = {name: column[rows] for name, column in content.columns.items()}
     chosen = tuple(names[rows].tolist())
@@ -173,30 +167,18 @@ def _chosen(content: Content, where: Mapping[str, Any]) -> Content:
 def _grasps(path: Path, content: Content, frame: Any, object: Any, scale: float) -> GraspSet:
     """The content in the frames and units of a GraspSet."""
     positive_number("scale", scale)
-    hand = grasp_frame(frame, content.format, OF_FORMAT.get(content.format), content.header)
+    usual = content.frame if frame is None else frame
+    told = content.header.get("gripper_frame", content.header.get("gripper_frame_link"))
+    hand = grasp_frame(usual, content.format, told)
     stands, said = object_poses(object, content)
     check_poses("the pose", content.poses, content.names)
     columns = dict(content.columns)
-    special = {
-        field: numbers_of(name, columns.pop(name)) * size
-        for field, name, size in (
-            ("labels", content.label, 1.0),
-            ("openings", content.opening, scale),
-        )
-        if name
-    }
-    return GraspSet(
-        np.linalg.inv(stands) @ _scaled(content.poses, scale) @ hand,
-        **special,
-        names=content.names,
-        object=facts_of(path, said),
-        columns=columns,
-        object_poses=stands,
-        source=Source(
-            *(path, content.format, hand, scale),
-            *(content.label, content.opening, content.header),
-        ),
-    )
+    names = (content.label, content.opening)
+    labels, openings = (numbers_of(k, columns.pop(k)) if k else UNKNOWN for k in names)
+    poses = np.linalg.inv(stands) @ _scaled(content.poses, scale) @ hand
+    source = Source(path, content.format, hand, scale, *names, content.header)
+    facts = facts_of(path, said)
+    return GraspSet(poses, openings * scale, labels, content.names, facts, columns, stands, source)
 
 
 def _columns(grasps: GraspSet, source: Source, label: str) -> dict[str, Column]:
@@ -210,22 +192,20 @@ def _columns(grasps: GraspSet, source: Source, label: str) -> dict[str, Column]:
     return grasps.columns | known
 
 
-def _scores(
-    scores: Any, columns: Mapping[str, Column], n: int, label: str, *, replaces: bool
-) -> dict[str, Column]:
-    """Columns of scores; the first of them may take the place of the label."""
+def _scores(scores: Any, columns: Mapping[str, Column], n: int, module: Any) -> dict[str, Column]:
+    """Columns of scores. One takes the place of the label where a format's tools read no other."""
     given = {} if scores is None else scores if isinstance(scores, Mapping) else {SCORE: scores}
-    values = {
-        name: numbers_of(f"scores {name!r}", value, f"finite numbers of shape ({n},)", (n,))
-        for name, value in given.items()
-    }
+    expected = f"finite numbers of shape ({n},)"
+    values = {k: numbers_of(f"scores {k!r}", v, expected, (n,)) for k, v in given.items()}
     added: dict[str, Column] = {f"{OURS}{name}": value for name, value in values.items()}
-    if values and replaces:
-        first = values.get(SCORE, next(iter(values.values())))
-        if not ((first >= 0) & (first <= 1)).all():
-            raise ValueError(f"scores are {shown(first.tolist())}, expected 0 to 1 as {label}")
-        recorded = columns.get(RECORDED, columns.get(label))
-        added |= {label: first} | ({} if recorded is None else {RECORDED: recorded})
+    if values and module in (files_json, files_yaml):
+        name = SCORE if SCORE in values else next(iter(values))
+        if values[name].min() < 0 or values[name].max() > 1:
+            wrong = shown(values[name].tolist())
+            raise ValueError(f"scores {name!r} is {wrong}, expected 0 to 1 as {module.LABEL}")
+        if module.LABEL in columns:
+            added[RECORDED] = columns.get(RECORDED, columns[module.LABEL])
+        added[module.LABEL] = values[name]
     return added
 
 

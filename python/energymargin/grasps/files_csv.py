@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from energymargin.grasps.content import Content, plain, poses_of, quaternions_of
 from energymargin.grasps.grasp_set import Column
 
-FORMAT, GRASPA = "CSV", "GRASPA"
+FORMAT, FRAME, GRASPA = "CSV", "grasp", "GRASPA"
 LABEL, OPENING, NAME = "label", "opening", "name"
 OF_GRASPA = {"planner", "layout", "object", "grasped", "stability"}
 """Columns of the grasps of GRASPA-test, whose hand's frame is that of a Panda's tool."""
@@ -136,13 +136,11 @@ def _content(cells: dict[str, tuple[str, ...]], layout: Layout) -> Content:
     others = [name for name in cells if name not in places.values()]
     columns = {name: _column(cells[name]) for name in others}
     columns |= {name: numbers[key] for key, name in special.items()}
-    return Content(
-        GRASPA if {*layout.cells} >= OF_GRASPA else FORMAT,
-        *(poses, columns, cells.get(places.get(NAME, ""), ())),
-        header={"layout": layout},
-        label=special.get(LABEL, ""),
-        opening=special.get(OPENING, ""),
-    )
+    names = cells.get(places.get(NAME, ""), ())
+    label, opening = (special.get(key, "") for key in (LABEL, OPENING))
+    format, frame = (GRASPA, "panda_tcp") if {*cells} >= OF_GRASPA else (FORMAT, FRAME)
+    header = {"layout": layout}
+    return Content(format, poses, columns, names, {}, header, label, opening, frame)
 
 
 def _numbers(name: str, cells: Sequence[str]) -> NDArray[np.float64]:

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from energymargin.checks import numbers_of
 from energymargin.grasps.content import Content, column_of
 
-FORMAT = "ACRONYM"
+FORMAT, FRAME = "ACRONYM", "franka_panda"
 LABEL = "flex/object_in_gripper"
 TRANSFORMS, QUALITIES = "grasps/transforms", "grasps/qualities/"
-LARGEST = 2**20  # bytes of what is of no row; larger things, as images, are left alone
 
 
 def read(path: Path) -> Content:
@@ -23,8 +23,7 @@ def read(path: Path) -> Content:
     def collect(name: str, thing: Any) -> None:
         if isinstance(thing, h5py.Dataset):
             text = h5py.check_string_dtype(thing.dtype)
-            if name.startswith("grasps/") or thing.nbytes <= LARGEST:
-                found[name] = (thing.asstr() if text else thing)[()]
+            found[name] = (thing.asstr() if text else thing)[()]
 
     try:
         with h5py.File(path) as file:
@@ -34,7 +33,11 @@ def read(path: Path) -> Content:
     if TRANSFORMS not in found:
         raise ValueError(f"has {', '.join(found) or 'nothing'}, expected {TRANSFORMS} (ACRONYM)")
     poses = numbers_of(TRANSFORMS, found.pop(TRANSFORMS), "poses (n, 4, 4)")
-    rows = [k for k, v in found.items() if k.startswith("grasps/") and v.shape[:1] == (len(poses),)]
+    rows = [
+        k
+        for k, v in found.items()
+        if k.startswith("grasps/") and np.shape(v)[:1] == poses.shape[:1]
+    ]
     columns = {
         name.removeprefix(QUALITIES).removeprefix("grasps/"): column_of(found.pop(name))
         for name in rows
@@ -44,7 +47,7 @@ def read(path: Path) -> Content:
     said = {k.removeprefix("object/"): v for k, v in found.items() if k.startswith("object/")}
     labels = [name for name in columns if name.endswith("/object_in_gripper")]
     label = LABEL if LABEL in labels else "".join(labels[:1])
-    return Content(FORMAT, poses, columns, object=said, header=found, label=label)
+    return Content(FORMAT, poses, columns, (), said, found, label, frame=FRAME)
 
 
 def write(path: Path, content: Content) -> None:
@@ -56,5 +59,5 @@ def write(path: Path, content: Content) -> None:
         for name, column in content.columns.items():
             text = column.dtype.kind in "UO"
             place = f"{QUALITIES if '/' in name else 'grasps/'}{name}"
-            data = [str(value) for value in column] if text else column
+            data = ["" if value is None else str(value) for value in column] if text else column
             file.create_dataset(place, data=data, dtype=h5py.string_dtype() if text else None)

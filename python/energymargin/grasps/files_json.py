@@ -13,7 +13,7 @@ import numpy as np
 from energymargin.checks import numbers_of
 from energymargin.grasps.content import Content, column_of, flat, nested, plain
 
-FORMAT = "GraspGen"
+FORMAT, FRAME = "GraspGen", None
 LABEL = "object_in_gripper"
 MEMBER = ".grasps.json"
 EXPECTED = '{"object": {"file", "scale"}, "grasps": {"transforms", "object_in_gripper"}}'
@@ -81,4 +81,4 @@ def _content(text: bytes) -> Content:
     header = {**whole, "grasps": nested(entries)}
     label = LABEL if LABEL in columns else ""
     said = said if isinstance(said, dict) else {}
-    return Content(FORMAT, poses, columns, object=said, header=header, label=label)
+    return Content(FORMAT, poses, columns, (), said, header, label)

@@ -19,7 +19,7 @@ from energymargin.grasps.content import (
     quaternions_of,
 )
 
-FORMAT = "isaac_grasp"
+FORMAT, FRAME = "isaac_grasp", None
 LABEL = "confidence"
 MOST_ENTRIES = 2e7  # of a file whose aliases are written out; a bomb has more
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -37,18 +34,14 @@ GraspGen and the Robotiqs of GraspGen, open, whose fingers open along x; Franka'
 tool centre point, whose fingers open along y."""
 
 
-def grasp_frame(
-    frame: ArrayLike | str | None, format: str, usual: str | None, header: Mapping[str, Any]
-) -> Pose:
-    """The grasp frame in the frame of the hand, shape (4, 4).
+def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None) -> Pose:
+    """The grasp frame in the frame of the hand, shape (4, 4); ValueError if that is none.
 
-    `usual` is the name of the frame of all files of the format, if there is one. Raises ValueError.
+    `hand` is what a file of the format says of its hand.
     """
     names = ", ".join(map(repr, FRAMES))
     expected = f"expected {names}, a distance along the approach z [m], or a pose"
-    frame = usual if frame is None else frame
     if frame is None:
-        hand = header.get("gripper_frame", header.get("gripper_frame_link"))
         said = f" (here {hand!r})" if hand else ""
         raise ValueError(f"frame is None, and poses of {format} are of any hand{said}; {expected}")
     if isinstance(frame, str):

@@ -52,26 +52,25 @@ def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]
 def facts_of(path: Path, said: Mapping[str, Any]) -> ObjectFacts | None:
     """What a file says of its object; None if that is nothing. Raises ValueError."""
     facts: dict[str, Any] = {}
-    for name, shape in {"scale": (), "mass": (), "friction": (), "com": (3,)}.items():
+    for name in ("scale", "mass", "friction"):
         if said.get(name) is not None:
-            number = numbers_of(f"object {name}", said[name], f"numbers of shape {shape}", shape)
-            facts[name] = (
-                tuple(number.tolist())
-                if shape
-                else positive_number(f"object {name}", number.item())
-            )
+            facts[name] = float(positive_number(f"object {name}", said[name]))
+    if said.get("com") is not None:
+        facts["com"] = tuple(numbers_of("object com", said["com"], "3 numbers", (3,)).tolist())
     if said.get("inertia") is not None:
-        rows = numbers_of("object inertia", said["inertia"], "numbers (3, 3)", (3, 3)).tolist()
+        rows = numbers_of(
+            "object inertia", said["inertia"], "numbers of shape (3, 3)", (3, 3)
+        ).tolist()
         facts["inertia"] = tuple(map(tuple, rows))
     if said.get("file"):
         facts["mesh"] = _mesh(path, Path(said["file"]))
     return ObjectFacts(**facts) if facts else None
 
 
-def said_of(facts: ObjectFacts) -> dict[str, Any]:
+def said_of(facts: ObjectFacts | None) -> dict[str, Any]:
     """What `facts_of` reads."""
-    said: dict[str, Any] = {"file": str(facts.mesh)} if facts.mesh else {}
-    return said | {k: v for k, v in vars(facts).items() if k != "mesh" and v is not None}
+    known = {name: value for name, value in vars(facts).items() if value} if facts else {}
+    return {"file" if k == "mesh" else k: str(v) if k == "mesh" else v for k, v in known.items()}
 
 
 def _keys(content: Content, names: list[str]) -> list[tuple[str, ...]]:
