@@ -30,7 +30,7 @@ def read_shard(path: Path, where: Mapping[str, Any]) -> Content:
         with tarfile.open(path) as file:
             members = {m.name.removesuffix(MEMBER): m for m in file if m.name.endswith(MEMBER)}
             only = next(iter(members)) if len(members) == 1 else None
-            name = where.get("object", only)
+            name = str(where.get("object", only))
             if name not in members:
                 some = ", ".join(map(repr, [*members][:3]))
                 raise ValueError(
