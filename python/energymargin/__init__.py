@@ -64,6 +64,7 @@ if typing.TYPE_CHECKING:
         datasets as datasets,
         evaluation as evaluation,
         executors as executors,
+        grasps as grasps,
         gym as gym,
         monitor as monitor,
         mujoco as mujoco,
@@ -99,7 +100,10 @@ if typing.TYPE_CHECKING:
 
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.
-PLAIN = ("actions", "beliefs", "datasets", "evaluation", "executors", "monitor", "recordings")
+PLAIN = (
+    *("actions", "beliefs", "datasets", "evaluation", "executors", "grasps", "monitor"),
+    "recordings",
+)
 EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra of its name
 SUBPACKAGES = (*PLAIN, "scenes", "store", "tasks", *EXTRAS)
 NAMES = {

@@ -28,6 +28,7 @@ RUNNING = [
     "index.md",
     "ten_minutes.md",
     "formats/datasets.md",
+    "formats/grasps.md",
     "guides/guard.md",
     "guides/choose_and_improve.md",
     "guides/gymnasium.md",

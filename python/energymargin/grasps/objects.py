@@ -1,92 +1,87 @@
-"""What is gripped: its shape, mass and friction."""
+"""The object of a file of grasps: where it stands, and what is said of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from energymargin._core import mass_properties
-from energymargin.checks import not_negative_number, positive_number
-from energymargin.grasps.shapes import shape_digest
-from energymargin.scenes.corners import shape_parts
-
-HEAVY = 50.0  # kg; what no hand lifts
+from energymargin.checks import numbers_of, positive_number
+from energymargin.grasps import files_csv
+from energymargin.grasps.content import Content
+from energymargin.grasps.frames import pose
+from energymargin.grasps.grasp_set import ObjectFacts, Poses
 
 
-@dataclass(frozen=True)
-class GraspObject:
-    """What is gripped.
+def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]]:
+    """The object's pose in the frame of each row, shape (n, 4, 4), and what is said of it.
 
-    Args:
-        shape: of `em.mesh`, or a primitive, in the frame in which the grasps are given.
-        mass: [kg]
-        friction: coefficient; that of a contact is its product with the hand's.
-
-    Raises ValueError on numbers that cannot be.
+    `given`: None, a pose, or a CSV file of poses, whose rows have the values of the grasps' rows in
+    the columns of both. Raises ValueError.
     """
+    n = len(content.poses)
+    if given is None and content.format == files_csv.GRASPA:
+        raise ValueError(
+            "object is None, and GRASPA has poses in the frame of a board, expected the object's "
+            "pose there, or a CSV file of them with the columns layout and object"
+        )
+    if not isinstance(given, (str, os.PathLike)):
+        matrix = np.eye(4) if given is None else pose("object", given)
+        return np.broadcast_to(matrix, (n, 4, 4)), content.object
+    path = Path(given)
+    if not path.is_file():
+        raise ValueError(f"object is {str(given)!r}, and there is no such file")
+    table = files_csv.read(path)
+    shared = [name for name in table.columns if name in content.columns]
+    keys = [_keys(each, shared) for each in (table, content)]
+    rows = {key: k for k, key in enumerate(keys[0])}
+    among = f"among {', '.join(shared) or 'no columns'}, which both files have"
+    if len(rows) < len(table.poses):
+        raise ValueError(f"object is {str(given)!r}, where two rows are alike {among}")
+    if missing := [key for key in keys[1] if key not in rows]:
+        raise ValueError(f"object is {str(given)!r}, where no row has {missing[0]} {among}")
+    places = [rows[key] for key in keys[1]]
+    meshes = {table.columns["mesh"][k] for k in places} if "mesh" in table.columns else set()
+    said = {"file": _mesh(path, Path(meshes.pop()))} if len(meshes) == 1 else content.object
+    return table.poses[places], said
 
-    shape: Any
-    mass: float
-    friction: float = 0.5
 
-    def __post_init__(self) -> None:
-        """Checks all of it."""
-        positive_number("mass", self.mass)
-        not_negative_number("friction", self.friction)
-        if self.mass > HEAVY:
-            raise ValueError(
-                f"mass is {self.mass:g} kg, expected at most {HEAVY:g} kg: grams take 0.001"
-            )
+def facts_of(path: Path, said: Mapping[str, Any]) -> ObjectFacts | None:
+    """What a file says of its object; None if that is nothing. Raises ValueError."""
+    facts: dict[str, Any] = {}
+    for name in ("scale", "mass", "friction"):
+        if said.get(name) is not None:
+            facts[name] = float(positive_number(f"object {name}", said[name]))
+    if said.get("com") is not None:
+        facts["com"] = tuple(numbers_of("object com", said["com"], "3 numbers", (3,)).tolist())
+    if said.get("inertia") is not None:
+        rows = numbers_of(
+            "object inertia", said["inertia"], "numbers of shape (3, 3)", (3, 3)
+        ).tolist()
+        facts["inertia"] = tuple(map(tuple, rows))
+    if said.get("file"):
+        facts["mesh"] = _mesh(path, Path(said["file"]))
+    return ObjectFacts(**facts) if facts else None
 
-    @staticmethod
-    def load(
-        path: str | Path,
-        *,
-        mass: float | None = None,
-        density: float | None = None,
-        friction: float = 0.5,
-        scale: float = 1.0,
-        **options: Any,
-    ) -> GraspObject:
-        """An object from a mesh file, whose frame is that of the grasps.
 
-        Args:
-            path: of the mesh.
-            mass: [kg]
-            density: in place of the mass [kg/m^3].
-            friction: coefficient.
-            scale: what makes metres of the file's numbers.
-            options: of `em.mesh`, as accuracy.
+def said_of(facts: ObjectFacts | None) -> dict[str, Any]:
+    """What `facts_of` reads."""
+    known = {name: value for name, value in vars(facts).items() if value} if facts else {}
+    return {"file" if k == "mesh" else k: str(v) if k == "mesh" else v for k, v in known.items()}
 
-        Raises ValueError unless it has either a mass or a density, and OSError on the file.
-        """
-        from energymargin.meshes import mesh
 
-        if (mass is None) == (density is None):
-            raise ValueError(
-                f"mass is {mass} and density is {density}, expected one of them: [kg], [kg/m^3]"
-            )
-        shape = mesh(path, scale=scale, **options)
-        if mass is None:
-            mass = positive_number("density", density or 0.0) * mass_properties(shape).volume
-        return GraspObject(shape, mass, friction)
+def _keys(content: Content, names: list[str]) -> list[tuple[str, ...]]:
+    columns = [content.columns[name].astype(str).tolist() for name in names]
+    return [tuple(column[k] for column in columns) for k in range(len(content.poses))]
 
-    @cached_property
-    def center(self) -> NDArray[np.float64]:
-        """Centre of mass in its frame [m], (3,)."""
-        return np.array(mass_properties(self.shape).center)
 
-    @cached_property
-    def corners(self) -> NDArray[np.float64]:
-        """Points whose hull holds the object, in its frame [m], (k, 3)."""
-        return np.concatenate(shape_parts(self.shape))
-
-    @property
-    def text(self) -> dict[str, Any]:
-        """What it is, as JSON."""
-        return {"shape": shape_digest(self.shape), "mass": self.mass, "friction": self.friction}
+def _mesh(path: Path, mesh: Path) -> Path:
+    """Where a mesh is: as told from the folder of the grasps or one above, or beside them by its
+    name or by theirs."""
+    folders = [path.parent, *path.resolve().parents[1:4]]
+    beside = [path.parent / mesh.name, path.parent / "meshes" / mesh.name]
+    tried = [*(folder / mesh for folder in folders), *beside, path.with_suffix(mesh.suffix)]
+    return next((each for each in tried if each.is_file()), mesh)

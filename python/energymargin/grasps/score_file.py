@@ -107,7 +107,10 @@ def question(scores: GraspScores, effort: int | None) -> str:
     Raises ValueError on a disturbance or a belief that cannot be written down.
     """
     trials, grasps = scores.trials, scores.grasps
-    rows = [grasps.poses, grasps.openings, grasps.object_poses]
+    rows = b"".join(
+        np.ascontiguousarray(one).tobytes()
+        for one in (grasps.poses, grasps.openings, grasps.object_poses)
+    )
     asked = {
         "algorithm": algorithm(),
         "hand": trials.hand.text,
@@ -119,8 +122,6 @@ def question(scores: GraspScores, effort: int | None) -> str:
         "seed": trials.seed,
         "rollouts": scores.endings.shape[1],
         "effort": effort,
-        "grasps": hashlib.sha256(
-            b"".join(np.ascontiguousarray(a).tobytes() for a in rows)
-        ).hexdigest(),
+        "grasps": hashlib.sha256(rows).hexdigest(),
     }
     return json.dumps(asked)

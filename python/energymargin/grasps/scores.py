@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,12 +59,12 @@ class GraspScores(Record, Summarized):
         missing = (self.endings == MISSING).any(axis=1)
         return not any(missing[k] for k in range(len(missing)) if k not in self.errors)
 
-    @cached_property
+    @property
     def counted(self) -> NDArray[np.int64]:
         """Trials that count, (n,): those that were made and did not diverge."""
         return np.asarray(((self.endings != MISSING) & (self.endings != DIVERGED)).sum(axis=1))
 
-    @cached_property
+    @property
     def probabilities(self) -> NDArray[np.float64]:
         """Share of the trials in which the object was held, (n,); NaN without trials."""
         held = (self.endings == HELD).sum(axis=1)
@@ -89,10 +88,10 @@ class GraspScores(Record, Summarized):
         ends[trials == 0] = np.nan
         return ends
 
-    @cached_property
+    @property
     def order(self) -> NDArray[np.int64]:
-        """Numbers of the grasps, the best first: by probability, then by how long they hold, then by
-        effort; those without a score last."""
+        """Numbers of the grasps, the best first: by probability, then by how long they hold, then
+        by effort; those without a score last."""
         finest_last = (self.efforts, self.mean_time, self.probabilities)
         return np.lexsort([-np.nan_to_num(key, nan=-1.0) for key in finest_last])
 
@@ -134,13 +133,11 @@ class GraspScores(Record, Summarized):
             texts = ["" if np.isnan(one) else f"{one:.6g}" for one in numbers]
             label = self.grasps.labels[k]
             counts = [str(int((self.endings[k] == code).sum())) for code in range(len(ENDINGS))]
-            lines.append(
-                [str(rank), self.grasps.names[k], *texts, "" if np.isnan(label) else f"{label:g}"]
-                + counts
-            )
+            said = "" if np.isnan(label) else f"{label:g}"
+            lines.append([str(rank), self.grasps.names[k], *texts, said, *counts])
         return csv_text(lines[0], lines[1:])
 
-    @cached_property
+    @property
     def mean_time(self) -> NDArray[np.float64]:
         """Mean time held within the protocol [s], (n,); a trial that did not grip counts 0."""
         capped = np.where(np.isnan(self.times), 0.0, np.minimum(self.times, self.horizon))

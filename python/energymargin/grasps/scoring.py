@@ -21,9 +21,9 @@ from energymargin.disturbances import Disturbance
 from energymargin.executors import Executor
 from energymargin.executors.choice import chosen_executor
 from energymargin.grasps.belief import GraspBelief
+from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, preset
-from energymargin.grasps.objects import GraspObject
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.score_file import ScoreFile
 from energymargin.grasps.scores import MISSING, GraspScores, grasp_of

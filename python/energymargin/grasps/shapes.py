@@ -13,6 +13,7 @@ from energymargin._core import (
     Compound,
     ConvexHull,
     Cylinder,
+    Inertial,
     MassProperties,
     Part,
     Sphere,
@@ -34,10 +35,18 @@ copyreg.pickle(
         (one.volume, one.center.tolist(), one.moments.tolist(), one.axes.tolist()),
     ),
 )
+copyreg.pickle(
+    Inertial,
+    lambda one: (_inertial, (one.center.tolist(), one.moments.tolist(), one.axes.tolist())),
+)
 for compound in (Compound, MeshShape):
     copyreg.pickle(compound, lambda one: (Compound, (one.parts, one.solid)))
 
 
-def shape_digest(shape: Any) -> str:
+def _inertial(center: list[float], moments: list[float], axes: list[float]) -> Inertial:
+    return Inertial(center, inertia=moments, axes=axes)
+
+
+def digest(shape: Any) -> str:
     """A text that is the same for equal shapes alone."""
     return hashlib.sha256(pickle.dumps(shape, protocol=4)).hexdigest()

@@ -20,9 +20,9 @@ from energymargin._core import Cancel, CaptureProbability, Plan, Problem, Region
 from energymargin.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.grasps.belief import Draw, GraspBelief
+from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
-from energymargin.grasps.objects import GraspObject
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.scores import UNIFORM, capture_probability
 
@@ -103,6 +103,10 @@ class Trials:
     colliding: str = "redraw"
     seed: int = 0
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the scenes that were built."""
+        return {name: one for name, one in vars(self).items() if name != "_scenes"}
+
     def draw(self, number: int) -> Draw:
         """Draw `number` of what is not known, but for the pose; -1: what is believed most."""
         likely = {"friction": self.object.friction, "mass": self.object.mass}
@@ -146,14 +150,12 @@ class Trials:
         start = self.start(grasp, draw)
         closed = None if start.state is None else self.close(grasp.opening, start.state, draw)
         if closed is None or not closed.gripped:
-            ending = "has no place" if closed is None else "does not close on the object"
-            raise ValueError(
-                f"grasp {grasp.number} is one whose hand {ending}, expected one that grips"
-            )
+            why = "has no place" if closed is None else "does not close on the object"
+            raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
         return self.problem(closed, draw)
 
     def check(self, grasps: GraspSet) -> None:
-        """Raises ValueError if the numbers do not go together: units, openings, a frame elsewhere."""
+        """Raises ValueError if numbers do not go together: units, openings, a frame elsewhere."""
         check_type("hand", self.hand, Hand, "a hand of em.grasps or the name of a preset")
         wide = float(np.nanmax(grasps.openings, initial=0.0))
         self.scene(wide or np.nan, self.draw(-1), gravity=False)
@@ -162,9 +164,10 @@ class Trials:
         away = np.linalg.norm((np.linalg.inv(grasps.poses) @ center)[:, :3], axis=1)
         if float(np.median(away)) > FAR * size + REACH:
             raise ValueError(
-                f"grasps are {np.median(away):.3g} m from the object's centre of mass in the median, "
-                f"and the object is {size:.3g} m large: poses in another frame or unit? A mesh in mm "
-                "needs scale=0.001; poses in a world's frame need object= of em.grasps.read"
+                f"grasps are {np.median(away):.3g} m from the object's centre of mass in the "
+                f"median, and the object is {size:.3g} m large: poses in another frame or unit? A "
+                "mesh in mm needs scale=0.001; poses in a world's frame need object= of "
+                "em.grasps.read"
             )
 
     def start(self, grasp: Grasp, draw: Draw) -> Start:
@@ -256,7 +259,12 @@ class Trials:
         hand = self.hand.add_to(scene, force=force, opening=opening)
         thing = self.object
         scene.add_body(
-            "object", thing.shape, mass=thing.mass, friction=thing.friction, role="object"
+            "object",
+            thing.shape,
+            mass=thing.mass,
+            friction=thing.friction,
+            inertial=thing.inertial,
+            role="object",
         )
         if self.protocol.table:
             scene.add_plane("table", friction=0.5)

@@ -1,0 +1,213 @@
+"""Reads and writes files of grasps; their format is known by what is in them."""
+
+from __future__ import annotations
+
+import os
+import re
+import tarfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energymargin.checks import check_type, numbers_of, positive_number, shown
+from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml
+from energymargin.grasps.content import Content
+from energymargin.grasps.frames import grasp_frame
+from energymargin.grasps.grasp_set import (
+    UNKNOWN,
+    Column,
+    GraspSet,
+    Poses,
+    Source,
+    check_poses,
+)
+from energymargin.grasps.objects import facts_of, object_poses, said_of
+from energymargin.replacing import replaced
+
+WRITERS: dict[str, Any] = {
+    **dict.fromkeys((".h5", ".hdf5"), files_hdf5),
+    ".json": files_json,
+    **dict.fromkeys((".yaml", ".yml"), files_yaml),
+    **dict.fromkeys((".csv", ".txt", ".tsv"), files_csv),
+}
+"""By the end of a file's name."""
+OURS, SCORE, RECORDED = "energymargin/", "probability", "energymargin/recorded"
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    frame: ArrayLike | str | None = None,
+    object: ArrayLike | str | os.PathLike[str] | None = None,
+    where: Mapping[str, Any] | None = None,
+    scale: float = 1.0,
+) -> GraspSet:
+    """The grasps in a file of ACRONYM, GraspGen, GRASPA or Isaac Sim, or in a table of poses.
+
+    `docs/formats/grasps.md` has the formats and their frames. An isaac_grasp file needs the extra
+    [grasps].
+
+    Args:
+        path: the file; what is in it tells the format.
+        frame: the grasp frame (midway between the pads, z the approach, x the way the fingers
+            open) in the file's frame of the hand: a name of `em.grasps.FRAMES`, a distance along z
+            [m], or a pose. None where a format has always the same; GraspGen's and isaac_grasp
+            have not.
+        object: the pose of the object in the frame of the file's poses, if that is a board's or
+            the world's; or a CSV file of poses with columns that tell whose they are, as
+            layout,object. None: the file's poses are in the object's frame.
+        where: values, or lists of values, by column: other rows are left out. `object` chooses
+            that of a tar file.
+        scale: what makes metres of the file's lengths.
+
+    A pose is a matrix (4, 4), or x, y, z [m] and a unit quaternion x, y, z, w.
+
+    Raises FileNotFoundError, ImportError without the extra, and ValueError that names the file and
+    the row or argument that is wrong.
+    """
+    path, where = Path(path), {} if where is None else where
+    check_type("where", where, Mapping, 'values by column, as {"object": "mug"}')
+    if not path.is_file():
+        raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
+    try:
+        return _grasps(path, _chosen(_content(path, where), where), frame, object, scale)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def write(
+    path: str | os.PathLike[str],
+    grasps: GraspSet,
+    scores: Mapping[str, ArrayLike] | ArrayLike | None = None,
+    *,
+    frame: ArrayLike | str | None = None,
+    overwrite: bool = False,
+) -> None:
+    """Writes grasps, with scores, as ACRONYM (.h5), GraspGen (.json), isaac_grasp (.yaml) or CSV.
+
+    In the format that the grasps are from, the file has all that theirs had. Scores are added as
+    energymargin/NAME: in ACRONYM's beside flex/, else in each grasp or column. GraspGen's
+    object_in_gripper (at least a half) and the confidence of isaac_grasp become "probability", or
+    else the first of the scores; what they were is then energymargin/recorded.
+
+    Args:
+        path: the end of its name tells the format.
+        grasps: the grasps.
+        scores: values of shape (n,) by name, or those of "probability" alone.
+        frame: as that of `read`. None: that which the grasps were read with in this format, or
+            that of the format.
+        overwrite: whether a file that is there is replaced.
+
+    Raises ValueError that names the argument, ImportError without the extra [grasps] for YAML, and
+    OSError if the file cannot be written.
+    """
+    path = Path(path)
+    module = WRITERS.get(path.suffix.lower())
+    if module is None:
+        raise ValueError(f"path is {str(path)!r}, expected a name with {' or '.join(WRITERS)}")
+    if os.path.lexists(path) and not overwrite:
+        raise ValueError(f"{path} exists: choose another path, or give overwrite=True")
+    source = grasps.source
+    poses, said = grasps.poses, said_of(grasps.object)
+    if source and source.format in (module.FORMAT, getattr(module, "GRASPA", None)):
+        poses, said = grasps.object_poses @ poses, {}  # which is in the header
+    else:
+        hand = grasp_frame(module.FRAME if frame is None else frame, module.FORMAT)
+        source = Source(path, module.FORMAT, hand)
+    hand = source.frame if frame is None else grasp_frame(frame, module.FORMAT)
+    columns = _columns(grasps, source, source.label or module.LABEL)
+    columns |= _scores(scores, columns, len(grasps), module)
+    poses = _scaled(poses @ np.linalg.inv(hand), 1.0 / source.scale)
+    content = Content(source.format, poses, columns, grasps.names, said, source.header)
+    with replaced(path) as file:
+        module.write(file, content)
+
+
+def _content(path: Path, where: Mapping[str, Any]) -> Content:
+    """The content of a file of any format."""
+    with path.open("rb") as file:
+        start = file.read(65536)
+    if start.startswith(b"\x89HDF\r\n\x1a\n"):
+        return files_hdf5.read(path)
+    if tarfile.is_tarfile(path):
+        return files_json.read_shard(path, where)
+    if start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"{", b"[")):
+        return files_json.read(path)
+    if re.search(rb"^(format|grasps)\s*:", start, re.MULTILINE):
+        return files_yaml.read(path)
+    return files_csv.read(path)
+
+
+def _chosen(content: Content, where: Mapping[str, Any]) -> Content:
+    """The rows with these values, with names."""
+    names = np.array(content.names or [str(k) for k in range(len(content.poses))], str)
+    columns = {"name": names, **content.columns}
+    rows = np.ones(len(names), bool)
+    for key, value in where.items():
+        if key not in columns:
+            raise ValueError(f"where has {key!r}, expected a column: {', '.join(columns)}")
+        wanted, column = np.atleast_1d(np.asarray(value)), columns[key]
+        if {wanted.dtype.kind, column.dtype.kind} - set("biuf"):
+            wanted, column = wanted.astype(str), column.astype(str)
+        before, rows = rows, rows & np.isin(column, wanted)
+        if not rows.any():
+            some = shown([*dict.fromkeys(column[before].tolist())])
+            raise ValueError(
+                f"where has {value!r} for {key!r}, and no such row; it is one of {some}"
+            )
+    columns = {name: column[rows] for name, column in content.columns.items()}
+    chosen = tuple(names[rows].tolist())
+    return replace(content, poses=content.poses[rows], columns=columns, names=chosen)
+
+
+def _grasps(path: Path, content: Content, frame: Any, object: Any, scale: float) -> GraspSet:
+    """The content in the frames and units of a GraspSet."""
+    positive_number("scale", scale)
+    usual = content.frame if frame is None else frame
+    told = content.header.get("gripper_frame", content.header.get("gripper_frame_link"))
+    hand = grasp_frame(usual, content.format, told)
+    stands, said = object_poses(object, content)
+    check_poses("the pose", content.poses, content.names)
+    columns = dict(content.columns)
+    names = (content.label, content.opening)
+    labels, openings = (numbers_of(k, columns.pop(k)) if k else UNKNOWN for k in names)
+    poses = np.linalg.inv(stands) @ _scaled(content.poses, scale) @ hand
+    source = Source(path, content.format, hand, scale, *names, content.header)
+    facts = facts_of(path, said)
+    return GraspSet(poses, openings * scale, labels, content.names, facts, columns, stands, source)
+
+
+def _columns(grasps: GraspSet, source: Source, label: str) -> dict[str, Column]:
+    """All columns of a file, without new ones of which nothing is known."""
+    labels = grasps.labels
+    if np.isin(labels, (0.0, 1.0)).all():
+        labels = labels.astype(np.int64)
+    special = {source.opening or "opening": grasps.openings / source.scale, label: labels}
+    had = (source.label, source.opening)
+    known = {k: v for k, v in special.items() if k in had or not np.isnan(v).all()}
+    return grasps.columns | known
+
+
+def _scores(scores: Any, columns: Mapping[str, Column], n: int, module: Any) -> dict[str, Column]:
+    """Columns of scores. One takes the place of the label where a format's tools read no other."""
+    given = {} if scores is None else scores if isinstance(scores, Mapping) else {SCORE: scores}
+    expected = f"finite numbers of shape ({n},)"
+    values = {k: numbers_of(f"scores {k!r}", v, expected, (n,)) for k, v in given.items()}
+    added: dict[str, Column] = {f"{OURS}{name}": value for name, value in values.items()}
+    if values and module in (files_json, files_yaml):
+        name = SCORE if SCORE in values else next(iter(values))
+        if values[name].min() < 0 or values[name].max() > 1:
+            wrong = shown(values[name].tolist())
+            raise ValueError(f"scores {name!r} is {wrong}, expected 0 to 1 as {module.LABEL}")
+        if module.LABEL in columns:
+            added[RECORDED] = columns.get(RECORDED, columns[module.LABEL])
+        added[module.LABEL] = values[name]
+    return added
+
+
+def _scaled(poses: Poses, scale: float) -> Poses:
+    return np.concatenate([poses[..., :3], poses[..., 3:] * [[scale], [scale], [scale], [1.0]]], 2)

@@ -1,0 +1,63 @@
+"""HDF5 files as ACRONYM's: grasps/transforms, grasps/qualities/ENGINE/NAME, object/NAME."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from energymargin.checks import numbers_of
+from energymargin.grasps.content import Content, column_of
+
+FORMAT, FRAME = "ACRONYM", "franka_panda"
+LABEL = "flex/object_in_gripper"
+TRANSFORMS, QUALITIES = "grasps/transforms", "grasps/qualities/"
+
+
+def read(path: Path) -> Content:
+    """The grasps of a file. Raises ValueError if it is cut off, or holds something else."""
+    found: dict[str, Any] = {}
+
+    def collect(name: str, thing: Any) -> None:
+        if isinstance(thing, h5py.Dataset):
+            text = h5py.check_string_dtype(thing.dtype)
+            found[name] = (thing.asstr() if text else thing)[()]
+
+    try:
+        with h5py.File(path) as file:
+            file.visititems(collect)
+    except (OSError, KeyError, RuntimeError) as error:  # as h5py says that bytes are missing
+        raise ValueError(f"is damaged or cut off, expected a whole HDF5 file: {error}") from error
+    if TRANSFORMS not in found:
+        raise ValueError(f"has {', '.join(found) or 'nothing'}, expected {TRANSFORMS} (ACRONYM)")
+    poses = numbers_of(TRANSFORMS, found.pop(TRANSFORMS), "poses (n, 4, 4)")
+    rows = [
+        k
+        for k, v in found.items()
+        if k.startswith("grasps/") and np.shape(v)[:1] == poses.shape[:1]
+    ]
+    columns = {
+        name.removeprefix(QUALITIES).removeprefix("grasps/"): column_of(found.pop(name))
+        for name in rows
+    }
+    if others := [name for name in found if name.startswith(QUALITIES)]:
+        raise ValueError(f"{others[0]} has not {len(poses)} rows, as {TRANSFORMS} has")
+    said = {k.removeprefix("object/"): v for k, v in found.items() if k.startswith("object/")}
+    labels = [name for name in columns if name.endswith("/object_in_gripper")]
+    label = LABEL if LABEL in labels else "".join(labels[:1])
+    return Content(FORMAT, poses, columns, (), said, found, label, frame=FRAME)
+
+
+def write(path: Path, content: Content) -> None:
+    """A file as ACRONYM's."""
+    said = {f"object/{name}": value for name, value in content.object.items()}
+    with h5py.File(path, "w") as file:
+        for name, value in {**said, **content.header, TRANSFORMS: content.poses}.items():
+            file[name] = value
+        for name, column in content.columns.items():
+            text = column.dtype.kind in "UO"
+            place = f"{QUALITIES if '/' in name else 'grasps/'}{name}"
+            data = ["" if value is None else str(value) for value in column] if text else column
+            file.create_dataset(place, data=data, dtype=h5py.string_dtype() if text else None)

@@ -1,0 +1,84 @@
+"""JSON files of GraspGen, alone or as the members of a tar file (a shard of its data set)."""
+
+from __future__ import annotations
+
+import json
+import tarfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from energymargin.checks import numbers_of
+from energymargin.grasps.content import Content, column_of, flat, nested, plain
+
+FORMAT, FRAME = "GraspGen", None
+LABEL = "object_in_gripper"
+MEMBER = ".grasps.json"
+EXPECTED = '{"object": {"file", "scale"}, "grasps": {"transforms", "object_in_gripper"}}'
+
+
+def read(path: Path) -> Content:
+    """The grasps of a JSON file. Raises ValueError if it holds something else."""
+    return _content(path.read_bytes())
+
+
+def read_shard(path: Path, where: Mapping[str, Any]) -> Content:
+    """The grasps of one object of a tar file: the only one, or where["object"]."""
+    try:
+        with tarfile.open(path) as file:
+            members = {m.name.removesuffix(MEMBER): m for m in file if m.name.endswith(MEMBER)}
+            only = next(iter(members)) if len(members) == 1 else None
+            name = str(where.get("object", only))
+            if name not in members:
+                some = ", ".join(map(repr, [*members][:3]))
+                raise ValueError(
+                    f"has {len(members)} objects ({some}{' ...' * (len(members) > 3)}), and where "
+                    f'has {name!r}; expected one of them, as where={{"object": NAME}}'
+                )
+            member = file.extractfile(members[name])
+            content = _content(member.read() if member else b"")
+    except (tarfile.TarError, EOFError) as error:
+        raise ValueError(f"is damaged or cut off, expected a whole tar file: {error}") from error
+    content.columns["object"] = np.full(len(content.poses), name)
+    return content
+
+
+def write(path: Path, content: Content) -> None:
+    """A file as GraspGen's; its success field has true and false."""
+    columns = dict(content.columns)
+    if LABEL in columns:
+        held = columns[LABEL].astype(float)
+        if np.isnan(held).any():
+            raise ValueError(
+                "the label of some grasps is not known, expected true or false for GraspGen; write "
+                "grasps[~np.isnan(grasps.labels)], or give scores"
+            )
+        columns[LABEL] = held >= 0.5
+    grasps = {"transforms": content.poses.tolist()}
+    grasps |= nested({name: plain(column) for name, column in columns.items()})
+    whole = {"object": dict(content.object), **content.header}
+    whole["grasps"] = {**whole.get("grasps", {}), **grasps}
+    path.write_text(json.dumps(whole), encoding="utf-8")
+
+
+def _content(text: bytes) -> Content:
+    try:
+        whole = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"is no whole JSON file: {error}") from error
+    grasps = whole.get("grasps") if isinstance(whole, dict) else None
+    if not isinstance(grasps, dict) or "transforms" not in grasps:
+        raise ValueError(f"is a JSON file of something else, expected GraspGen's: {EXPECTED}")
+    poses = numbers_of("grasps.transforms", grasps.pop("transforms"), "poses (n, 4, 4)")
+    entries = flat(grasps)
+    rows = [k for k, v in entries.items() if isinstance(v, list) and len(v) == len(poses)]
+    columns = {name: column_of(entries.pop(name)) for name in rows}
+    if LABEL in entries:
+        raise ValueError(f"grasps.{LABEL} is not a list of {len(poses)} values, as transforms is")
+    said = whole.get("object")
+    header = {**whole, "grasps": nested(entries)}
+    label = LABEL if LABEL in columns else ""
+    said = said if isinstance(said, dict) else {}
+    return Content(FORMAT, poses, columns, (), said, header, label)

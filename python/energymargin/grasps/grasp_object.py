@@ -1,0 +1,138 @@
+"""What is gripped: its shape, mass and friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Inertial, mass_properties
+from energymargin.checks import not_negative_number, positive_number
+from energymargin.grasps.grasp_set import ObjectFacts
+from energymargin.grasps.shapes import digest
+from energymargin.scenes.corners import shape_parts
+
+HEAVY = 50.0  # kg; what no hand lifts
+
+
+@dataclass(frozen=True)
+class GraspObject:
+    """What is gripped.
+
+    Args:
+        shape: of `em.mesh`, or a primitive, in the frame in which the grasps are given.
+        mass: [kg]
+        friction: coefficient; that of a contact is its product with the hand's.
+        inertial: centre of mass and inertia, of an object of `mass`; None: those of the shape, of
+            even density.
+
+    Raises ValueError on numbers that cannot be.
+    """
+
+    shape: Any
+    mass: float
+    friction: float = 0.5
+    inertial: Inertial | None = None
+
+    def __post_init__(self) -> None:
+        """Checks all of it."""
+        positive_number("mass", self.mass)
+        not_negative_number("friction", self.friction)
+        if self.mass > HEAVY:
+            raise ValueError(
+                f"mass is {self.mass:g} kg, expected at most {HEAVY:g} kg: grams take 0.001"
+            )
+
+    @staticmethod
+    def load(
+        path: str | Path,
+        *,
+        mass: float | None = None,
+        density: float | None = None,
+        friction: float = 0.5,
+        scale: float = 1.0,
+        **options: Any,
+    ) -> GraspObject:
+        """An object from a mesh file, whose frame is that of the grasps.
+
+        Args:
+            path: of the mesh.
+            mass: [kg]
+            density: in place of the mass [kg/m^3].
+            friction: coefficient.
+            scale: what makes metres of the file's numbers.
+            options: of `em.mesh`, as accuracy.
+
+        Raises ValueError unless it has either a mass or a density, and OSError on the file.
+        """
+        from energymargin.meshes import mesh
+
+        if (mass is None) == (density is None):
+            raise ValueError(
+                f"mass is {mass} and density is {density}, expected one of them: [kg], [kg/m^3]"
+            )
+        shape = mesh(path, scale=scale, **options)
+        if mass is None:
+            mass = positive_number("density", density or 0.0) * mass_properties(shape).volume
+        return GraspObject(shape, mass, friction)
+
+    @staticmethod
+    def of(
+        facts: ObjectFacts | None,
+        *,
+        mesh: str | Path | None = None,
+        mass: float | None = None,
+        friction: float | None = None,
+        scale: float | None = None,
+        **options: Any,
+    ) -> GraspObject:
+        """The object of a file of grasps, `grasps.object`; what is given here counts instead.
+
+        Args:
+            facts: what the file says.
+            mesh: its mesh file.
+            mass: [kg]; its centre of mass and inertia are then those of the shape.
+            friction: coefficient.
+            scale: what makes metres of the mesh's numbers.
+            options: of `em.mesh`, as accuracy; and density.
+
+        Raises ValueError on what neither the file nor the call says, and OSError on the mesh.
+        """
+        said = ObjectFacts() if facts is None else facts
+        path = said.mesh if mesh is None else Path(mesh)
+        if path is None:
+            raise ValueError("object has no mesh in the file of grasps, expected mesh='its path'")
+        own = mass is None and "density" not in options
+        known = GraspObject.load(
+            path,
+            mass=said.mass if own else mass,
+            friction=next((one for one in (friction, said.friction) if one is not None), 0.5),
+            scale=said.scale if scale is None else scale,
+            **options,
+        )
+        if not own or said.com is None or said.inertia is None:
+            return known
+        about = Inertial(said.com, inertia=said.inertia)
+        return replace(known, inertial=about)
+
+    @cached_property
+    def center(self) -> NDArray[np.float64]:
+        """Centre of mass in its frame [m], (3,)."""
+        if self.inertial is not None:
+            return np.array(self.inertial.center)
+        return np.array(mass_properties(self.shape).center)
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """Points whose hull holds the object, in its frame [m], (k, 3)."""
+        return np.concatenate(shape_parts(self.shape))
+
+    @property
+    def text(self) -> dict[str, Any]:
+        """What it is, as JSON."""
+        own = {"shape": digest(self.shape), "mass": self.mass, "friction": self.friction}
+        return own if self.inertial is None else own | {"inertial": digest(self.inertial)}
