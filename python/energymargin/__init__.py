@@ -67,6 +67,7 @@ if typing.TYPE_CHECKING:
         grasps as grasps,
         gym as gym,
         monitor as monitor,
+        motions as motions,
         mujoco as mujoco,
         plots as plots,
         recordings as recordings,
@@ -101,7 +102,7 @@ if typing.TYPE_CHECKING:
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.
 PLAIN = (
-    *("actions", "beliefs", "datasets", "evaluation", "executors", "grasps", "monitor"),
+    *("actions", "beliefs", "datasets", "evaluation", "executors", "grasps", "monitor", "motions"),
     "recordings",
 )
 EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra of its name

@@ -5,6 +5,7 @@ from energymargin.grasps.files import read, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
+from energymargin.grasps.hand_files import HandFile
 from energymargin.grasps.hands import Hand, ParallelGripper
 from energymargin.grasps.protocols import Motion, Protocol
 from energymargin.grasps.scores import GraspScores
@@ -17,6 +18,7 @@ __all__ = [
     "GraspScores",
     "GraspSet",
     "Hand",
+    "HandFile",
     "Motion",
     "ObjectFacts",
     "ParallelGripper",

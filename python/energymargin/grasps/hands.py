@@ -32,8 +32,8 @@ class Fitted(NamedTuple):
     """All bodies of the hand."""
     start: dict[str, float]
     """Positions of the joints while it is open [rad] or [m]."""
-    closed: dict[str, float]
-    """Targets of the driven joints when it is closed."""
+    targets: dict[str, tuple[float, float]]
+    """Of the driven joints and tendons, open and closed."""
 
 
 class Hand:
@@ -41,6 +41,8 @@ class Hand:
 
     closing: float
     """Time from open to closed, if nothing is between the fingers [s]."""
+    friction_rule: str = "product"
+    """Of the scene, as of `em.Scene`."""
 
     @abstractmethod
     def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
@@ -149,7 +151,7 @@ class ParallelGripper(Hand):
             fingers=("left", "right"),
             bodies=("hand", "left", "right"),
             start=dict.fromkeys(driven, start),
-            closed=dict.fromkeys(driven, 0.0),
+            targets=dict.fromkeys(driven, (start, 0.0)),
         )
 
     def _drive(self, force: float) -> dict[str, Any]:

@@ -32,6 +32,7 @@ DEEP = 1e-3  # m; an overlap that is not one of rounding
 REDRAWS = 20  # poses that are drawn for one trial
 BACK = 2e-3  # m; of each step back along the approach
 FARTHEST_BACK = 0.04  # m
+LARGEST = 2.0  # m; what a hand grips
 FAR = 1.5  # sizes of the object
 REACH = 0.1  # m
 LEVER = 0.01  # m; a torque is a force at this distance
@@ -75,7 +76,7 @@ class Closed(NamedTuple):
     hand: Fitted
     state: NDArray[np.float64]
     gripped: bool
-    """Whether all of its sides touch the object."""
+    """Whether all of its fingers press on the object."""
     base: Pose
     """The frame of the hand's base, (4, 4)."""
     thing: Pose
@@ -159,7 +160,13 @@ class Trials:
         check_type("hand", self.hand, Hand, "a hand of em.grasps or the name of a preset")
         wide = float(np.nanmax(grasps.openings, initial=0.0))
         self.scene(wide or np.nan, self.draw(-1), gravity=False)
+        self.scene(np.nan, self.draw(0), gravity=False)
         size = float(np.ptp(self.object.corners, axis=0).max())
+        if size > LARGEST:
+            raise ValueError(
+                f"object is {size:.3g} m large, expected at most {LARGEST:g} m: a mesh in mm needs "
+                "scale=0.001"
+            )
         center = np.append(self.object.center, 1.0)
         away = np.linalg.norm((np.linalg.inv(grasps.poses) @ center)[:, :3], axis=1)
         if float(np.median(away)) > FAR * size + REACH:
@@ -206,23 +213,29 @@ class Trials:
         """The hand after it has closed."""
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
         rows = max(2, round(self.hand.closing / STEP))
-        ways = {j: np.linspace(hand.start[j], end, rows) for j, end in hand.closed.items()}
+        ways = {name: np.linspace(*ends, rows) for name, ends in hand.targets.items()}
         plan = Plan(step=STEP, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
         world = World(scene, plan)
         steps = rows + round(self.protocol.settle / STEP)
-        state = world.simulate(start, steps=steps, record=[steps], cancel=cancel).states[-1]
-        gripped = all(world.distance(state, one, "object") <= TOUCHING for one in hand.fingers)
+        done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
+        state = done.states[-1]
+        pressed = {
+            body
+            for contact in done.contacts[-1]
+            if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
+            for body in (contact.body_a, contact.body_b)
+        }
         bodies = scene.unpack(state)
         base, thing = _pose_of(bodies[hand.base]), _pose_of(bodies["object"])
         thing[:3, 3] += thing[:3, :3] @ self.object.center
-        return Closed(hand, state, gripped, base, np.linalg.inv(base) @ thing)
+        return Closed(hand, state, pressed >= set(hand.fingers), base, np.linalg.inv(base) @ thing)
 
     def problem(self, closed: Closed, draw: Draw) -> Problem:
         """Whether a closed grasp holds through the protocol."""
         protocol, hand = self.protocol, closed.hand
         scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
         rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], STEP)
-        kept = {joint: np.full(len(rows), end) for joint, end in hand.closed.items()}
+        kept = {name: np.full(len(rows), closed) for name, (_, closed) in hand.targets.items()}
         captured = self._place(closed)
         if protocol.angle is not None:
             captured = captured & self._upright(closed, protocol.angle)
@@ -255,7 +268,8 @@ class Trials:
         return {}
 
     def _built(self, opening: float, force: float, gravity: bool) -> tuple[Scene, Fitted]:
-        scene = Scene(gravity=(0, 0, -GRAVITY if gravity else 0))
+        down = (0, 0, -GRAVITY if gravity else 0)
+        scene = Scene(gravity=down, friction_rule=self.hand.friction_rule)
         hand = self.hand.add_to(scene, force=force, opening=opening)
         thing = self.object
         scene.add_body(

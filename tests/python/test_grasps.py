@@ -1,0 +1,329 @@
+"""Grasps that are scored: closed forms, draws, what is lost and how, files of scores."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import energymargin as em
+from energymargin.grasps import (
+    GraspBelief,
+    GraspObject,
+    GraspSet,
+    HandFile,
+    Motion,
+    ParallelGripper,
+    Protocol,
+    score,
+)
+from energymargin.grasps.scores import grasp_of
+from energymargin.grasps.trials import Trials
+
+GRIPPER = ParallelGripper(opening=0.08, force=10.0, palm=(0.1, 0.04, 0.04))
+STILL = em.disturbances.Uniform(0.0)
+SIDE = 0.04
+DOWN = np.diag([1.0, -1.0, -1.0, 1.0])  # the approach points down, the fingers open along x
+POSE = [0.004] * 3 + [0.05] * 3
+
+
+def cube(mass=0.2, friction=0.5):
+    return GraspObject(em.Box((SIDE, SIDE, SIDE)), mass, friction)
+
+
+def moved(x=0.0, y=0.0, z=0.0):
+    """The grasp from above, moved in the object's frame."""
+    pose = DOWN.copy()
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def grasps(*poses, **given):
+    return GraspSet(np.array(poses or (moved(),)), **given)
+
+
+# Physics
+
+
+@pytest.mark.parametrize(("share", "held"), [(0.5, 1.0), (0.9, 1.0), (0.95, 1.0), (1.05, 0.0)])
+def test_a_cube_is_held_up_to_coulomb_s_limit(share, held):
+    heaviest = 2 * 0.5 * GRIPPER.force / 9.81
+    scores = score(grasps(), GRIPPER, cube(share * heaviest), disturbance=STILL, rollouts=1)
+    assert scores.probabilities[0] == held
+
+
+def test_a_shake_needs_the_force_of_its_acceleration():
+    # 5 cm at 3 Hz: 17.8 m/s2 at most along the fingers' plane, beside gravity.
+    shaken = Protocol([Motion("shake", 1.5, 0.05, (0, 1, 0), frequency=3.0)])
+    most = np.hypot(9.81, 0.05 * (6 * np.pi) ** 2)
+    for share, held in ((0.9, 1.0), (1.2, 0.0)):
+        mass = share * 2 * 0.5 * GRIPPER.force / most
+        found = score(grasps(), GRIPPER, cube(mass), shaken, disturbance=STILL, rollouts=1)
+        assert found.probabilities[0] == held
+
+
+def test_a_cube_is_lifted_off_a_table_and_a_heavy_one_is_left_there():
+    scores = [score(grasps(), GRIPPER, cube(mass), "lift", rollouts=3) for mass in (0.2, 1.5)]
+    assert [one.probabilities[0] for one in scores] == [1.0, 0.0]
+    assert set(scores[1].losses(0)) == {"slipped"}
+
+
+def test_a_long_bar_that_is_gripped_at_its_end_turns_in_the_hand():
+    bar = GraspObject(em.Box((0.02, 0.2, 0.02)), 0.3, 0.5)
+    strict = Protocol([Motion("hold", 0.5)], angle=0.2, radius=1.0)
+    center, end = grasps(moved(), moved(y=0.09))[0], grasps(moved(), moved(y=0.09))[1]
+    firm = replace(GRIPPER, force=15.0)
+    assert score(center, firm, bar, strict, disturbance=STILL, rollouts=1).probabilities[0] == 1
+    assert score(end, firm, bar, strict, disturbance=STILL, rollouts=1).losses(0) == {"turned": 1}
+
+
+def test_a_hand_that_closes_on_nothing_does_not_grip_and_one_inside_the_object_collides():
+    wide = GraspObject(em.Box((0.1, 0.04, 0.04)), 0.2)
+    scores = score(grasps(moved(y=0.06)), GRIPPER, cube(), rollouts=2)
+    assert scores.losses(0) == {"not gripped": 2}
+    assert np.isnan(scores.times).all()
+    for colliding in ("redraw", "retreat", "fail"):
+        inside = score(grasps(), GRIPPER, wide, rollouts=2, colliding=colliding)
+        assert set(inside.losses(0)) <= {"collided", "not gripped"}
+
+
+def test_a_hand_in_the_table_is_moved_back_along_its_approach_or_fails():
+    low = grasps(moved(z=-0.018))  # fingertips reach 1 cm below the frame, the table is 2 cm below
+    back = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="retreat")
+    assert back.probabilities[0] == 1
+    assert np.allclose(back.back, 0.008, atol=1e-9)
+    failed = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="fail")
+    assert failed.losses(0) == {"collided": 2}
+
+
+def test_draws_that_collide_are_drawn_again():
+    wide = GraspObject(em.Box((0.07, 0.04, 0.04)), 0.2)
+    belief = GraspBelief(pose=[0.005, 0, 0, 0, 0, 0])
+    scores = score(grasps(), GRIPPER, wide, belief=belief, rollouts=8)
+    assert scores.redrawn.any()
+    assert not scores.back.any()
+    assert "collided" not in scores.losses(0)
+
+
+# Draws
+
+
+def test_trial_k_of_each_grasp_has_the_same_draw_and_its_own_bits_on_any_executor():
+    known = {"belief": GraspBelief(pose=POSE, friction=0.1, mass=0.02, force=2.0), "rollouts": 5}
+    four = grasps(moved(), moved(z=0.01), moved(), moved(y=0.018))
+    one = score(four, GRIPPER, cube(0.3), "shake", threads=1, **known)
+    two = score(four, GRIPPER, cube(0.3), "shake", threads=2, **known)
+    apart = score(four, GRIPPER, cube(0.3), "shake", executor=em.executors.Processes(2), **known)
+    alone = score(four[1], GRIPPER, cube(0.3), "shake", **known)
+    for other in (two, apart):
+        assert np.array_equal(one.endings, other.endings)
+        assert np.array_equal(one.times, other.times, equal_nan=True)
+    assert np.array_equal(one.times[0], one.times[2], equal_nan=True)
+    assert np.array_equal(one.times[1], alone.times[0], equal_nan=True)
+    assert 0 < one.probabilities.mean() < 1
+
+
+def test_an_error_of_the_pose_turns_about_the_grasp_or_the_centre_of_mass():
+    high, turns = moved(z=0.01), [0, 0, 0, 0.2, 0.2, 0.2]
+
+    def starts(about):
+        belief = GraspBelief(pose=turns, about=about)
+        trials = Trials(GRIPPER, cube(), Protocol([Motion("hold", 1.0)]), belief)
+        grasp = grasp_of(grasps(high), 0)
+        scene, _ = trials.scene(np.nan, trials.draw(0), gravity=False)
+        state = trials.start(grasp, trials.draw(0)).state
+        hand = scene.unpack(state)["hand"]
+        return hand["position"], hand["orientation"]
+
+    position, turned = starts("grasp")
+    assert np.allclose(position, high[:3, 3])
+    assert not np.allclose(turned, (1, 0, 0, 0), atol=0.02)
+    position, _ = starts("center_of_mass")
+    assert not np.allclose(position, high[:3, 3], atol=1e-4)
+    assert np.linalg.norm(position) == pytest.approx(0.01)
+
+
+def test_a_lighter_grip_by_belief_loses_more():
+    firm = score(grasps(), GRIPPER, cube(0.9), rollouts=10, disturbance=STILL)
+    vague = GraspBelief(force=3.0)
+    unsure = score(grasps(), GRIPPER, cube(0.9), rollouts=10, disturbance=STILL, belief=vague)
+    assert firm.probabilities[0] == 1
+    assert 0 < unsure.probabilities[0] < 1
+    low, high = unsure.interval()[0]
+    assert low < unsure.probabilities[0] < high
+
+
+# Files of scores
+
+
+def test_scores_go_on_where_they_ended(tmp_path):
+    three = grasps(moved(), moved(z=0.01), moved(y=0.018))
+    asked = {"protocol": "hold", "rollouts": 3, "belief": GraspBelief(pose=POSE), "threads": 1}
+    whole = score(three, GRIPPER, cube(0.8), **asked)
+    path, cancel = tmp_path / "scores.h5", em.Cancel()
+
+    def stop(done, total):
+        cancel.set()
+
+    part = score(three, GRIPPER, cube(0.8), **asked, store=path, progress=stop, cancel=cancel)
+    assert not part.complete
+    assert np.isnan(part.probabilities).any()
+    calls = []
+    known = {**asked, "store": path}
+    rest = score(three, GRIPPER, cube(0.8), **known, progress=lambda *a: calls.append(a))
+    assert np.array_equal(rest.endings, whole.endings)
+    assert calls[-1] == (3, 3)
+    assert calls[0][0] >= 2
+    calls.clear()
+    again = score(three, GRIPPER, cube(0.8), **known, progress=lambda *a: calls.append(a))
+    assert np.array_equal(again.endings, whole.endings)
+    assert not calls
+    with pytest.raises(ValueError, match="whose scores have another object"):
+        score(three, GRIPPER, cube(0.7), **asked, store=path)
+    path.write_text("no scores")
+    with pytest.raises(ValueError, match="no file of scores of grasps"):
+        score(three, GRIPPER, cube(0.8), **asked, store=path)
+
+
+# Hands of files
+
+FINGERS = """<robot name="two">
+  <link name="palm"><inertial><mass value="1"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3"
+    ixy="0" ixz="0" iyz="0"/></inertial></link>
+  {}
+</robot>"""
+FINGER = """<link name="{side}"><inertial><origin xyz="{x} 0 0"/><mass value=".05"/>
+    <inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="{x} 0 -.0125"/><geometry><box size=".01 .02 .045"/></geometry>
+    </collision>
+  </link>
+  <joint name="{side}_slide" type="prismatic"><parent link="palm"/><child link="{side}"/>
+    <axis xyz="{sign} 0 0"/><limit lower="0" upper=".04" effort="10" velocity="1"/></joint>"""
+
+
+@pytest.fixture
+def two_fingers(tmp_path):
+    sides = (("left", -0.005, -1), ("right", 0.005, 1))
+    links = [FINGER.format(side=side, x=x, sign=sign) for side, x, sign in sides]
+    path = tmp_path / "two.urdf"
+    path.write_text(FINGERS.format("".join(links)))
+    drive = {"stiffness": 1e4, "damping": 40}
+    return HandFile(
+        path,
+        close={"left_slide": (0.04, 0), "right_slide": (0.04, 0)},
+        fingers=["left", "right"],
+        closing=0.4,
+        options={"joints": {"left_slide": drive, "right_slide": drive}, "friction": 1.0},
+    )
+
+
+@pytest.mark.parametrize(("share", "held"), [(0.9, 1.0), (1.05, 0.0)])
+def test_a_hand_of_a_file_holds_what_coulomb_says(two_fingers, share, held):
+    mass = share * 2 * 0.5 * 10 / 9.81
+    scores = score(grasps(), two_fingers, cube(mass), disturbance=STILL, rollouts=1)
+    assert scores.errors == {}
+    assert scores.probabilities[0] == held
+
+
+def test_what_a_hand_of_a_file_does_not_have_is_refused(two_fingers):
+    with pytest.raises(ValueError, match=r"joints has 'thumb', expected one of left_slide"):
+        score(grasps(), replace(two_fingers, close={"thumb": (0, 1)}), cube())
+    with pytest.raises(ValueError, match=r"fingers names 'pad'"):
+        score(grasps(), replace(two_fingers, fingers=["pad"]), cube())
+    with pytest.raises(ValueError, match=r"force is .*torque_limit"):
+        score(grasps(), two_fingers, cube(), belief=GraspBelief(force=0.1), rollouts=2)
+
+
+# What is refused
+
+
+def test_wrong_units_frames_and_openings_are_named():
+    large = GraspObject(em.Box((40, 40, 40)), 0.2)
+    with pytest.raises(ValueError, match=r"object is 40 m large, .* scale=0.001"):
+        score(grasps(), GRIPPER, large)
+    with pytest.raises(ValueError, match=r"from the object's centre of mass .* frame or unit"):
+        score(grasps(moved(x=0.9)), GRIPPER, cube())
+    with pytest.raises(ValueError, match=r"opening is 0.12 m, .* a wider hand, or another unit"):
+        score(grasps(openings=np.array([0.12])), GRIPPER, cube())
+    with pytest.raises(ValueError, match=r"mass is 200 kg.*grams"):
+        cube(200.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"hand": "claw"}, "hand is 'claw', expected 'panda' or 'robotiq_2f85'"),
+        ({"protocol": "jump"}, "protocol is 'jump'"),
+        ({"rollouts": 0}, "rollouts is 0"),
+        ({"colliding": "never"}, "colliding is 'never'"),
+        ({"object": 3}, "object is 3, expected an em.grasps.GraspObject"),
+        ({"grasps": np.eye(4)}, "expected an em.grasps.GraspSet"),
+        ({"belief": 0.1}, "belief is 0.1"),
+        ({"seed": -1}, "seed is -1"),
+        ({"effort": 0}, "effort is 0"),
+    ],
+)
+def test_what_cannot_be_is_refused(given, message):
+    asked = {"grasps": grasps(), "hand": GRIPPER, "object": cube(), "protocol": "hold"} | given
+    with pytest.raises(ValueError, match=message):
+        score(asked.pop("grasps"), asked.pop("hand"), asked.pop("object"), **asked)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: GraspBelief(force=-1.0), "force is -1"),
+        (lambda: GraspBelief(pose=[0.1] * 3), "pose is .* six"),
+        (lambda: GraspBelief(pose=POSE, about="origin"), "about is 'origin'"),
+        (lambda: Protocol([]), "motions is empty"),
+        (lambda: Protocol([Motion("hold", 1)], gravity="up"), "gravity is 'up'"),
+        (lambda: Motion("shake", 0.1, 0.05, frequency=2.0), "two periods, 1 s"),
+        (lambda: Motion("turn", 1.0, 1.0, (0, 0, 0)), "axis is .* length"),
+        (lambda: replace(GRIPPER, opening=80.0), "lengths are in metres"),
+    ],
+)
+def test_parts_of_a_question_that_cannot_be_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+# Results
+
+
+def test_a_table_ranks_the_grasps_and_says_how_each_is_lost():
+    three = grasps(moved(y=0.06), moved(), moved(y=0.015), labels=np.array([0.0, 1.0, np.nan]))
+    scores = score(three, GRIPPER, cube(0.2), "shake", rollouts=6, effort=50)
+    rows = scores.rows()
+    assert rows[0][1] == "1"
+    assert rows[-1][1] == "0"
+    assert rows[-1][4] == "6 not gripped"
+    assert rows[0][5] == "1"
+    assert scores.efforts[1] > 0
+    assert np.isnan(scores.efforts[0])
+    assert scores.to_csv().count("\n") == 4
+    assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
+    with pytest.raises(ValueError, match="does not close on the object"):
+        scores.problem(0)
+
+
+# Motions
+
+
+def test_motions_end_where_they_should():
+    step = em.motions.STEP
+    assert np.allclose(em.motions.lift(0.2, 1.0).sum(axis=0) * step, [0, 0, 0.2, 0, 0, 0])
+    turned = em.motions.turn((0, 2, 0), 0.5, 1.0)
+    assert np.allclose(turned.sum(axis=0) * step, [0, 0, 0, 0, 0.5, 0])
+    shaken = em.motions.shake((1, 0, 0), 0.05, 2.0, 2.0)
+    assert np.allclose(shaken.sum(axis=0), 0, atol=1e-9)
+    assert (np.cumsum(shaken[:, 0]) * step).max() == pytest.approx(0.05, rel=0.02)
+    assert not em.motions.hold(0.5).any()
+    turned = em.motions.shake((0, 0, 1), 0.3, 2.0, 2.0, about=True)
+    assert turned[:, 5].any()
+    assert not turned[:, :5].any()
+
+
+def test_axes_of_the_hand_turn_with_it():
+    quarter = Motion("turn", 1.0, np.pi / 2, (1, 0, 0), "hand")
+    along = Motion("lift", 1.0, 0.1, (0, 0, 1), "hand")
+    rows = Protocol([quarter, along]).rows(np.eye(3), em.motions.STEP)
+    assert np.allclose(rows[240:].sum(axis=0) * em.motions.STEP, [0, -0.1, 0, 0, 0, 0])
