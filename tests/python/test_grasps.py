@@ -82,16 +82,19 @@ def test_a_hand_that_closes_on_nothing_does_not_grip_and_one_inside_the_object_c
     assert scores.losses(0) == {"not gripped": 2}
     assert np.isnan(scores.times).all()
     for colliding in ("redraw", "retreat", "fail"):
-        inside = score(grasps(), GRIPPER, wide, rollouts=2, colliding=colliding)
+        with pytest.warns(em.PlausibilityWarning, match="are pose, frame and unit right"):
+            inside = score(grasps(), GRIPPER, wide, rollouts=2, colliding=colliding)
         assert set(inside.losses(0)) <= {"collided", "not gripped"}
 
 
 def test_a_hand_in_the_table_is_moved_back_along_its_approach_or_fails():
     low = grasps(moved(z=-0.018))  # fingertips reach 1 cm below the frame, the table is 2 cm below
-    back = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="retreat")
+    with pytest.warns(em.PlausibilityWarning, match="in 2 of 2 trials the hand was inside"):
+        back = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="retreat")
     assert back.probabilities[0] == 1
     assert np.allclose(back.back, 0.008, atol=1e-9)
-    failed = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="fail")
+    with pytest.warns(em.PlausibilityWarning, match="found no place"):
+        failed = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="fail")
     assert failed.losses(0) == {"collided": 2}
 
 
@@ -231,6 +234,24 @@ def test_what_a_hand_of_a_file_does_not_have_is_refused(two_fingers):
         score(grasps(), replace(two_fingers, fingers=["pad"]), cube())
     with pytest.raises(ValueError, match=r"force is .*torque_limit"):
         score(grasps(), two_fingers, cube(), belief=GraspBelief(force=0.1), rollouts=2)
+
+
+def test_an_object_of_a_urdf_is_that_of_its_link(two_fingers, tmp_path):
+    path = tmp_path / "cube.urdf"
+    path.write_text(
+        f'''<robot name="cube"><link name="cube"><inertial><origin xyz="0 0 .01"/><mass value=".3"/>
+        <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision><geometry><box size="{SIDE} {SIDE} {SIDE}"/></geometry></collision>
+        <contact><lateral_friction value=".7"/></contact></link></robot>'''
+    )
+    thing = GraspObject.load(path)
+    assert (thing.mass, thing.friction) == (0.3, 0.7)
+    assert np.allclose(thing.center, (0, 0, 0.01))
+    other = GraspObject.load(path, mass=0.2, friction=0.5)
+    assert (other.mass, other.friction, other.inertial) == (0.2, 0.5, None)
+    assert score(grasps(), GRIPPER, thing, rollouts=1, disturbance=STILL).probabilities[0] == 1
+    with pytest.raises(ValueError, match="3 links that move, expected one"):
+        GraspObject.load(two_fingers.path)
 
 
 # What is refused

@@ -53,24 +53,29 @@ class GraspObject:
         *,
         mass: float | None = None,
         density: float | None = None,
-        friction: float = 0.5,
+        friction: float | None = None,
         scale: float = 1.0,
         **options: Any,
     ) -> GraspObject:
-        """An object from a mesh file, whose frame is that of the grasps.
+        """An object from a mesh file or a URDF of one link, whose frame is that of the grasps.
 
         Args:
-            path: of the mesh.
-            mass: [kg]
+            path: of the file.
+            mass: [kg]; None: that of a URDF.
             density: in place of the mass [kg/m^3].
-            friction: coefficient.
-            scale: what makes metres of the file's numbers.
-            options: of `em.mesh`, as accuracy.
+            friction: coefficient; None: that of a URDF, or 0.5.
+            scale: what makes metres of a mesh's numbers.
+            options: of `em.mesh`, as accuracy, or `em.scenes.from_urdf`, as inertia.
 
-        Raises ValueError unless it has either a mass or a density, and OSError on the file.
+        Raises ValueError unless a mesh has either a mass or a density, on a URDF of several links,
+        and OSError on the file.
         """
         from energymargin.meshes import mesh
 
+        if Path(path).suffix.lower() == ".urdf":
+            if density is not None or scale != 1.0:
+                raise ValueError("density and scale are given, expected neither with a URDF")
+            return _of_urdf(Path(path), mass, friction, options)
         if (mass is None) == (density is None):
             raise ValueError(
                 f"mass is {mass} and density is {density}, expected one of them: [kg], [kg/m^3]"
@@ -78,7 +83,7 @@ class GraspObject:
         shape = mesh(path, scale=scale, **options)
         if mass is None:
             mass = positive_number("density", density or 0.0) * mass_properties(shape).volume
-        return GraspObject(shape, mass, friction)
+        return GraspObject(shape, mass, 0.5 if friction is None else friction)
 
     @staticmethod
     def of(
@@ -110,7 +115,7 @@ class GraspObject:
         known = GraspObject.load(
             path,
             mass=said.mass if own else mass,
-            friction=next((one for one in (friction, said.friction) if one is not None), 0.5),
+            friction=said.friction if friction is None else friction,
             scale=said.scale if scale is None else scale,
             **options,
         )
@@ -136,3 +141,21 @@ class GraspObject:
         """What it is, as JSON."""
         own = {"shape": digest(self.shape), "mass": self.mass, "friction": self.friction}
         return own if self.inertial is None else own | {"inertial": digest(self.inertial)}
+
+
+def _of_urdf(
+    path: Path, mass: float | None, friction: float | None, options: dict[str, Any]
+) -> GraspObject:
+    from energymargin.scenes import from_urdf
+
+    scene = from_urdf(path, base="free", role="object", **options)
+    if len(scene.bodies) != 1:
+        raise ValueError(
+            f"path is {str(path)!r}, which has {len(scene.bodies)} links that move, expected one: "
+            "a grasp is of one rigid object"
+        )
+    (body,) = scene.bodies
+    known = GraspObject(body.shape, body.mass, body.friction, body.inertial)
+    if mass is not None:
+        known = replace(known, mass=mass, inertial=None)
+    return known if friction is None else replace(known, friction=friction)

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
 MISSING = -1  # in place of an ending
+MANY = 0.2  # share of the trials
+LOOSE = 0.01  # share of the steps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,6 +71,31 @@ class GraspScores(Record, Summarized):
         """Share of the trials in which the object was held, (n,); NaN without trials."""
         held = (self.endings == HELD).sum(axis=1)
         return np.where(self.counted > 0, held / np.maximum(self.counted, 1), np.nan)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What speaks against the scores."""
+        made = int((self.endings != MISSING).sum())
+        found = []
+        for what, number in (
+            ("the hand was inside the object or the table, and moved back", (self.back > 0).sum()),
+            ("the hand found no place", (self.endings == ENDINGS.index("collided")).sum()),
+        ):
+            if number > MANY * made:
+                found.append(
+                    f"in {number} of {made} trials {what}: are pose, frame and unit right?"
+                )
+        if diverged := int((self.endings == DIVERGED).sum()):
+            found.append(f"{diverged} of {made} trials diverged, and do not count")
+        if self.unconverged.sum() > LOOSE * self.steps.sum():
+            share_of = self.unconverged.sum() / self.steps.sum()
+            found.append(
+                f"the contact solver did not converge in {100 * share_of:.1f} % of the steps"
+            )
+        if self.errors:
+            number, text = next(iter(self.errors.items()))
+            found.append(f"{len(self.errors)} grasps have no score, as {number}: {text}")
+        return tuple(found)
 
     def held_until(self, time: float) -> NDArray[np.float64]:
         """Share of the trials in which it was held until a time [s] after closing, (n,)."""

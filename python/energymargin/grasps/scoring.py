@@ -96,7 +96,8 @@ def score(
         timeout: after so many seconds the grasps count that are finished.
         cancel: the same once it is set.
 
-    Raises ValueError on bad arguments, and on a store of another question.
+    Raises ValueError on bad arguments, and on a store of another question. Warns, as
+    PlausibilityWarning, of what speaks against the scores; `warnings` has the same texts.
     """
     check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
     check_type("object", object, GraspObject, "an em.grasps.GraspObject")
@@ -137,6 +138,8 @@ def score(
             run(workers, function, [left], deliver, limit, give_up=_given_up)
     if done == 0:
         limit.require("a grasp has its score")
+    for text in scores.warnings:
+        warnings.warn(text, PlausibilityWarning, stacklevel=2)
     return scores
 
 
