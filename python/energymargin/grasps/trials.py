@@ -35,6 +35,7 @@ FARTHEST_BACK = 0.04  # m
 LARGEST = 2.0  # m; what a hand grips
 FAR = 1.5  # sizes of the object
 REACH = 0.1  # m
+MOST_SCENES = 100  # that are kept
 LEVER = 0.01  # m; a torque is a force at this distance
 
 ENDINGS = ("held", "slipped", "turned", "not gripped", "collided", "diverged")
@@ -235,7 +236,7 @@ class Trials:
         protocol, hand = self.protocol, closed.hand
         scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
         rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], STEP)
-        kept = {name: np.full(len(rows), closed) for name, (_, closed) in hand.targets.items()}
+        kept = {name: np.full(len(rows), shut) for name, (_, shut) in hand.targets.items()}
         captured = self._place(closed)
         if protocol.angle is not None:
             captured = captured & self._upright(closed, protocol.angle)
@@ -254,9 +255,13 @@ class Trials:
     def scene(self, opening: float, draw: Draw, *, gravity: bool) -> tuple[Scene, Fitted]:
         """The hand at the world's origin and the object at its own; with a table at height 0."""
         key = (None if np.isnan(opening) else opening, draw.force, gravity)
-        if key not in self._scenes:
-            self._scenes[key] = self._built(opening, draw.force, gravity)
-        scene, hand = self._scenes[key]
+        known = self._scenes.get(key)
+        if known is None:
+            known = self._built(opening, draw.force, gravity)
+            if len(self._scenes) >= MOST_SCENES:
+                self._scenes.clear()
+            self._scenes[key] = known
+        scene, hand = known
         likely = (self.object.friction, self.object.mass)
         if (draw.friction, draw.mass) != likely:
             scene = scene.with_body("object", friction=draw.friction, mass=draw.mass)
@@ -264,7 +269,7 @@ class Trials:
 
     @cached_property
     def _scenes(self) -> dict[Any, tuple[Scene, Fitted]]:
-        """Those that were built, by opening, force and gravity."""
+        """Some that were built, by opening, force and gravity."""
         return {}
 
     def _built(self, opening: float, force: float, gravity: bool) -> tuple[Scene, Fitted]:
