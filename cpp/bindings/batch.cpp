@@ -29,10 +29,6 @@ Curves curves_of(const ScoreRow& row) {
   return curves;
 }
 
-std::optional<std::string> error_of(const ScoreRow& row) {
-  return row.error.empty() ? std::nullopt : std::make_optional(row.error);
-}
-
 using WarningPairs = std::vector<std::pair<std::string, std::string>>;
 
 WarningPairs pairs_of(const std::vector<Warning>& warnings) {
@@ -71,7 +67,9 @@ void bind_row(py::module_& module) {
                     "Time of a search [s], by its first metric. The metrics of one tree share a search, and so do the "
                     "probabilities.")
       .def_readonly("seconds", &ScoreRow::seconds, "Sum of the times of its searches [s].")
-      .def_property_readonly("error", &error_of, "The error of the first search that failed, or None.")
+      .def_property_readonly(
+          "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::optional(row.error); },
+          "The error of the first search that failed, or None.")
       .def_property_readonly("curves", &curves_of,
                              "(times [s], probability of being captured throughout until each), shape (T,) both, of "
                              "\"probability\" and \"probability/any\".")
@@ -97,10 +95,6 @@ BatchHolder make_batch(const std::vector<std::string>& metrics, const Given<int>
 void add_problems(Batch& batch, const std::vector<Problem>& problems, const std::vector<std::size_t>& indices,
                   const std::optional<std::vector<std::string>>& metrics) {
   batch.add(problems, indices, metrics.value_or(std::vector<std::string>{}));
-}
-
-std::uint64_t stream_of(const Given<std::uint64_t>& seed, const Given<std::uint64_t>& number) {
-  return stream(given("seed", seed), given("number", number));
 }
 
 void warn_of_steps(long long steps, long long unconverged, double lost_time, const Scene& scene) {
@@ -130,7 +124,9 @@ void bind_batch(py::module_& module) {
   module.def("warn_of_steps", &warn_of_steps, py::arg("steps"), py::arg("unconverged"), py::arg("lost_time"),
              py::arg("scene"),
              "Warns if too many steps of a scene did not converge, or too much of their time is lost.");
-  module.def("stream", &stream_of, py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
+  using Number = Given<std::uint64_t>;
+  const auto stream_of = [](const Number& a, const Number& b) { return stream(given("seed", a), given("number", b)); };
+  module.def("stream", stream_of, py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
 }
 
 }  // namespace energymargin::binding

@@ -63,14 +63,6 @@ BoundedEscape score_effort(const Problem& problem, const Keywords& keywords) {
   return result;
 }
 
-std::optional<double> bound_of(const BoundedEscape& escape) {
-  return escape.bound ? std::make_optional(escape.bound->effort) : std::nullopt;
-}
-
-py::array_t<int> path_of(const BoundedEscape& escape) {
-  return py::array_t<int>(static_cast<py::ssize_t>(escape.path.size()), escape.path.data());
-}
-
 EscapeEnergy score_escape_energy(const Problem& problem, const Keywords& keywords) {
   LongCall call(keywords);
   EscapeEnergyOptions options;
@@ -80,10 +72,6 @@ EscapeEnergy score_escape_energy(const Problem& problem, const Keywords& keyword
       .end();
   options.object = object.value_or("");
   return call.run(&escape_energy, problem, options);
-}
-
-std::optional<int> barrier_of(const EscapeEnergy& escape) {
-  return escape.barrier < 0 ? std::nullopt : std::make_optional(escape.barrier);
 }
 
 ForceScore score_force(const Problem& problem, const Keywords& keywords) {
@@ -102,7 +90,9 @@ void bind_effort(py::module_& module) {
   py::class_<BoundedEscape> type(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.");
   type.def_readonly("effort", &Escape::effort, "Omega_esc, eq. 2 [J]; inf without an escape.")
       .def_readonly("history", &Escape::history, "(nodes so far, best effort) at each improvement.")
-      .def_property_readonly("path", &path_of, "Rows of the tree from the root to the escape; empty without an escape.")
+      .def_property_readonly(
+          "path", [](const BoundedEscape& of) { return py::array_t<int>(py::ssize_t(of.path.size()), of.path.data()); },
+          "Rows of the tree from the root to the escape; empty without an escape.")
       .def_readonly("tree", &Escape::tree, "All rollouts of the search.")
       .def_readonly("complete", &Escape::complete,
                     "Whether the search used all nodes, or no escape can be cheaper. False if the timeout or the "
@@ -118,7 +108,10 @@ void bind_effort(py::module_& module) {
       .def_property_readonly("nodes", &Escape::nodes,
                              "Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of "
                              "so many nodes gives the same bits.")
-      .def_property_readonly("lower_bound", &bound_of, "No escape takes less [J]; None unless it was asked for.")
+      .def_property_readonly(
+          "lower_bound",
+          [](const BoundedEscape& of) { return of.bound ? std::optional(of.bound->effort) : std::nullopt; },
+          "No escape takes less [J]; None unless it was asked for.")
       .def_property_readonly(
           "proved_cage", [](const BoundedEscape& escape) { return escape.bound && escape.bound->cage(); },
           "Whether the lower bound proves that there is no escape.")
@@ -136,7 +129,9 @@ void bind_baselines(py::module_& module) {
       .def_readonly("path", &EscapeEnergy::path,
                     "States of the scene, at rest, from the start to the first one outside, shape (P, n); P is 0 "
                     "without an escape.")
-      .def_property_readonly("barrier", &barrier_of, "Row of the path's highest energy; None without an escape.")
+      .def_property_readonly(
+          "barrier", [](const EscapeEnergy& of) { return of.barrier < 0 ? std::nullopt : std::optional(of.barrier); },
+          "Row of the path's highest energy; None without an escape.")
       .def_readonly("samples", &EscapeEnergy::samples, "Poses drawn.")
       .def_readonly(
           "complete", &EscapeEnergy::complete,

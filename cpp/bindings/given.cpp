@@ -104,6 +104,9 @@ Vector2 convert(Type<Vector2>, const std::string& name, const py::handle& value)
 Vector3 convert(Type<Vector3>, const std::string& name, const py::handle& value) { return vector(name, value, 3); }
 
 Quaternion convert(Type<Quaternion>, const std::string& name, const py::handle& value) {
+  if (PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr())) {
+    reject(name, short_repr(value), "a unit quaternion (x, y, z, w); a body also takes yaw=, an angle about z");
+  }
   return Quaternion(Eigen::Vector4d(vector(name, value, 4)));
 }
 

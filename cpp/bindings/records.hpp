@@ -91,11 +91,6 @@ py::object default_of(const Value& value) {
   }
 }
 
-template <typename Value>
-constexpr const char* shown_default() {
-  return std::is_same_v<Value, ForceWeights> ? "ForceWeights()" : nullptr;
-}
-
 //! Whether None stands for a field's default.
 template <typename Value, typename Get>
 inline constexpr bool may_be_none = std::is_same_v<Value, Quaternion>;
@@ -133,9 +128,10 @@ void with_fields(const std::tuple<Field<Get>...>& fields, const Signature& signa
   std::size_t position = 0;
   const auto defaults = initial<Struct>();
   const auto keyword = [&](const auto& field) {
+    using Value = std::decay_t<decltype(std::invoke(field.get, defaults))>;
     const bool has_default = field.presence == Presence::optional || signature.optional.count(field.name) != 0;
     return FieldKeyword(field.name, has_default ? default_of(std::invoke(field.get, defaults)) : py::object(),
-                        shown_default<std::decay_t<decltype(std::invoke(field.get, defaults))>>(),
+                        std::is_same_v<Value, ForceWeights> ? "ForceWeights()" : nullptr,
                         position++ == signature.positional);
   };
   const auto keywords = std::apply([&](const auto&... field) { return std::tuple{keyword(field)...}; }, fields);

@@ -106,10 +106,6 @@ void bind_stepping(py::class_<Scene>& scene) {
       .def_property_readonly("margin", [](const Scene& of) { return of.stepping().margin; }, "[m]");
 }
 
-double yaw_of(const Quaternion& q) {
-  return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
-}
-
 using BodyDicts = py::typing::Dict<py::str, py::typing::Dict<py::str, py::object>>;
 
 // A body's state from a dict of position, orientation or yaw, velocity, angular_velocity.
@@ -181,7 +177,8 @@ BodyDicts unpack_dicts(const Scene& scene, const Given<State>& state) {
     dict["orientation"] = Eigen::Vector4d(body.orientation.coeffs());
     dict["velocity"] = body.velocity;
     dict["angular_velocity"] = body.angular_velocity;
-    dict["yaw"] = yaw_of(body.orientation);
+    const Quaternion& q = body.orientation;
+    dict["yaw"] = std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
     dicts[py::str(name)] = dict;
   }
   if (!unpacked.joints.empty()) {

@@ -60,12 +60,6 @@ class SharedWorld {
   std::timed_mutex mutex_;
 };
 
-int steps_of(const Given<int>& number) {
-  const int steps = given("steps", number);
-  if (steps <= most_steps) return steps;
-  throw std::invalid_argument("steps is " + std::to_string(steps) + ", expected at most " + std::to_string(most_steps));
-}
-
 // The steps after which a frame is recorded; by default all.
 std::vector<int> record_of(const std::optional<std::vector<Given<int>>>& numbers, int steps) {
   std::vector<int> record;
@@ -100,7 +94,8 @@ Recording simulate(SharedWorld& shared, const Given<State>& state, const Given<i
   LongCall call(given("timeout", timeout), cancel);
   const Plan besides = plan_of_rows("drives", drives, targets);
   const State start = given("state", state);
-  const int steps = steps_of(number_of_steps);
+  const int steps = given("steps", number_of_steps);
+  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
   const std::vector<int> record = record_of(record_steps, steps);
   std::vector<Warning> warnings;
   std::vector<Frame> frames = run_simulation(steps, call, [&](const Limit& limit) {

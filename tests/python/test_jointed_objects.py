@@ -57,7 +57,7 @@ def test_work_on_a_door_is_its_gain_of_energy():
 
 
 def drawer(friction=0.5):
-    """A drawer on a rail; a hand holds it by its knob, with two fingers."""
+    """A drawer on a rail."""
     scene = em.Scene()
     scene.add_body("cabinet", em.Box((0.3, 0.4, 0.3)), mass=0, position=(-0.2, 0, 0))
     box = em.Box((0.25, 0.3, 0.1))
@@ -87,6 +87,59 @@ def test_a_drawer_is_scored_saved_and_drawn(tmp_path):
     low, high = probability.interval()
     assert 0 <= low < high <= 1
     em.plots.plot_state(problem)
+
+
+def held_drawer(grip):
+    """A drawer that two fingers hold by its knob, each with `grip` [N]; None: nothing holds it."""
+    scene = em.Scene()
+    scene.add_body("cabinet", em.Box((0.3, 0.4, 0.3)), mass=0, position=(-0.2, 0, 0))
+    knob = em.Part(em.Box((0.04, 0.02, 0.02)), position=(0.145, 0, 0))
+    box = em.Compound([em.Part(em.Box((0.25, 0.3, 0.1))), knob])
+    scene.add_body("drawer", box, mass=1.5, friction=1.0, role="object")
+    scene.add_joint(
+        "slide", parent="cabinet", child="drawer", type="prismatic", axis=(1, 0, 0),
+        origin=(0.05, 0, 0), limits=(0.0, 0.4), start=0.1, friction=1.0,
+    )  # fmt: skip
+    scene.disable_collisions("cabinet", "drawer")
+    if grip:
+        at = {"mass": 0, "position": (0.155, 0, 0), "role": "effector"}
+        scene.add_body("palm", em.Box((0.02, 0.1, 0.02)), **at)
+        closes = {"target": 0.04, "stiffness": 2000, "damping": 20, "torque_limit": grip}
+        for name, side in (("left", -1), ("right", 1)):
+            scene.add_body(
+                name, em.Box((0.06, 0.01, 0.02)), mass=0.05, friction=0.5, role="effector"
+            )
+            scene.add_joint(
+                name, parent="palm", child=name, type="prismatic", axis=(0, -side, 0),
+                origin=(-0.03, side * 0.03, 0), limits=(0, 0.04), start=0.015, **closes,
+            )  # fmt: skip
+    captured = em.regions.Joint("slide", lower=0.05, upper=0.3)
+    pull = {"force": (60, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+    gripped = em.World(scene).simulate(scene.pack(), 60, record=[60]).states[0]
+    return em.Problem(scene, gripped, captured=captured, **pull)
+
+
+def test_a_hand_that_holds_a_drawer_makes_it_more_robust_and_mujoco_agrees(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    problems = [held_drawer(grip) for grip in (None, 5.0, 20.0)]
+    efforts = [em.escape_effort(problem, nodes=2000, seed=1) for problem in problems]
+    loose, weak, strong = (each.effort for each in efforts)
+    assert loose < weak < 0.5 * strong
+    # It slips from the fingers after 2 cm, and its rail has friction for 5.
+    assert strong > 2 * 0.5 * 20 * 0.02 + 1.0 * 0.05
+    chances = [
+        em.capture_probability(problem.replace(horizon=0.5), rollouts=50, seed=1).captured
+        for problem in (problems[0], problems[2])
+    ]
+    assert chances[0] + 0.1 < chances[1]
+    held = problems[2]
+    held.save(tmp_path / "held.json")
+    read = em.Problem.load(tmp_path / "held.json")
+    assert em.escape_effort(read, nodes=2000, seed=1).effort == strong
+    model = em.mujoco.model_of(held.scene, held.state)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    assert em.mujoco.replay(model, data, held, efforts[2]).escaped
 
 
 def test_scores_of_a_free_body_refuse_one_on_a_joint():

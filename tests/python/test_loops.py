@@ -5,7 +5,12 @@ import numpy as np
 import pytest
 
 import energymargin as em
+from energymargin import report
 from energymargin.searches import SearchSettings
+from energymargin.store import score_dataset
+from energymargin.tasks.base import inside
+from energymargin.tasks.from_problem import ProblemTask
+from energymargin.trajectories import Trajectory
 from energymargin.viewer import guard, view
 from energymargin.viewer.search import score_state
 
@@ -245,6 +250,35 @@ def test_the_viewer_draws_objects_in_loops(monkeypatch):
     assert dots > 60
     assert lines > 60
     assert {"/objects/3", "/objects/5"} <= drawn  # the rod and the bag
+
+
+def test_a_report_shows_objects_in_loops(tmp_path):
+    problem, trajectories = linkage(), []
+    problem.save(tmp_path / "linkage.json")
+    task = ProblemTask(tmp_path / "linkage.json")
+    for seed, force in enumerate(np.arange(-1.25, 1.5, 0.5)):
+        push = {"bag": np.tile([force, 0, 0, 0, 0, 0], (90, 1))}
+        run = em.World(problem.scene).simulate(
+            problem.state, 90, drives=push, record=range(0, 90, 15)
+        )
+        held = inside(task.captured(problem.state, {}), problem.scene, np.asarray(run.states))
+        ends = {
+            "captured": held.all(0),
+            "success": bool(held.all(0)[-1]),
+            "params": {},
+            "seed": seed,
+        }
+        anyway = {"captured_any": held.any(0), "success_any": bool(held.any(0)[-1])}
+        frames = np.ravel(run.times), np.asarray(run.states), run.contacts
+        trajectories.append(Trajectory(*frames, **ends, **anyway))
+    parameters = {"file": task.file, "digest": task.digest}
+    dataset = em.datasets.Dataset("problem", parameters, 0, trajectories)
+    dataset.save(tmp_path / "linkage.h5")
+    score_dataset(dataset, tmp_path / "linkage-scores.db", settings=SearchSettings(nodes=15))
+    report.write(tmp_path / "linkage-scores.db", tmp_path / "linkage.html")
+    page = (tmp_path / "linkage.html").read_text()
+    assert "No picture" not in page
+    assert page.count("data:image/png") > 1
 
 
 def test_a_tied_body_is_not_moved_apart():

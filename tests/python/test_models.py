@@ -16,11 +16,26 @@ FILES = {
     "gripper.urdf": (2, "mimic_limits"),
     "loop.urdf": (0, "joint 'second' is 'ball', expected one of revolute, continuous"),
     "slider.xml": (1, ""),
+    "pinch_hand.xml": (1, ""),
+    "two_drawers_hand.xml": (1, ""),
 }
 ROUGH = '<contact><adhesion value="0.1"/></contact></link>'
 FOLLOWS = chain(joint("a", "a", "b"), joint("b", "b", "c", follower("a", 2.0, 0.0)), links="abc")
 SLIDER = """<mujoco><worldbody><body name="a"><joint name="j" type="slide" range="0 1"/>
   <geom size="0.1"/></body></worldbody><actuator><motor joint="j"/></actuator></mujoco>"""
+
+FINGER = """<body name="{name}" pos="{side}0.045 0 0.06">
+  <joint name="{name}" type="slide" axis="{axis} 0 0" range="0 0.04" damping="5"/>
+  <geom type="box" size="0.005 0.01 0.02" mass="0.05"/></body>"""
+PINCH = f"""<mujoco><worldbody><body name="palm"><geom type="box" size="0.06 0.02 0.01"/>
+  {FINGER.format(name="left", side="-", axis="1")}{FINGER.format(name="right", side="", axis="-1")}
+  </body></worldbody><actuator>
+  <position joint="left" kp="500" kv="10" ctrlrange="0 0.04" forcerange="-20 20"/>
+  <position joint="right" kp="500" kv="10" ctrlrange="0 0.04" forcerange="-20 20"/>
+</actuator></mujoco>"""
+DRAWERS = PINCH.replace(
+    "</worldbody>", FINGER.format(name="x", side="1", axis="1") + "</worldbody>"
+)
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +47,8 @@ def found(tmp_path_factory):
     (folder / "gripper.urdf").write_text(FOLLOWS)
     (folder / "loop.urdf").write_text(chain(joint("second", "a", "b", kind="ball"), links="ab"))
     (folder / "slider.xml").write_text(SLIDER)
+    (folder / "pinch_hand.xml").write_text(PINCH)
+    (folder / "two_drawers_hand.xml").write_text(DRAWERS)
     (folder / "part.xml").write_text("<mujoco><worldbody><body/></worldbody></mujoc>")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(models, "PACKAGES", ())
@@ -50,9 +67,19 @@ def test_tries_are_those_of_a_user_who_does_what_the_errors_say(found):
 
 def test_the_table_counts_files_by_source_and_lists_those_that_never_load(found):
     text = found.to_markdown()
-    assert re.search(r"\| robots0? \| 2 \| 0 \| 2 \| 0 \| 0 \|", text)
+    assert re.search(r"\| robots0? \| 4 \| 2 \| 2 \| 0 \| 0 \|", text)
     assert "- adhesion: 1 files" in text and "loop.urdf: joint 'second' is 'ball'" in text
     assert found.to_csv().count("\n") == 1 + len(FILES)
+
+
+def test_a_hand_on_its_own_closes_on_a_ball_and_holds_it_in_both_engines(found):
+    (grip,) = found.grips
+    assert grip.file.endswith("/pinch_hand.xml")
+    assert abs(grip.fell) < 1e-4
+    assert abs(grip.fell_firm) < 1e-3
+    assert grip.fell_mujoco > 10 * abs(grip.fell_firm)  # its contacts creep
+    assert grip.unconverged == 0
+    assert "/pinch_hand.xml | 0.0" in found.to_markdown()
 
 
 def test_a_link_elsewhere_would_be_seen(tmp_path):

@@ -94,10 +94,49 @@ WARNED = {
         others={"block": {"shape": em.Box((1, 1, 1)), "mass": 2000, "position": (2, 0, 0.5)}}
     ),
     r"step is 0\.2 s, in which a body falls 0\.3924 m": lambda: problem(step=0.2),
+    r"gap of loop 'hook' - 'cup \d+' is 0\.02 m, .*a fifth in each": lambda: hung(gap=0.02),
+    r"gap of loop 'hook' - 'cup \d+' is [0-9.]+ m and 0\.03 rad": lambda: hung(
+        tilt=0.03, gap=0, kind="weld"
+    ),
+    r"gap of loop 'hook' - 'cup \d+' is 0\.005 m and 0 rad, .*contradicts": lambda: hung(
+        kind="weld", weld=0.005
+    ),
+    r"body 'cup \d+': torsional_friction is 0\.1 m, longer .* 0\.06164": lambda: twisted(
+        torsional_friction=0.1
+    ),
+    r"body 'cup \d+': rolling_friction is 0\.07 m": lambda: twisted(rolling_friction=0.07),
+    r"body 'table': torsional_friction is 0\.1 m": lambda: twisted(of_table=0.1),
+    r"bodies 'table' and 'cup \d+': rolling_friction is 0\.1 m": lambda: twisted((0.01, 0.1)),
     r"overlap of 'table' and 'cup \d+' at the start is 0\.03 m, more than 0\.02 m": lambda: (
         simulated(height=-0.01)
     ),
 }
+
+
+def hung(gap=0.0, tilt=0.0, weld=0.0, kind="point"):
+    """A bag that a loop hangs by `gap` beside a hook, and welds to another one if that is off."""
+    scene, name = em.Scene(), next(names)
+    scene.add_body("hook", em.Box((0.02,) * 3), mass=0, position=(0, 0, 0.15))
+    turn = (math.sin(tilt / 2), 0, 0, math.cos(tilt / 2))
+    scene.add_body(name, em.Box((0.1, 0.1, 0.2)), mass=0.5, orientation=turn, role="object")
+    scene.add_loop("hook", name, type=kind, point_a=(gap, 0, 0), point_b=(0, 0, 0.15))
+    if weld:
+        scene.add_loop("hook", name, type="weld", point_a=(weld, 0, 0), point_b=(0, 0, 0.15))
+    stays = em.regions.Ball(name, center=(0, 0, 0), radius=0.05)
+    pull = {"force": (1, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+    return em.Problem(scene, scene.pack(), captured=stays, **pull)
+
+
+def twisted(frictions=(0.0, 0.0), of_table=0.0, **surface):
+    """A box on a table with torsional or rolling friction of its own, of the table or the pair."""
+    scene, name = em.Scene(), next(names)
+    scene.add_plane("table", surface=em.Surface(torsional_friction=of_table))
+    box = {"mass": 0.2, "position": (0, 0, 0.02), "surface": em.Surface(**surface)}
+    scene.add_body(name, em.Box((0.1, 0.06, 0.04)), **box)
+    torsional, rolling = frictions
+    turns = {"torsional_friction": torsional, "rolling_friction": rolling}
+    scene.set_friction(name, "table", 0.5, **(turns if any(frictions) else {}))
+    return em.World(scene)
 
 
 def simulated(height):
@@ -170,6 +209,9 @@ RIGHT = {
     ),
     "a joint that turns twice either way": lambda: jointed(limits=(-4 * math.pi, 4 * math.pi)),
     "a joint without limits": jointed,
+    "a bag that hangs at a hook": hung,
+    "a loop that a simulation left open by half a millimetre": lambda: hung(gap=5e-4),
+    "rubber": lambda: twisted((0.01, 0.001), torsional_friction=0.02),
     "a long rail": lambda: jointed(type="prismatic", limits=(0, 30)),
     "a start that overlaps a little": lambda: simulated(height=0.01),
 }
@@ -230,6 +272,10 @@ def test_a_filter_that_makes_it_an_error_raises_each_time():
     [
         ("yaw is 1e[+]06, expected at most 10000 rad", lambda: problem(yaw=1e6)),
         ("limits is 1e[+]06, expected angles of at most 10000", lambda: jointed(limits=(0, 1e6))),
+        (
+            r"orientation is 1\.57, expected a unit quaternion .* yaw=, an angle about z",
+            lambda: problem(orientation=1.57),
+        ),
         ("step is 2, expected at most 1 s", lambda: em.Scene(step=2)),
         ("extent is 2e[+]06 m, expected at most", lambda: problem(shape=em.Sphere(1e6))),
     ],

@@ -153,6 +153,41 @@ def test_cube_turns_in_soft_fingertips_beyond_their_torsional_friction():
     assert cube_in_fingertips(0.02 * most, 0.0) > 1.0
 
 
+def spin_in_pads(torque, pad, torsional=0.004, force=20.0):
+    """Spin [rad/s] of a cube that a torque turns between two hard fingers with soft pads."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("palm", em.Box((0.02,) * 3), mass=0, position=(0, 0, 0.2))
+    scene.add_body("cube", em.Box((0.04,) * 3), mass=0.1, friction=1.0, role="object")
+    soft = em.Surface(torsional_friction=torsional)
+    for name, side in (("left", -1), ("right", 1)):
+        closes = {"axis": (-side, 0, 0), "target": 1.0, "stiffness": 100, "torque_limit": force}
+        at = (side * 0.05, 0, -0.2)
+        scene.add_body(name, em.Box((0.02, 0.02, 0.06)), mass=0.05, friction=0.3)
+        scene.add_joint(name, type="prismatic", parent="palm", child=name, origin=at, **closes)
+        scene.add_body(f"{name} pad", pad, mass=1e-3, friction=1.0, surface=soft)
+        tip = {"type": "fixed", "origin": (-side * 0.01, 0, 0)}
+        scene.add_joint(f"{name} pad", parent=name, child=f"{name} pad", **tip)
+    drive = np.zeros((360, 6))
+    drive[120:, 3] = torque
+    end = em.World(scene).simulate(scene.pack(), 360, drives={"cube": drive}).states[-1]
+    return np.linalg.norm(scene.unpack(end)["cube"]["angular_velocity"])
+
+
+@pytest.mark.parametrize(
+    ("pad", "lever"),
+    [
+        (em.Sphere(0.01), 0.004),
+        # A corner at r slides as it twists: its friction is on one ellipsoid.
+        (em.Box((0.02, 0.01, 0.01)), math.hypot(0.005, 0.005, 0.004)),
+    ],
+    ids=["ball", "box"],
+)
+def test_pad_that_is_fixed_to_a_finger_has_friction_of_its_own(pad, lever):
+    most = 2 * lever * 20.0
+    assert spin_in_pads(0.98 * most, pad) < 1e-2
+    assert spin_in_pads(1.02 * most, pad) > 1.0
+
+
 def test_a_problem_file_keeps_surfaces_and_frictions(tmp_path):
     scene = ball_on_table(
         table_velocity=(0.1, 0, 0),

@@ -284,6 +284,9 @@ def test_a_report_tells_of_all_files_of_a_scene_and_of_nothing_made_by_hand(tmp_
     again = built(tmp_path, text, scene, prefix="right/", joints=driven, ignore=["transmission"])
     assert again.report.names("left out") == ["transmission"] * 2
     assert again.report.names("joint undriven") == ["left/shoulder"]
+    assert "| joint holds its start | right/shoulder | 0, for want of a target |" in repr(
+        again.report
+    )
     assert "| joint undriven | left/shoulder |" in repr(scene.report)
     assert "<td" in scene.report._repr_html_()
 

@@ -12,6 +12,7 @@ from urdf_files import (
     names,
 )
 
+import energymargin as em
 from energymargin.scenes import NotSimulatedError, from_urdf
 
 # What is refused
@@ -107,7 +108,6 @@ def test_an_error_names_all_that_is_wrong_before_a_mesh_is_read(tmp_path):
     assert sum("none.stl'" in line for line in lines) == 1
 
 
-@pytest.mark.filterwarnings("error::energymargin.PlausibilityWarning")
 @pytest.mark.parametrize(
     ("where", "element", "name"),
     [
@@ -123,7 +123,8 @@ def test_an_error_names_all_that_is_wrong_before_a_mesh_is_read(tmp_path):
 def test_what_moves_nothing_is_left_out_with_a_line(tmp_path, where, element, name):
     at = ARM.rindex(f"</{where}>")
     text = ARM[:at] + element + ARM[at:]
-    with pytest.warns(UserWarning, match=rf"left out, .*: {name} \(1\); ignore=") as told:
+    words = rf"left out, .*: {name} \(1\); ignore="
+    with pytest.warns(em.PlausibilityWarning, match=words) as told:
         scene = built(tmp_path, text)
     assert len(told) == 1
     assert scene.report.names("left out") == [name]

@@ -18,7 +18,7 @@ struct Warning {
   std::string text;   //!< one line: the value, why it looks wrong, and what may have been meant
 };
 
-//! Of a scene alone: sizes, densities, ratios of masses, joint limits, orientations, the step.
+//! Of a scene alone: sizes, densities, ratios of masses, joint limits, orientations, frictions that turn, the step.
 std::vector<Warning> implausible(const Scene& scene);
 
 //! Of a problem, its scene included. `start_outside`: a start outside of the capture set is meant.
@@ -27,7 +27,7 @@ std::vector<Warning> implausible(const Problem& problem, bool start_outside = fa
 //! Of a state: joints that are further beyond their limits than a simulated one yields at its stop.
 std::vector<Warning> implausible_joints(const Scene& scene, const State& state);
 
-//! Of a simulation that starts at a state: those joints, and bodies deep in each other, which are thrown apart.
+//! Of a simulation that starts at a state: those joints, loops that gape, and bodies deep in each other.
 std::vector<Warning> implausible_start(World& world, const State& state);
 
 //! Of an angle of a pose. Throws std::invalid_argument on one beyond plausible::refused_angle.

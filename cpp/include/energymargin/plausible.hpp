@@ -13,6 +13,8 @@ constexpr double refused_angle = 1e4;    //!< 1600 turns: no pose and no joint i
 // A simulated joint yields a little at its stop.
 constexpr double stop_angle = 0.05;    //!< of a state beyond the limit of a revolute joint [rad]
 constexpr double stop_length = 0.002;  //!< of a prismatic one [m]
+constexpr double loop_gap = 0.001;     //!< of a loop's ends in a state [m]
+constexpr double loop_turn = 0.02;     //!< of a weld's [rad]
 // In a step of 0.05 s a body falls 2.5 cm from rest; in one of 1 s it falls 10 m.
 constexpr double step = 0.05;         //!< [s]
 constexpr double refused_step = 1.0;  //!< [s]

@@ -34,7 +34,7 @@ class Stores {
       : subject_(subject), problem_(subject.problem), scene_(problem_.scene), immovable_(subject.immovable) {}
 
   AvailableEnergy sum() {
-    add_kinetic();
+    energy_.kinetic = std::max(Energy(scene_).kinetic(problem_.state, State::Zero(problem_.state.size())), 0.0);
     add_driven();
     for (const Spring& spring : scene_.springs()) add(spring);
     for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) {
@@ -60,10 +60,6 @@ class Stores {
   Vector3 load(std::size_t body) const {
     const Body& of = scene_.bodies()[body];
     return of.linear_factor.cwiseProduct(of.mass * scene_.gravity() + of.force);
-  }
-
-  void add_kinetic() {
-    energy_.kinetic = std::max(Energy(scene_).kinetic(problem_.state, State::Zero(problem_.state.size())), 0.0);
   }
 
   // An effector in "drive" that is at rest is stopped again and again, which takes energy out.
@@ -127,7 +123,8 @@ class Stores {
     double least = infinity;
     for (std::size_t other = 0; other < scene_.bodies().size(); ++other) {
       const auto* plane = std::get_if<Plane>(&scene_.bodies()[other].shape);
-      if (!plane || separate(body, other)) continue;
+      const std::pair<std::string, std::string> names = std::minmax(of.name, scene_.bodies()[other].name);
+      if (!plane || !immovable_[other] || scene_.disabled_collisions().count(names) > 0) continue;
       const BodyState ground = subject_.at(other);
       const Vector3 normal = ground.orientation * plane->normal;
       if ((normal + down).norm() > parallel) continue;
@@ -141,11 +138,6 @@ class Stores {
       least = std::min(least, std::max(height - thickness, 0.0));
     }
     return least;
-  }
-
-  bool separate(std::size_t a, std::size_t b) const {
-    const std::pair<std::string, std::string> names = std::minmax(scene_.bodies()[a].name, scene_.bodies()[b].name);
-    return !immovable_[b] || scene_.disabled_collisions().count(names) > 0;
   }
 
   // A link stays within the lengths of the links from the first joint that moves, which hangs on what stays.

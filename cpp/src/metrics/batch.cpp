@@ -48,11 +48,6 @@ const Metric* find_metric(const std::string& name) {
   return known == std::end(known_metrics) ? nullptr : known;
 }
 
-bool share_a_search(const std::string& a, const std::string& b) {
-  const Kind kind = find_metric(a)->kind;
-  return a == b || (kind == find_metric(b)->kind && kind != Kind::effort);
-}
-
 template <typename Result>
 void add_quality(const Result& result, ScoreRow& row) {
   row += result;
@@ -131,8 +126,9 @@ void require_metrics(const std::vector<std::string>& metrics) {
 std::vector<SearchMetrics> searches_for(const std::vector<std::string>& metrics) {
   std::vector<SearchMetrics> searches;
   for (const std::string& metric : metrics) {
+    const Kind kind = find_metric(metric)->kind;
     const auto shared = std::find_if(searches.begin(), searches.end(), [&](const SearchMetrics& search) {
-      return share_a_search(search.front(), metric);
+      return search.front() == metric || (find_metric(search.front())->kind == kind && kind != Kind::effort);
     });
     if (shared == searches.end()) {
       searches.push_back({metric});

@@ -17,10 +17,6 @@ constexpr const char* remedy =
 
 std::string percent(double share) { return text(std::round(1000.0 * share) / 10.0) + " %"; }
 
-std::vector<Warning> of_steps(const StepCounts& counts, const Problem& problem) {
-  return implausible(counts, static_cast<double>(counts.steps) * problem.scene.stepping().step);
-}
-
 }  // namespace
 
 std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limit) {
@@ -68,18 +64,17 @@ void require_few_diverged(int diverged, int rollouts, double most) {
 }
 
 std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem) {
-  std::vector<Warning> warnings = of_steps(score, problem);
+  std::vector<Warning> warnings = implausible(static_cast<const StepCounts&>(score), problem);
+  const std::string value = "the capture score is " + text(score.capture.mean);
   if (score.nodes() > 0 && score.resolution > plausible::resolution) {
     warnings.push_back(
         {"capture_score: resolution",
-         "the capture score " + text(score.capture.mean) + " has a resolution of " + text(score.resolution) +
-             ", above " + text(plausible::resolution) +
+         value + ", with a resolution of " + text(score.resolution) + ", above " + text(plausible::resolution) +
              ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make it finer"});
   }
   if (score.undisturbed_exit) {
     warnings.push_back(
-        {"capture_score: undisturbed", "the capture score is " + text(score.capture.mean) +
-                                           ", but without any disturbance the state leaves the capture set after " +
+        {"capture_score: undisturbed", value + ", but without any disturbance the state leaves the capture set after " +
                                            text(*score.undisturbed_exit) +
                                            " s: ask capture_probability, with a horizon, whether it stays"});
   }
@@ -87,7 +82,7 @@ std::vector<Warning> implausible(const CaptureScore& score, const Problem& probl
 }
 
 std::vector<Warning> implausible(const Escape& escape, const Problem& problem) {
-  std::vector<Warning> warnings = of_steps(escape, problem);
+  std::vector<Warning> warnings = implausible(static_cast<const StepCounts&>(escape), problem);
   const std::string effort = "the effort is " + text(escape.effort) + " J, but ";
   if (escape.discarded_effort < escape.effort) {
     warnings.push_back({"escape_effort: discarded",
@@ -107,8 +102,8 @@ std::vector<Warning> implausible(const Escape& escape, const Problem& problem) {
   return warnings;
 }
 
-std::vector<Warning> implausible(const CaptureProbability& probability, const Problem& problem) {
-  return of_steps(probability, problem);
+std::vector<Warning> implausible(const StepCounts& counts, const Problem& problem) {
+  return implausible(counts, static_cast<double>(counts.steps) * problem.scene.stepping().step);
 }
 
 }  // namespace energymargin

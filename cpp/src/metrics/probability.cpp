@@ -50,7 +50,11 @@ class Estimator {
   }
 
   CaptureProbability estimate() {
-    if (options_.undisturbed) follow_undisturbed();
+    if (options_.undisturbed) {
+      undisturbed_ = run({no_push(problem_, timing_.horizon)}, nullptr, 0);
+      if (!undisturbed_->complete) options_.limit.require();
+      if (undisturbed_->diverged) throw Diverged("the undisturbed future");
+    }
     const int most = most_of(options_);
     int wanted = options_.tolerance ? std::min(first_look, most) : most;
     for (long long look = wanted; look < most; look *= 2) ++looks_;
@@ -64,12 +68,6 @@ class Estimator {
   }
 
  private:
-  void follow_undisturbed() {
-    undisturbed_ = run({no_push(problem_, timing_.horizon)}, nullptr, 0);
-    if (!undisturbed_->complete) options_.limit.require();
-    if (undisturbed_->diverged) throw Diverged("the undisturbed future");
-  }
-
   // Rollouts up to number `wanted`, each a function of its number alone.
   void roll(int wanted) {
     const std::size_t first = futures_.size();

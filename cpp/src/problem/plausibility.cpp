@@ -104,6 +104,54 @@ void check_joint(Warnings& warnings, const Joint& joint) {
   }
 }
 
+double reach_of(const Body& body) { return reach_from(body.shape, Vector3::Zero()); }
+
+// A flat patch of radius r twists against 2/3 mu r.
+void check_turning(Warnings& warnings, const std::string& of, double torsional, double rolling, double reach) {
+  for (const auto& [name, friction] :
+       {std::pair{"torsional_friction", torsional}, std::pair{"rolling_friction", rolling}}) {
+    if (!(reach > 0.0 && friction > reach)) continue;
+    const std::string why = "longer than what touches, " + text(reach) + " m: a contact's patch is smaller than that";
+    warn(warnings, of + name, text(friction) + " m", why);
+  }
+}
+
+// Frictions of surfaces and of pairs that turn; a fixed body touches what moves.
+void check_surfaces(Warnings& warnings, const Scene& scene) {
+  if (!scene.has_surfaces()) return;
+  double moving = 0.0;
+  for (const Body& body : scene.bodies()) moving = body.fixed() ? moving : std::max(moving, reach_of(body));
+  for (const Body& body : scene.bodies()) {
+    const Surface surface = body.surface.value_or(Surface{});
+    const double reach = std::min(moving, reach_of(body));
+    check_turning(warnings, of_body(body, ""), surface.torsional_friction, surface.rolling_friction, reach);
+  }
+  for (const PairFriction& pair : scene.pair_frictions()) {
+    const double reach = std::min(reach_of(scene.body(pair.body_a)), reach_of(scene.body(pair.body_b)));
+    check_turning(warnings,
+                  "bodies '" + pair.body_a + "' and '" + pair.body_b + "': ", pair.torsional_friction.value_or(0.0),
+                  pair.rolling_friction.value_or(0.0), reach);
+  }
+}
+
+// A loop whose ends are apart at the start. Another loop, or joints at their stops, may keep them apart.
+void check_loops(Warnings& warnings, const Scene& scene, const State& state) {
+  if (scene.loops().empty()) return;
+  const Kinematics kinematics(scene);
+  for (const Loop& loop : scene.loops()) {
+    const BodyState a = state_at_point(loop.point_a, kinematics(state.data(), scene.index(loop.body_a)));
+    const BodyState b = state_at_point(loop.point_b, kinematics(state.data(), scene.index(loop.body_b)));
+    const double gap = (a.position - b.position).norm();
+    const bool turns = loop.type == LoopType::weld;
+    const double turn = (a.orientation * loop.orientation_a).angularDistance(b.orientation * loop.orientation_b);
+    if (gap <= plausible::loop_gap && !(turns && turn > plausible::loop_turn)) continue;
+    warn(warnings, "state: the gap of loop '" + loop.body_a + "' - '" + loop.body_b + "'",
+         text(gap) + " m" + (turns ? " and " + text(turn) + " rad" : ""),
+         "which the first steps close, a fifth in each, or never if another loop or joint contradicts it: start its "
+         "bodies and joints where its ends meet, or give it the points where they are");
+  }
+}
+
 // Links of one tree are simulated in its joints' coordinates, so that their masses count together.
 void check_mass_ratio(Warnings& warnings, const Scene& scene) {
   std::map<std::size_t, double> masses;
@@ -136,10 +184,10 @@ std::pair<std::string, double> nearest_body(World& world, const State& state, co
 // Whether it would fall if nothing touched it: nothing but gravity acts on it, and it is at rest.
 bool would_fall(const Scene& scene, const Body& body, const BodyState& at) {
   const bool pulled = (scene.gravity().array() * body.linear_factor.array() != 0.0).any();
-  const bool sprung = std::any_of(scene.springs().begin(), scene.springs().end(), [&](const Spring& spring) {
-    return spring.body_a == body.name || spring.body_b == body.name;
-  });
-  return pulled && !sprung && body.force.isZero(0.0) && at.velocity.norm() < plausible::at_rest;
+  const auto holds = [&](const auto& tie) { return tie.body_a == body.name || tie.body_b == body.name; };
+  const bool held = std::any_of(scene.springs().begin(), scene.springs().end(), holds) ||
+                    std::any_of(scene.loops().begin(), scene.loops().end(), holds);
+  return pulled && !held && body.force.isZero(0.0) && at.velocity.norm() < plausible::at_rest;
 }
 
 void check_floating(Warnings& warnings, const Problem& problem) {
@@ -196,6 +244,7 @@ std::vector<Warning> implausible(const Scene& scene) {
   }
   for (const Joint& joint : scene.joints()) check_joint(warnings, joint);
   check_mass_ratio(warnings, scene);
+  check_surfaces(warnings, scene);
   return warnings;
 }
 
@@ -213,6 +262,7 @@ std::vector<Warning> implausible(const Problem& problem, bool start_outside) {
                       StateLayout::read(problem.state.data() + layout.offset(i)).orientation);
   }
   for (Warning& joint : implausible_joints(problem.scene, problem.state)) warnings.push_back(std::move(joint));
+  check_loops(warnings, problem.scene, problem.state);
   check_floating(warnings, problem);
   if (!start_outside) check_outside(warnings, problem);
   return warnings;
@@ -240,8 +290,8 @@ std::vector<Warning> implausible_joints(const Scene& scene, const State& state) 
 }
 
 std::vector<Warning> implausible_start(World& world, const State& state) {
-  validate(world.scene(), state);
   Warnings warnings = implausible_joints(world.scene(), state);
+  check_loops(warnings, world.scene(), state);
   const Contact contact = deepest_contact(world.scene(), state);
   if (contact.distance == 0.0) return warnings;
   const double most = plausible::overlap * smaller_half_extent(world.scene(), contact);

@@ -38,10 +38,6 @@ inline void write_part(const File& file) {
   fail_to_write(file);
 }
 
-inline void take_place(const File& file) {
-  if (std::rename(part(file).c_str(), file.path.c_str()) != 0) fail_to_write(file);
-}
-
 //! The content of a file. Throws FileError that says `what` it is, names it, and tells why it cannot be read.
 inline std::string read_file(const std::string& what, const std::string& path) {
   const std::string name = what + " '" + path + "'";
@@ -61,7 +57,9 @@ inline void write_files(const std::vector<File>& files) {
   std::size_t written = 0;
   try {
     for (; written < files.size(); ++written) write_part(files[written]);
-    for (const File& file : files) take_place(file);
+    for (const File& file : files) {
+      if (std::rename(part(file).c_str(), file.path.c_str()) != 0) fail_to_write(file);
+    }
   } catch (const FileError&) {
     for (std::size_t i = 0; i < written; ++i) std::remove(part(files[i]).c_str());
     throw;

@@ -61,12 +61,6 @@ void read_friction_directions(const JsonNode& node, std::vector<Warning>* warnin
                        "direction of the contact plane, so that scores may differ from those of version 0.13"});
 }
 
-void read_disabled_collision(const JsonNode& pair, Scene& scene) {
-  const std::vector<JsonNode> names = pair.items();
-  if (names.size() != 2) pair.fail("a list of two bodies");
-  scene.disable_collisions(read_body_name(names[0], scene), read_body_name(names[1], scene));
-}
-
 Scene read_scene(const JsonNode& node, int version, const std::string& folder, std::vector<Warning>* warnings) {
   std::vector<std::string> keys{
       "gravity", "step",    "solver_iterations",   "solver_tolerance", "margin",  "friction_rule", "bodies",
@@ -95,7 +89,11 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
   for_each_item(node, "tendons", [&](const JsonNode& tendon) { scene.add_tendon(records.record<Tendon>(tendon)); });
   for_each_item(node, "loops", [&](const JsonNode& loop) { scene.add_loop(records.record<Loop>(loop)); });
   for_each_item(node, "springs", [&](const JsonNode& spring) { scene.add_spring(records.record<Spring>(spring)); });
-  for_each_item(node, "disabled_collisions", [&](const JsonNode& pair) { read_disabled_collision(pair, scene); });
+  for_each_item(node, "disabled_collisions", [&](const JsonNode& pair) {
+    const std::vector<JsonNode> names = pair.items();
+    if (names.size() != 2) pair.fail("a list of two bodies");
+    scene.disable_collisions(read_body_name(names[0], scene), read_body_name(names[1], scene));
+  });
   for_each_item(node, "pair_frictions",
                 [&](const JsonNode& item) { scene.set_friction(records.record<PairFriction>(item)); });
   return scene;

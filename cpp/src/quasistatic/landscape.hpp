@@ -239,13 +239,14 @@ class Landscape {
     const double rest = 0.5 * free_space_.tolerance();
     double longest = reach;
     for (int i = 0; i < most_slides && longest > rest; ++i) {
-      const Vector3 pull = downhill(pose);
+      const Vector3 pull = potential_.force(frame(pose)).cwiseProduct(body_.linear_factor);
       if (pull.isZero(0.0)) break;
       const double step = std::min(longest, free_space_.clearance(frame(pose), reach) - rest);
       if (step < rest) break;
       Pose next = pose;
       next.position += step * pull.normalized();
-      const bool better = potential_(frame(next)) < potential_(frame(pose)) && in_reach(next, reach) && within(next) &&
+      const bool in_reach = ((next.position - start_.position).array().abs() <= reach).all();
+      const bool better = potential_(frame(next)) < potential_(frame(pose)) && in_reach && within(next) &&
                           (!outside || this->outside(next));
       if (better) {
         pose = next;
@@ -299,12 +300,6 @@ class Landscape {
   }
 
   Pose frame(const Pose& pose) const { return {pose.position - pose.orientation * center_, pose.orientation}; }
-
-  bool in_reach(const Pose& pose, double reach) const {
-    return ((pose.position - start_.position).array().abs() <= reach).all();
-  }
-
-  Vector3 downhill(const Pose& pose) const { return potential_.force(frame(pose)).cwiseProduct(body_.linear_factor); }
 
   bool within(const Pose& pose) { return !within_ || (*within_)(state(pose)); }
 

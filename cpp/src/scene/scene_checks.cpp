@@ -186,8 +186,7 @@ void validate_joint(const Joint& joint) {
     reject("position", text(joint.state.position), "from " + text(joint.lower) + " to " + text(joint.upper));
   }
   for (const double limit : {joint.lower, joint.upper}) {
-    if (joint.type != JointType::revolute || !std::isfinite(limit)) continue;
-    if (std::abs(limit) > plausible::refused_angle) {
+    if (joint.type == JointType::revolute && std::isfinite(limit) && std::abs(limit) > plausible::refused_angle) {
       reject("limits", text(limit), "angles of at most " + text(plausible::refused_angle) + " rad, or inf for none");
     }
   }

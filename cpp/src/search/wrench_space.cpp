@@ -64,7 +64,8 @@ class WrenchSampler : public ompl::control::ControlSampler {
     const Kind kind = mixed_ ? kind_of(rng_.uniform01()) : Kind::even;
     change(values, kind);
     const bool coasts = kind == Kind::coasting;
-    values[axes_] = coasts && steps_left_ && rng_.uniform01() < wait_share ? draw_wait() : draw_steps();
+    const bool waits = coasts && steps_left_ && rng_.uniform01() < wait_share;
+    values[axes_] = waits ? rng_.uniformInt(1, std::max(*steps_left_, 1)) : draw_steps();
     if (mixed_ && steps_left_ && !coasts && rng_.uniform01() < longest_share) values[axes_] = bounds_.high.back();
   }
 
@@ -120,8 +121,6 @@ class WrenchSampler : public ompl::control::ControlSampler {
       if (i != index) values[acting[i]] = 0.0;
     }
   }
-
-  double draw_wait() { return rng_.uniformInt(1, std::max(*steps_left_, 1)); }
 
   double draw_steps() {
     const double longest = bounds_.high.back();

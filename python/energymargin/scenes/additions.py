@@ -208,6 +208,12 @@ def added(
         if not any(map(joint.get, DRIVING)) and joint["name"] not in by_tendon
     ]
     rows = [*new.rows, *(Row(reports.UNDRIVEN, name) for name in undriven)]
+    driven = [joint for joint in moving if joint.get("stiffness") and not joint.get("held")]
+    rows += [
+        Row(reports.HOLDS, joint["name"], f"{joint.get('start', 0.0):.4g}, for want of a target")
+        for joint in driven
+        if joint.get("target") is None
+    ]
     if self_collision and moving:
         limit.require("links that overlap were looked for")
         world = World(made)

@@ -11,6 +11,7 @@ from energymargin._core import Scene
 
 LEFT_OUT = "left out"
 UNDRIVEN = "joint undriven"
+HOLDS = "joint holds its start"
 LOOSE = "body loose"
 FRAME = "part of another body"
 STATED = "stated"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
@@ -17,7 +16,7 @@ from energymargin.bars import Update
 from energymargin.checks import one_of
 from energymargin.limits import Limit
 from energymargin.meshes import MAX_POINTS, THRESHOLD
-from energymargin.plausibility import levels_to_user, warn
+from energymargin.plausibility import warn
 from energymargin.scenes import additions, reports
 from energymargin.scenes.additions import BASES, Additions, Control, Mistakes, counted
 from energymargin.scenes.files import found
@@ -223,12 +222,11 @@ def _rounded(at: Pose) -> str:
 def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None:
     """One line of what is left out without having been named in `ignore`, and one of masses."""
     told = {name: count for name, count in robot.left_out.items() if name not in ignored}
-    if told:
-        warnings.warn(
-            f"{path}: left out, as it moves nothing or has a namespace that the file does not "
-            f"declare: {counted(told)}; ignore={tuple(told)!r} says that this is meant",
-            stacklevel=levels_to_user(),
-        )
+    left = (
+        f"{path}: left out, as it moves nothing or has a namespace that the file does not "
+        f"declare: {counted(told)}; ignore={tuple(told)!r} says that this is meant."
+    )
+    warn([(left, left)] if told else [], left)
     stated = ", ".join(f"{name!r} {value}" for name, value in robot.stated.items())
     text = f"{path}: links that move lack a mass or an inertia in the file, and get: {stated}."
     warn([(text, text)] if stated else [], text)

@@ -169,8 +169,8 @@ class Robot:
                 if (link.geometries or into in shapes) and link.contact != frame.contact:
                     mistakes.add(
                         f"link {name!r} has no mass and is part of {into!r}, which has another "
-                        "friction; ignore=('link/contact',) and frictions={...} say "
-                        "which one holds"
+                        "friction; with a mass it is a body of its own, ignore=('link/contact',) "
+                        "and frictions={...} say which one holds"
                     )
                 own = shapes.setdefault(into, list(link.geometries))
                 own += [Geometry(shape, at @ pose) for shape, pose in frame.geometries]

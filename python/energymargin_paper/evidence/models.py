@@ -4,7 +4,7 @@ A try is a call of `from_urdf` or `from_mjcf`. After one that fails the next one
 says, to the letter, and nothing else: so many tries a new user needs. Limits that the error asks
 for are -1 and 1. Where the links are is compared with MuJoCo, at random positions of the joints;
 so is where driven links get in a second, from the same state under the same controls, without
-contacts.
+contacts, and whether a closed hand holds a ball.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from energymargin.mujoco.states import Names
 from energymargin.scenes import from_mjcf, from_urdf
 from energymargin.scenes.mjcf_model import engine
 from energymargin.table_text import csv_text, markdown_table
+from energymargin_paper.evidence.hand_grips import HEAD, Grip, grip
 from energymargin_paper.study import Progress, Study, setting
 
 __all__ = ["FOLDERS", "STUDY", "Model", "Models", "Settings", "tries", "ways_out"]
@@ -39,6 +40,7 @@ FOLDERS = "ENERGYMARGIN_MODELS"
 PACKAGES = ("robosuite", "gymnasium_robotics", "dm_control", "pybullet_data")
 HANDS = re.compile("hand|gripper|finger|adroit|jaco|robotiq|fetch|panda|so101|manipulator", re.I)
 MANY = "random_urdfs"  # a thousand objects in a folder of PyBullet's, all alike
+SCENE = "scene"  # of one of the other files and a floor
 MOST_TRIES = 9
 LONGEST = 60.0  # s, of a try
 POSES = 5  # of each model
@@ -86,6 +88,8 @@ class Models:
     """What became of all files."""
 
     models: list[Model]
+    grips: list[Grip]
+    """Of hands on their own that load at the first or second try."""
 
     def to_csv(self) -> str:
         """A line for each file."""
@@ -104,6 +108,8 @@ class Models:
         for hand, title in ((True, "Hands, and scenes with one"), (False, "Other files")):
             rows = [_row(of, models) for (kind, of), models in groups.items() if kind == hand]
             lines += [f"## {title}", "", markdown_table(head, rows), ""]
+        grips = markdown_table(HEAD, [each.row() for each in self.grips])
+        lines += ["## A ball of 5 cm in the closed hand", "", grips, ""]
         asked = Counter(word for m in self.models if m.tries > 1 for word in m.asked.split(", "))
         lines += ["## What a second try needs", ""]
         lines += [f"- {word}: {count} files" for word, count in asked.most_common()]
@@ -124,7 +130,7 @@ def _row(source: str, models: list[Model]) -> list[str]:
 
 class ModelsStudy(Study[Settings, Models]):
     """How many public models load at the first try, and whether their links are where MuJoCo has
-    them.
+    them; and whether hands hold a ball as there.
 
     The files are those of robosuite, gymnasium-robotics, dm_control and PyBullet's data, as far as
     they are installed, and of the folders that the environment variable ENERGYMARGIN_MODELS names
@@ -143,7 +149,8 @@ class ModelsStudy(Study[Settings, Models]):
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Models:
         """Loads each file."""
-        files, found = list(_files())[:: settings.every], []
+        files, found = list(_files())[:: settings.every], list[Model]()
+        grips: list[Grip | None] = []
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             for done, (source, root, file) in enumerate(files):
@@ -154,8 +161,10 @@ class ModelsStudy(Study[Settings, Models]):
                 hand = HANDS.search(name) is not None
                 moves = hand and scene is not None and file.suffix == ".xml"
                 motion = _motion(file, options) if moves else np.nan
+                if moves and not file.name.startswith(SCENE):
+                    grips.append(grip(file, options))
                 found.append(Model(source, name, hand, count, asked, *apart, motion))
-        return Models(found)
+        return Models(found, [each for each in grips if each])
 
 
 STUDY = ModelsStudy()

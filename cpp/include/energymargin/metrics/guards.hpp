@@ -7,7 +7,6 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
-#include "energymargin/metrics/probability.hpp"
 #include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
 
@@ -40,6 +39,6 @@ void require_few_diverged(int diverged, int rollouts, double most);
 //! without a disturbance; an effort above 0 although it does, or above that of an escape that was discarded.
 std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem);
 std::vector<Warning> implausible(const Escape& escape, const Problem& problem);
-std::vector<Warning> implausible(const CaptureProbability& probability, const Problem& problem);
+std::vector<Warning> implausible(const StepCounts& counts, const Problem& problem);
 
 }  // namespace energymargin

@@ -43,9 +43,6 @@ Corner between(const Corner& a, const Corner& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.height + share * (b.height - a.height)};
 }
 
-// Whether corners are those of the solid with its margin; others are those of its inner shape.
-bool has_sharp_corners(const InnerShape& solid) { return solid.is_box() || solid.is_cylinder() || solid.is_hull(); }
-
 // Whether the corners of the other side are visited too: those of a thin plate are near.
 bool has_back(const InnerShape& solid) { return solid.is_box() || solid.is_hull(); }
 
@@ -137,7 +134,7 @@ void find_face(const InnerShape& solid, const btTransform& pose, const ContactPl
   // A hull's corners may be as sharp as needles: they make its face as wide as it is, and no deeper than it is rounded.
   const double rounded = direction.dot(solid.support(direction)) + solid.margin();
   const double reached = solid.is_hull() ? std::min(most, rounded) : BT_LARGE_FLOAT;
-  const double outside = has_sharp_corners(solid) ? 0.0 : solid.margin();
+  const double outside = solid.is_box() || solid.is_cylinder() || solid.is_hull() ? 0.0 : solid.margin();
   for_each_corner(solid, direction, [&](const btVector3& point) {
     const double along = direction.dot(point);
     if (along < most - depth) return;
