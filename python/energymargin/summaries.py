@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from energymargin.actions import Improvement, MarginProfile, Ranking
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
+    from energymargin.grasps import GraspScores
+    from energymargin.grasps.trials import Trials
     from energymargin.scenes.reports import SceneReport
     from energymargin.scoring import ScoreTable
     from energymargin.store import Run, ScoreStore
@@ -417,3 +419,101 @@ def margin_profile(result: MarginProfile) -> Summary:
 
 def _sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
+
+
+# Grasps
+
+_AWAY = (
+    "in {:.0%} of the trials the hand began in the object or the table, and its pose was drawn "
+    "again or moved back"
+)
+_STUCK = "the contact solver did not converge in {:.1%} of the steps"
+
+
+def grasp_scores(scores: GraspScores) -> Summary:
+    """The ranked grasps: all of a few, of many the best, the most doubtful and the worst."""
+    order, trials = scores.order, scores.endings.shape[1]
+    places, ends, times = np.arange(len(order)), scores.interval(), scores.mean_time
+    if len(order) > MOST_ROWS:
+        third = MOST_ROWS // 3
+        doubt = np.abs(scores.probabilities[order] - 0.5)[third:-third]
+        doubtful = third + np.sort(np.argsort(doubt, kind="stable")[:third])
+        places = np.concatenate([places[:third], doubtful, places[-third:]])
+    columns: dict[str, list[str]] = {
+        "rank": [str(place + 1) for place in places],
+        "grasp": [scores.grasps.names[k] for k in order[places]],
+        "holds": [_share(scores.probabilities[k]) for k in order[places]],
+        "95 % interval": [f"{_share(a)} to {_share(b)}" for a, b in ends[order[places]]],
+        "for": ["" if np.isnan(times[k]) else f"{times[k]:.2g} s" for k in order[places]],
+        "lost": [_how_lost(scores, int(k)) for k in order[places]],
+        "effort": [f"{scores.efforts[k]:.2g} J" for k in order[places]],
+        "label": [f"{scores.grasps.labels[k]:g}" for k in order[places]],
+    }
+    shown = {name: column for name, column in columns.items() if not _unknown(column)}
+    lead = f"{len(order)} grasps, {trials} trials of {scores.horizon:g} s each"
+    notes = [_sentence(note) for note in _grasp_notes(scores, len(places)) if note]
+    picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
+    rows = list(zip(*shown.values(), strict=True))
+    return Summary("", rows, tuple(shown), notes, lead=lead, picture=picture)
+
+
+def trials(asked: Trials) -> Summary:
+    """What was asked about grasps: object, hand, protocol, belief and disturbance."""
+    from energymargin.grasps import words
+
+    rows: list[Row] = [
+        ("object", words.of_object(asked.object)),
+        ("hand", words.of_hand(asked.hand)),
+        ("protocol", words.of_protocol(asked.protocol)),
+        ("lost", words.of_loss(asked.protocol)),
+        ("not known", words.of_belief(asked.belief)),
+        ("disturbance", words.of_disturbance(asked)),
+        ("a hand in the object", words.OF_COLLIDING[asked.colliding]),
+        ("seed", asked.seed),
+    ]
+    return Summary("What was asked", rows)
+
+
+def _grasp_notes(scores: GraspScores, rows: int) -> list[str]:
+    """What there is to know about the table."""
+    n, made = len(scores.grasps), scores.endings != -1
+    errors = len(scores.errors)
+    missing = int((scores.counted == 0).sum()) - errors
+    moved = made & ((scores.back > 0) | (scores.redrawn > 0))
+    first = next(iter(scores.errors.values()), "")
+    steps, stuck = int(scores.steps.sum()), int(scores.unconverged.sum())
+    return [
+        f"{rows} of {n} are shown: the best, the most doubtful, the worst" * (rows < n),
+        _against_labels(scores),
+        _AWAY.format(moved.sum() / made.sum()) if moved.any() else "",
+        f"{errors} have no score; the first: {first}" if errors else "",
+        f"not complete: {missing} of {n} grasps were not scored" if missing else "",
+        _STUCK.format(stuck / steps) if stuck > 0.01 * steps else "",
+    ]
+
+
+def _against_labels(scores: GraspScores) -> str:
+    """The AUC of the probabilities, if there are labels of both kinds."""
+    from energymargin.evaluation.bootstrap import auc_ap
+
+    labels = scores.grasps.labels
+    known = ~np.isnan(labels) & (scores.counted > 0)
+    held = labels[known] >= 0.5
+    if held.all() or not held.any():
+        return ""
+    auc, _ = auc_ap(scores.probabilities[known], held)
+    return f"AUC {auc:.2f} against the labels: {held.sum()} held, {(~held).sum()} lost"
+
+
+def _how_lost(scores: GraspScores, k: int) -> str:
+    if not scores.counted[k]:
+        return "no score" if k in scores.errors else "not made"
+    return ", ".join(f"{n} {how}" for how, n in scores.losses(k).items() if how != "held")
+
+
+def _share(value: float) -> str:
+    return DASH if np.isnan(value) else f"{value:.2f}"
+
+
+def _unknown(column: list[str]) -> bool:
+    return all(text in ("nan", "nan J") for text in column)

@@ -108,11 +108,12 @@ class Summary:
         from rich.text import Text
 
         parts: list[RenderableType] = [Text(self.lead, "dim"), Text()] if self.lead else []
-        below = 1 if self.head else 0  # lines
-        table = Table(box=None, padding=(0, 1, below, 0), pad_edge=False, show_header=below > 0)
+        headed = bool(self.head)
+        below = int(headed and any("\n" in str(cell) for row in self.rows for cell in row))  # lines
+        table = Table(box=None, padding=(0, 1, below, 0), pad_edge=False, show_header=headed)
         table.add_column(*self.head[:1], overflow="fold")
         for column in self.head[1:] or [""]:
-            table.add_column(column, justify="center" if self.head else "left", no_wrap=below > 0)
+            table.add_column(column, justify="center" if headed else "left", no_wrap=headed)
         for label, *cells in self.rows:
             table.add_row(str(label), *(_first_line_bold(str(cell)) for cell in cells))
         parts += [Text(self.title, "bold cyan"), Text(), table] if self.title else [table]

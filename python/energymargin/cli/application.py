@@ -1,5 +1,6 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-rank | report | view. Each command has its own file; other packages register more, as `reproduce`.
+rank | grasps | report | view. Each command has its own file; other packages register more, as
+`reproduce`.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -24,6 +25,7 @@ from energymargin.cli.evaluate import evaluate
 from energymargin.cli.export import export
 from energymargin.cli.fields import described
 from energymargin.cli.generate import generate
+from energymargin.cli.grasps import grasps
 from energymargin.cli.importing import import_recordings
 from energymargin.cli.rank import rank
 from energymargin.cli.report import report
@@ -93,8 +95,8 @@ app = typer.Typer(
     4. `energymargin report push-scores.db -o report.html`
     5. `energymargin view push.h5 --scores push-scores.db`
 
-    Which of several plans holds best: `energymargin rank --help`. The paper's tables again:
-    `energymargin reproduce --help`.
+    Which of several plans holds best: `energymargin rank --help`. Which grasps of a file:
+    `energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
     """,
 )
 
@@ -131,7 +133,7 @@ def _options(
     pass
 
 
-for command in (demo, tasks, generate, score, evaluate, export, rank, report):
+for command in (demo, tasks, generate, score, evaluate, export, rank, grasps, report):
     app.command()(described(command))
 app.command("import")(described(import_recordings))
 app.command("view")(described(view_command))

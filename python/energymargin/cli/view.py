@@ -96,14 +96,14 @@ def view_command(
         )
     with viewer:
         if output is None:
-            _serve(viewer, host, open_browser=open_browser)
+            serve(viewer, host, open_browser=open_browser)
         else:
             _draw(viewer, output, pixels)
             return
     leave(0)
 
 
-def _serve(viewer: Viewer, host: str, *, open_browser: bool) -> None:
+def serve(viewer: Viewer, host: str, *, open_browser: bool) -> None:
     """Serves the page until Ctrl-C, which is the usual way to end it, and so no error."""
     from energymargin.viewer.guard import is_local
 

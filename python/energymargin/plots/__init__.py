@@ -15,6 +15,7 @@ from energymargin.plots.actions import figure_improvement, plot_ranking
 from energymargin.plots.beliefs import figure_belief
 from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.datasets import figure_qualitative
+from energymargin.plots.grasps import figure_grasp, plot_grasps
 from energymargin.plots.profile import figure_margin_profile, plot_margin_profile
 from energymargin.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.plots.states import plot_state, state_legend
@@ -32,12 +33,14 @@ __all__ = [
     "SUCCEEDED_COLOR",
     "TrajectoryScores",
     "figure_belief",
+    "figure_grasp",
     "figure_improvement",
     "figure_margin_profile",
     "figure_qualitative",
     "figure_scores",
     "plot_effort",
     "plot_future",
+    "plot_grasps",
     "plot_margin_profile",
     "plot_precision_recall",
     "plot_probability",

@@ -1,5 +1,5 @@
 """A file of scores as one page that opens anywhere, without a network: tables, curves, and
-pictures of the states that the scores get most wrong.
+pictures of the states that the scores get most wrong; and scores of grasps as such a page.
 
 Needs the extra [report].
 """
@@ -10,6 +10,7 @@ with needs_extra("a report", "report"):
     import jinja2  # noqa: F401
     import matplotlib  # noqa: F401
 
+from energymargin.report.grasps import write_grasps
 from energymargin.report.page import Options, write
 
-__all__ = ["Options", "write"]
+__all__ = ["Options", "write", "write_grasps"]

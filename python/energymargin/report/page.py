@@ -125,7 +125,7 @@ def write(
         subject = read_subject(scores, run)
         with read_data(subject, data) as found:
             page = _page(subject, found, chosen, output, tell)
-        file.write_text(_rendered(page), encoding="utf-8")
+        file.write_text(rendered("page.html", page), encoding="utf-8")
         raise_if_interrupted()
     return [" ".join(filter(None, notice)) for notice in page["notices"]]
 
@@ -205,11 +205,11 @@ def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
             table = table.further
 
 
-def _rendered(page: Mapping[str, Any]) -> str:
-    """The page as HTML. Whatever comes from files is escaped by the template."""
+def rendered(name: str, page: Mapping[str, Any]) -> str:
+    """A page as HTML, by a template. Whatever comes from files is escaped by it."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     folder = files("energymargin.report")
-    template, style = (folder.joinpath(n).read_text("utf-8") for n in ("page.html", "style.css"))
+    template, style = (folder.joinpath(n).read_text("utf-8") for n in (name, "style.css"))
     return environment.from_string(template).render(page, style=style)

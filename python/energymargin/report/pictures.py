@@ -82,7 +82,7 @@ def _trajectory(subject: Subject, data: Data, t: int, group: str) -> Image:
     lacking = int(np.any([np.isnan(v[own]) for v in labelled.scores.values()], axis=0).sum())
     title = f"trajectory {number}: {end}, captured in {captured} of {len(own)}"
     title += f", {lacking} not scored" if lacking else ""
-    return Image(group, title, _svg(figure_scores({title: scores}, width=WIDE)))
+    return Image(group, title, svg(figure_scores({title: scores}, width=WIDE)))
 
 
 def curves(labelled: LabelledScores, frames: int, last: int) -> Picture:
@@ -94,7 +94,7 @@ def curves(labelled: LabelledScores, frames: int, last: int) -> Picture:
             left, right = figure.subplots(1, 2)
             plot_roc(labelled, ax=left, target=target, frames=frames, last=last)
             plot_precision_recall(labelled, ax=right, target=target, frames=frames, last=last)
-            images.append(Image("", target_name(target, frames, last), _svg(figure)))
+            images.append(Image("", target_name(target, frames, last), svg(figure)))
     label = "ROC, and precision over recall, of each score"
     return Picture("roc", label, images, "Held against")
 
@@ -110,10 +110,10 @@ def distributions(every: Sequence[Wrongness]) -> Picture | None:
     for number, one in enumerate(there):
         plot_distribution(one, figure.add_subplot(rows, COLUMNS, number + 1))
     label = "Histograms of each score by label"
-    return Picture("distributions", label, [Image("", label, _svg(figure))])
+    return Picture("distributions", label, [Image("", label, svg(figure))])
 
 
-def _svg(figure: Figure) -> str:
+def svg(figure: Figure) -> str:
     """A data URI; the same figure gives the same bytes."""
     drawn = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "energymargin"}):

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from matplotlib import pyplot
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from PIL import Image
 
 from energymargin import plots, tasks
@@ -190,10 +191,14 @@ def pictures(repeated: RepeatedSearch, plane: Plan) -> list[str]:
 
 
 def _png(ax: Axes) -> str:
-    """A data URI with a third of the bytes of matplotlib's own: these pictures have few colours."""
-    drawn, small = io.BytesIO(), io.BytesIO()
     figure = ax.get_figure(root=True)
     assert figure is not None
+    return png(figure)
+
+
+def png(figure: Figure) -> str:
+    """A data URI with a third of the bytes of matplotlib's own: these pictures have few colours."""
+    drawn, small = io.BytesIO(), io.BytesIO()
     figure.savefig(drawn, format="png", dpi=RESOLUTION, bbox_inches="tight")
     pyplot.close(figure)
     Image.open(drawn).convert("RGB").quantize(COLORS).save(small, format="png", optimize=True)

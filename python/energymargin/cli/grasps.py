@@ -1,0 +1,310 @@
+"""The command `energymargin grasps`: which grasps of a file hold, and how sure is that?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import typer
+from rich.markup import escape
+
+from energymargin.bars import bar
+from energymargin.checks import one_of, whole_number
+from energymargin.cli.grasp_words import (
+    chosen_belief,
+    chosen_frame,
+    chosen_hand,
+    chosen_protocol,
+    chosen_rows,
+    numbers,
+)
+from energymargin.cli.options import chosen_executor
+from energymargin.cli.places import require_free
+from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
+from energymargin.cli.view import serve
+from energymargin.interrupts import on_interrupt
+from energymargin.replacing import replace_text
+from energymargin.summary import summary
+from energymargin.table_text import markdown_table
+
+if TYPE_CHECKING:
+    from energymargin import Cancel
+    from energymargin.grasps import GraspObject, GraspScores, GraspSet
+
+STORE, PAGE, PICTURES = ".h5", ".html", (".png", ".pdf", ".svg")
+TEXTS = (".csv", ".md")
+SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
+CHOICES: dict[str, Callable[[GraspScores], int]] = {
+    "best": lambda scores: int(scores.order[0]),
+    "doubtful": lambda scores: scores.doubtful,
+    "worst": lambda scores: int(scores.order[-1]),
+}
+
+
+def grasps(
+    file: Path,
+    *,
+    hand: str,
+    object: Path | None = None,
+    mass: float | None = None,
+    protocol: str = "hold",
+    belief: str | None = None,
+    rollouts: int = 30,
+    output: list[Path] | None = None,
+    write: Path | None = None,
+    view: str | None = None,
+    overwrite: bool = False,
+    frame: str | None = None,
+    scale: float = 1.0,
+    where: list[str] | None = None,
+    most: int | None = None,
+    object_pose: str | None = None,
+    density: float | None = None,
+    friction: float | None = None,
+    mesh_scale: float | None = None,
+    accuracy: float | None = None,
+    strength: float = 1.0,
+    colliding: Literal["redraw", "retreat", "fail"] = "redraw",
+    effort: int | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    processes: int | None = None,
+    scheduler: str | None = None,
+    timeout: float | None = None,
+) -> None:
+    """Rank the grasps of a file: which of them hold on this hand, and how sure is that?
+
+    Each grasp is tried `--rollouts` times: the hand closes, goes through a protocol, and random
+    forces push the object. All grasps meet the same draws. The table has 95 % intervals.
+
+    Example: `energymargin grasps mug.h5 --hand panda --object mug.obj --mass 0.2`
+
+    Poses that are off by 7 mm and 3 degrees, a shake, a page with pictures: `energymargin grasps
+    mug.h5 --hand panda --protocol shake --belief '{"pose": [0.007, 0.007, 0.007, 0.05, 0.05,
+    0.05]}' -o mug.html`
+
+    A night of 10,000 grasps, which goes on where it was stopped: `energymargin grasps FILE ... -o
+    scores.h5`
+
+    Args:
+        file: Grasps of ACRONYM (.h5), GraspGen (.json), isaac_grasp (.yaml), or a table of poses
+            (.csv).
+        hand: panda, robotiq_2f85, or a parallel gripper by numbers, as JSON or a file of it:
+            '{"opening": 0.1, "force": 30}', '{"preset": "panda", "force": 20}'.
+        object: The object's mesh, if the file of grasps does not name it.
+        mass: Mass of the object [kg], if the file does not say it.
+        protocol: What is done once the hand has closed: hold, lift, shake, graspa, acronym, or JSON
+            or a file of it: '{"preset": "lift", "radius": 0.03}'.
+        belief: What is not known exactly, as JSON or a file of it: pose (3 errors in m, 3 in rad),
+            friction, mass, force.
+        rollouts: Trials of each grasp.
+        output: .h5 keeps the scores, and the same command goes on from there; .csv and .md are
+            tables, .html is a page with pictures, .png, .pdf and .svg are pictures. May be
+            repeated.
+        write: The grasps with their scores, for other tools: .h5 (ACRONYM), .json (GraspGen), .yaml
+            (isaac_grasp), .csv.
+        view: See a grasp in a browser at the end: its name, or best, doubtful, worst.
+        overwrite: Replace files that exist; a .h5 of scores never is.
+    Which grasps of the file:
+        frame: What its poses are of: grasp (midway between the pads, z the approach, x the way the
+            fingers open), franka_panda, panda_hand, panda_tcp, robotiq_2f_85, robotiq_2f_140, a
+            distance along z [m], or x,y,z,qx,qy,qz,qw. Known of ACRONYM's alone.
+        scale: What makes metres of its lengths.
+        where: Rows with these values alone: COLUMN=VALUE, with commas between; may be repeated.
+        most: At most so many of the rows, evenly spaced.
+        object_pose: Where the object is, if the poses are not in its frame: x,y,z,qx,qy,qz,qw, or a
+            CSV file with columns in common, as layout and object.
+    The object:
+        density: In place of the mass [kg/m^3].
+        friction: Coefficient of its surface; that of a contact is its product with the hand's. That
+            of the file, or else 0.5.
+        mesh_scale: What makes metres of the mesh's lengths.
+        accuracy: The mesh's convex parts are nowhere farther from it [m].
+    What a trial is:
+        strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
+        colliding: What is done with a draw that puts the hand into the object: redraw its pose,
+            retreat along the approach, or fail, which counts as lost.
+        effort: Search for the least effort of escape at the weakest moment, with so many nodes.
+        seed: The same seed gives the same numbers, to the last bit.
+    """
+    for path in output or []:
+        require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=SUFFIXES)
+    executor = chosen_executor(threads, processes, scheduler)
+    with loading():
+        from energymargin.disturbances import Uniform
+        from energymargin.grasps import GraspObject, score
+        from energymargin.grasps.files import WRITERS
+
+        _import_extras(output or [], view)
+    if write is not None:
+        require_free(write, overwrite=overwrite, option="--write", suffixes=WRITERS)
+    disturbance, known = Uniform(strength), chosen_belief(belief)
+    tried = chosen_hand(hand), chosen_protocol(protocol)
+    found = _read(file, most, frame=frame, object=object_pose, where=where or [], scale=scale)
+    seen = None if view is None else _viewed(found, view)
+    given = {"density": density, "accuracy": accuracy}
+    thing = GraspObject.of(
+        found.object,
+        mesh=object,
+        mass=mass,
+        friction=friction,
+        scale=mesh_scale,
+        **{name: value for name, value in given.items() if value is not None},
+    )
+    _say_read(file, found, thing)
+    store = next((path for path in output or [] if path.suffix == STORE), None)
+    with _cancelled_by_interrupt() as cancel, bar("Scoring", "grasps") as progress:
+        scores = score(
+            *(found, tried[0], thing, tried[1]),
+            belief=known,
+            disturbance=disturbance,
+            rollouts=rollouts,
+            colliding=colliding,
+            effort=effort,
+            seed=seed,
+            store=store,
+            executor=executor,
+            progress=progress,
+            timeout=timeout,
+            cancel=cancel,
+        )
+    out.print(summary(scores))
+    _write(scores, file, [path for path in output or [] if path != store], write)
+    if not scores.complete:
+        _say_stopped(scores, store)
+        if cancel.is_set:
+            raise KeyboardInterrupt
+        raise typer.Exit(TIMED_OUT)
+    if seen is not None:
+        _view(scores, seen(scores))
+
+
+def _import_extras(outputs: Sequence[Path], view: str | None) -> None:
+    """Imports what pages, pictures and the viewer need: what is missing is told before it is
+    computed."""
+    suffixes = {path.suffix for path in outputs}
+    if PAGE in suffixes:
+        import energymargin.report
+    if suffixes & {*PICTURES}:
+        import energymargin.plots
+    if view is not None:
+        import energymargin.viewer  # noqa: F401
+
+
+def _read(
+    file: Path,
+    most: int | None,
+    *,
+    frame: str | None,
+    object: str | None,
+    where: list[str],
+    scale: float,
+) -> GraspSet:
+    """The grasps that are asked about."""
+    from energymargin.grasps import read
+
+    stands: Path | list[float] | None = None if object is None else Path(object)
+    if object is not None and not Path(object).exists():
+        stands = numbers("--object-pose", object)
+    found = read(
+        file,
+        frame=None if frame is None else chosen_frame(frame),
+        object=stands,
+        where=chosen_rows(where),
+        scale=scale,
+    )
+    if most is None or whole_number("--most", most, 1) >= len(found):
+        return found
+    return found[np.linspace(0, len(found) - 1, most).round().astype(int)]
+
+
+def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
+    from energymargin.grasps.words import of_object
+
+    labels = grasps.labels[~np.isnan(grasps.labels)]
+    held = f", {np.mean(labels >= 0.5):.0%} of them recorded as held" if len(labels) else ""
+    say(f"{escape(str(file))}: {len(grasps)} grasps{held}; object: {of_object(object)}")
+
+
+@contextmanager
+def _cancelled_by_interrupt() -> Iterator[Cancel]:
+    """Ctrl-C sets the Cancel, so that what is finished is shown; before that it stops at once."""
+    from energymargin import Cancel, Cancelled
+
+    cancel = Cancel()
+    try:
+        with on_interrupt(cancel.set):
+            yield cancel
+    except Cancelled:
+        raise KeyboardInterrupt from None
+
+
+def _write(scores: GraspScores, file: Path, outputs: Sequence[Path], grasps: Path | None) -> None:
+    """Writes tables, pictures, the page, and the file of grasps."""
+    for path in outputs:
+        if path.suffix in TEXTS:
+            replace_text(path, scores.to_csv() if path.suffix == ".csv" else _markdown(scores))
+        elif path.suffix == PAGE:
+            from energymargin.cli.progress import share_bar
+            from energymargin.report import write_grasps
+
+            with share_bar(err) as progress:
+                write_grasps(scores, path, title=f"Grasps of {file.name}", progress=progress)
+        else:
+            from energymargin.plots import plot_grasps
+
+            figure = plot_grasps(scores).get_figure(root=True)
+            assert figure is not None
+            figure.savefig(path)
+    if grasps is not None:
+        _write_grasps(scores, grasps)
+    for path in (*outputs, *filter(None, [grasps])):
+        say(f"Wrote {escape(str(path))}")
+
+
+def _write_grasps(scores: GraspScores, path: Path) -> None:
+    """The grasps that have scores, with them."""
+    from energymargin.grasps import write
+
+    scored = scores.counted > 0
+    low, high = scores.interval()[scored].T
+    columns = {"probability": scores.probabilities[scored], "low": low, "high": high}
+    columns["mean_time"] = scores.mean_time[scored]
+    if np.isfinite(scores.efforts[scored]).all():
+        columns["effort"] = scores.efforts[scored]
+    if not scored.all():
+        warn(f"{path} lacks {(~scored).sum()} grasps that have no score")
+    write(path, scores.grasps[scored], columns, overwrite=True)
+
+
+def _say_stopped(scores: GraspScores, store: Path | None) -> None:
+    done = f"{(scores.counted > 0).sum()} of {len(scores.grasps)} grasps are scored"
+    if store is None:
+        say(f"{done}, and kept in no file: with -o scores.h5 the same command can go on")
+    else:
+        say(f"{done} and kept in {escape(str(store))}; the same command goes on from there.")
+
+
+def _viewed(grasps: GraspSet, which: str) -> Callable[[GraspScores], int]:
+    """What finds the number of the grasp of --view. Raises ValueError on a name that is not
+    there."""
+    if which in grasps.names:
+        return lambda _: grasps.names.index(which)
+    return CHOICES[one_of("--view", which, (*CHOICES, *grasps.names))]
+
+
+def _view(scores: GraspScores, number: int) -> None:
+    from energymargin.viewer import view
+
+    with view(scores.problem(number)) as viewer:
+        serve(viewer, "127.0.0.1", open_browser=False)
+
+
+def _markdown(scores: GraspScores) -> str:
+    """The table of all grasps, and what was asked."""
+    head = ("rank", "grasp", "holds", "95 % interval", "lost", "label")
+    parts = (summary(scores.trials).to_markdown(), markdown_table(head, scores.rows()))
+    return "\n".join((*parts, ""))

@@ -1,0 +1,74 @@
+"""What was asked about grasps, in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from energymargin.grasps.protocols import GRAVITY, Protocol
+from energymargin.grasps.trials import LEVER, Trials
+
+if TYPE_CHECKING:
+    from energymargin.grasps import GraspBelief, GraspObject, Hand
+
+OF_COLLIDING = {
+    "redraw": "its pose is drawn again, then moved back along the approach",
+    "retreat": "is moved back along its approach",
+    "fail": "counts as lost",
+}
+
+
+def of_object(thing: GraspObject) -> str:
+    """Shape, mass and friction."""
+    parts, deviation = getattr(thing.shape, "parts", ()), getattr(thing.shape, "deviation", None)
+    shape = f"{len(parts)} convex parts" if parts else type(thing.shape).__name__
+    if deviation is not None:
+        shape += f" (at most {1e3 * deviation.distance:.2g} mm from the mesh)"
+    size = np.ptp(thing.corners, axis=0)
+    sides = " x ".join(f"{side:.3g}" for side in size)
+    return f"{shape}, {sides} m, {thing.mass:.4g} kg, friction {thing.friction:.3g}"
+
+
+def of_hand(hand: Hand) -> str:
+    """Its numbers."""
+    return f"{type(hand).__name__}: {', '.join(f'{n} {v}' for n, v in hand.text.items())}"
+
+
+def of_protocol(rules: Protocol) -> str:
+    """Its motions, one after the other."""
+    words = []
+    for one in rules.motions:
+        amount = {"hold": "", "lift": f" {one.amount:.3g} m", "shake": f" {one.amount:.3g} m"}
+        how = amount.get(one.kind, f" {one.amount:.3g} rad")
+        how += f" at {one.frequency:.3g} Hz" if one.frequency else ""
+        axis = f" along {one.frame} {one.axis}" if one.amount else ""
+        words.append(f"{one.kind}{how}{axis} for {one.duration:.3g} s")
+    gravity = {"always": "gravity acts", "closed": "gravity acts once closed"}
+    words.append(gravity.get(rules.gravity, "no gravity") + ", on a table" * rules.table)
+    return "; ".join(words)
+
+
+def of_loss(rules: Protocol) -> str:
+    """When a grasp is lost."""
+    parts = [f"more than {rules.radius:g} m from where it was gripped, in the hand"]
+    parts += [] if rules.angle is None else [f"turned by more than {rules.angle:.3g} rad"]
+    parts += ["a finger off it"] if rules.touching else []
+    return f"{', or '.join(parts)}, for {rules.dwell:g} s"
+
+
+def of_belief(belief: GraspBelief) -> str:
+    """What is not known exactly."""
+    named = {n: v for n, v in vars(belief).items() if n != "about" and v is not None}
+    if not named:
+        return "nothing"
+    about = f", turned about the {belief.about.replace('_', ' ')}" * ("pose" in named)
+    return "; ".join(f"{name} {value}" for name, value in named.items()) + about
+
+
+def of_disturbance(asked: Trials) -> str:
+    """What pushes and turns the object."""
+    rules, weight = asked.protocol, asked.object.mass * GRAVITY
+    force, torque = rules.force * weight, rules.torque * weight * LEVER
+    bounds = f"{force:.3g} N and {torque:.3g} N m along and about each axis"
+    return f"{asked.disturbance}, of bounds {bounds}, each at most {rules.duration:g} s"
