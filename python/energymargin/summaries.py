@@ -451,7 +451,8 @@ def grasp_scores(scores: GraspScores) -> Summary:
     }
     shown = {name: column for name, column in columns.items() if not _unknown(column)}
     lead = f"{len(order)} grasps, {trials} trials of {scores.horizon:g} s each"
-    notes = [_sentence(note) for note in _grasp_notes(scores, len(places)) if note]
+    lead += "; the best, the most doubtful and the worst" * (len(places) < len(order))
+    notes = [_sentence(note) for note in _grasp_notes(scores) if note]
     picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
     rows = list(zip(*shown.values(), strict=True))
     return Summary("", rows, tuple(shown), notes, lead=lead, picture=picture)
@@ -474,7 +475,7 @@ def trials(asked: Trials) -> Summary:
     return Summary("What was asked", rows)
 
 
-def _grasp_notes(scores: GraspScores, rows: int) -> list[str]:
+def _grasp_notes(scores: GraspScores) -> list[str]:
     """What there is to know about the table."""
     n, made = len(scores.grasps), scores.endings != -1
     errors = len(scores.errors)
@@ -483,7 +484,6 @@ def _grasp_notes(scores: GraspScores, rows: int) -> list[str]:
     first = next(iter(scores.errors.values()), "")
     steps, stuck = int(scores.steps.sum()), int(scores.unconverged.sum())
     return [
-        f"{rows} of {n} are shown: the best, the most doubtful, the worst" * (rows < n),
         _against_labels(scores),
         _AWAY.format(moved.sum() / made.sum()) if moved.any() else "",
         f"{errors} have no score; the first: {first}" if errors else "",

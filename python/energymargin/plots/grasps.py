@@ -78,14 +78,15 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
     views = [view_of(seen.scene, seen.state[np.newaxis], plane) for plane in SIDES]
     low, high = min(view[1][0] for view in views), max(view[1][1] for view in views)
     figure = Figure(figsize=(7.0, 3.8), layout="constrained")
-    axes = figure.subplots(1, 2, width_ratios=[right - left for (left, right), _ in views])
+    widths = [max(right - left, (high - low) / 2) for (left, right), _ in views]
+    axes = figure.subplots(1, 2, width_ratios=widths)
     for ax, plane, (sides, _) in zip(axes, SIDES, views, strict=True):
         limits = (sides, (low, high))
         draw_bodies(ax, seen.scene, seen.state, plane, limits)
         set_plane(ax, plane, limits)
         names = {**AXES, "z": "height [m]"} if scores.trials.protocol.table else AXES
         ax.set(xlabel=names[plane[0]], ylabel=names[plane[1]])
-        ax.locator_params(nbins=5)
+        ax.locator_params(nbins=4)
     figure.suptitle(f"{folded(scores.grasps.names[number])}: {seen.what}", fontsize=10)
     return figure
 

@@ -65,7 +65,7 @@ def write_grasps(
         plot_grasps(scores, figure.subplots())
         page = {
             "title": title,
-            "lead": found.lead,
+            "lead": found.lead.partition(";")[0],
             "notes": found.notes,
             "about": summary(scores.trials),
             "ranking": svg(figure),
