@@ -21,7 +21,7 @@ from energymargin.searches import algorithm
 SAVE = 2.0  # s between two writes
 ARRAYS = (
     *("endings", "times", "back", "redrawn", "likely", "efforts"),
-    *("seconds", "steps", "unconverged"),
+    *("seconds", "steps", "unconverged", "lost_time"),
 )
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energymargin._core import Problem
 from energymargin.checks import share
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.trials import ENDINGS, Grasp, Trials
+from energymargin.grasps.trials import ENDINGS, STEP, Grasp, Trials
 from energymargin.reprs import Record
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
@@ -52,6 +52,9 @@ class GraspScores(Record, Summarized):
     """Simulation steps, (n,)."""
     unconverged: NDArray[np.int64]
     """Of these, steps whose contact solver did not converge, (n,)."""
+    lost_time: NDArray[np.float64]
+    """Of their time, that in which nothing moved, as bodies would have passed through each other
+    [s], (n,)."""
     errors: dict[int, str]
     """Why a grasp has no score, by its number."""
 
@@ -91,6 +94,12 @@ class GraspScores(Record, Summarized):
             share_of = self.unconverged.sum() / self.steps.sum()
             found.append(
                 f"the contact solver did not converge in {100 * share_of:.1f} % of the steps"
+            )
+        if self.lost_time.sum() > LOOSE * STEP * self.steps.sum():
+            share_of = self.lost_time.sum() / (STEP * self.steps.sum())
+            found.append(
+                f"nothing moved in {100 * share_of:.1f} % of the time, as bodies would have passed "
+                "through each other: a grasp may look better than it is"
             )
         if self.errors:
             number, text = next(iter(self.errors.items()))

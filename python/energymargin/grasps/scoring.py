@@ -197,6 +197,7 @@ def _empty(grasps: GraspSet, trials: Trials, rollouts: int) -> GraspScores:
         seconds=np.zeros(n),
         steps=np.zeros(n, dtype=np.int64),
         unconverged=np.zeros(n, dtype=np.int64),
+        lost_time=np.zeros(n),
         errors={},
     )
 
@@ -214,6 +215,7 @@ def _put(scores: GraspScores, row: GraspRow) -> None:
         scores.back[k, trial], scores.redrawn[k, trial] = outcome.back, outcome.redrawn
     scores.steps[k] = sum(outcome.steps for outcome in row.outcomes)
     scores.unconverged[k] = sum(outcome.unconverged for outcome in row.outcomes)
+    scores.lost_time[k] = sum(outcome.lost_time for outcome in row.outcomes)
 
 
 def _given_up(grasp: Grasp, why: str) -> GraspRow:

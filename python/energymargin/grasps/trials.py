@@ -69,6 +69,8 @@ class Outcome(NamedTuple):
     """How far the hand was moved back along its approach, out of what it was in [m]."""
     steps: int = 0
     unconverged: int = 0
+    lost_time: float = 0.0
+    """In which nothing moved, as bodies would have passed through each other [s]."""
 
 
 class Closed(NamedTuple):
@@ -140,7 +142,11 @@ class Trials:
             later = float(self._probability(alone, number, cancel).exit_times[0])
             ending = "turned" if later > time else ending
         return outcome._replace(
-            ending=ending, time=time, steps=found.steps, unconverged=found.unconverged
+            ending=ending,
+            time=time,
+            steps=found.steps,
+            unconverged=found.unconverged,
+            lost_time=found.lost_time,
         )
 
     def likely_problem(self, grasp: Grasp) -> Problem:
