@@ -423,11 +423,7 @@ def _sentence(text: str) -> str:
 
 # Grasps
 
-_AWAY = (
-    "in {:.0%} of the trials the hand began in the object or the table, and its pose was drawn "
-    "again or moved back"
-)
-_STUCK = "the contact solver did not converge in {:.1%} of the steps"
+_DRAWN = "in {:.0%} of the trials the hand began in the object or the table: their poses were drawn again"
 
 
 def grasp_scores(scores: GraspScores) -> Summary:
@@ -478,17 +474,13 @@ def trials(asked: Trials) -> Summary:
 def _grasp_notes(scores: GraspScores) -> list[str]:
     """What there is to know about the table."""
     n, made = len(scores.grasps), scores.endings != -1
-    errors = len(scores.errors)
-    missing = int((scores.counted == 0).sum()) - errors
-    moved = made & ((scores.back > 0) | (scores.redrawn > 0))
-    first = next(iter(scores.errors.values()), "")
-    steps, stuck = int(scores.steps.sum()), int(scores.unconverged.sum())
+    missing = int((scores.counted == 0).sum()) - len(scores.errors)
+    drawn = made & (scores.redrawn > 0)
     return [
         _against_labels(scores),
-        _AWAY.format(moved.sum() / made.sum()) if moved.any() else "",
-        f"{errors} have no score; the first: {first}" if errors else "",
+        _DRAWN.format(drawn.sum() / made.sum()) if drawn.any() else "",
+        *scores.warnings,
         f"not complete: {missing} of {n} grasps were not scored" if missing else "",
-        _STUCK.format(stuck / steps) if stuck > 0.01 * steps else "",
     ]
 
 

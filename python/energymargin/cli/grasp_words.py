@@ -20,10 +20,15 @@ Made = TypeVar("Made")
 
 def chosen_hand(text: str) -> Hand:
     """The hand of --hand. Raises ValueError on what is none."""
-    from energymargin.grasps import ParallelGripper
+    from energymargin.grasps import HandFile, ParallelGripper
     from energymargin.grasps.hands import PRESETS
 
-    return _made("--hand", ParallelGripper, PRESETS, text)
+    if text in PRESETS:
+        return PRESETS[text]
+    given = _given("--hand", text, PRESETS)
+    if "path" in given:
+        return _with("--hand", HandFile, given)
+    return _with("--hand", ParallelGripper, given, _preset("--hand", given, PRESETS))
 
 
 def chosen_protocol(text: str) -> Protocol:
@@ -36,7 +41,7 @@ def chosen_protocol(text: str) -> Protocol:
     given = _given("--protocol", text, PRESETS)
     for number, motion in enumerate(given.get("motions", [])):
         given["motions"][number] = _with("--protocol motions", Motion, motion)
-    return _made("--protocol", Protocol, PRESETS, text, given)
+    return _with("--protocol", Protocol, given, _preset("--protocol", given, PRESETS))
 
 
 def chosen_belief(text: str | None) -> GraspBelief | None:
@@ -89,20 +94,10 @@ def numbers(option: str, text: str) -> list[float]:
         raise ValueError(f"{option} is {text!r}, expected numbers with commas between") from None
 
 
-def _made(
-    option: str,
-    kind: type[Made],
-    presets: Mapping[str, Made],
-    text: str,
-    given: dict[str, Any] | None = None,
-) -> Made:
-    """A preset, or one by its fields, which may name the preset that they change."""
-    if text in presets:
-        return presets[text]
-    given = _given(option, text, presets) if given is None else given
+def _preset(option: str, given: dict[str, Any], presets: Mapping[str, Made]) -> Made | None:
+    """The preset that is changed; None if none is named."""
     name = given.pop("preset", None)
-    preset = None if name is None else presets[one_of(f"{option} preset", name, tuple(presets))]
-    return _with(option, kind, given, preset)
+    return None if name is None else presets[one_of(f"{option} preset", name, tuple(presets))]
 
 
 def _with(option: str, kind: type[Made], given: Any, preset: Made | None = None) -> Made:

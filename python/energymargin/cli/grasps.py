@@ -92,9 +92,9 @@ def grasps(
     Args:
         file: Grasps of ACRONYM (.h5), GraspGen (.json), isaac_grasp (.yaml), or a table of poses
             (.csv).
-        hand: panda, robotiq_2f85, or a parallel gripper by numbers, as JSON or a file of it:
-            '{"opening": 0.1, "force": 30}', '{"preset": "panda", "force": 20}'.
-        object: The object's mesh, if the file of grasps does not name it.
+        hand: panda, robotiq_2f85, or a hand by its numbers, as JSON or a file of it: '{"preset":
+            "panda", "force": 20}', '{"opening": 0.1, "pad": [0.02, 0.03]}'.
+        object: The object's mesh or URDF, if the file of grasps does not name it.
         mass: Mass of the object [kg], if the file does not say it.
         protocol: What is done once the hand has closed: hold, lift, shake, graspa, acronym, or JSON
             or a file of it: '{"preset": "lift", "radius": 0.03}'.
@@ -137,6 +137,7 @@ def grasps(
         from energymargin.disturbances import Uniform
         from energymargin.grasps import GraspObject, score
         from energymargin.grasps.files import WRITERS
+        from energymargin.grasps.scoring import quiet
 
         _import_extras(output or [], view)
     if write is not None:
@@ -156,7 +157,7 @@ def grasps(
     )
     _say_read(file, found, thing)
     store = next((path for path in output or [] if path.suffix == STORE), None)
-    with _cancelled_by_interrupt() as cancel, bar("Scoring", "grasps") as progress:
+    with _cancelled_by_interrupt() as cancel, quiet(), bar("Scoring", "grasps") as progress:
         scores = score(
             *(found, tried[0], thing, tried[1]),
             belief=known,
