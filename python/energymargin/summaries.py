@@ -418,12 +418,12 @@ def margin_profile(result: MarginProfile) -> Summary:
 
 
 def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
+    return f"{text[0].upper()}{text[1:]}{'' if text.endswith('?') else '.'}"
 
 
 # Grasps
 
-_DRAWN = "in {:.0%} of the trials the hand began in the object or the table: their poses were drawn again"
+_DRAWN = "in {:.0%} of the trials the hand began in the object or the table: poses were redrawn"
 
 
 def grasp_scores(scores: GraspScores) -> Summary:
@@ -446,7 +446,9 @@ def grasp_scores(scores: GraspScores) -> Summary:
         "label": [f"{scores.grasps.labels[k]:g}" for k in order[places]],
     }
     shown = {name: column for name, column in columns.items() if not _unknown(column)}
-    lead = f"{len(order)} grasps, {trials} trials of {scores.horizon:g} s each"
+    lead = (
+        f"{_counted(len(order), 'grasp')}, {_counted(trials, 'trial')} of {scores.horizon:g} s each"
+    )
     lead += "; the best, the most doubtful and the worst" * (len(places) < len(order))
     notes = [_sentence(note) for note in _grasp_notes(scores) if note]
     picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
@@ -501,6 +503,10 @@ def _how_lost(scores: GraspScores, k: int) -> str:
     if not scores.counted[k]:
         return "no score" if k in scores.errors else "not made"
     return ", ".join(f"{n} {how}" for how, n in scores.losses(k).items() if how != "held")
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}{'s' * (number != 1)}"
 
 
 def _share(value: float) -> str:

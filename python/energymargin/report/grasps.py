@@ -83,9 +83,8 @@ def _cards(scores: GraspScores, progress: Progress | None) -> Iterator[Card]:
     order = [int(k) for k in scores.order if scores.counted[k]]
     if not order:
         return
-    chosen: dict[int, str] = {order[0]: "The best"}
-    for k, which in ((scores.doubtful, "The most doubtful"), (order[-1], "The worst")):
-        chosen.setdefault(k, which)
+    chosen = {order[0]: "The best", scores.doubtful: "The most doubtful", order[-1]: "The worst"}
+    chosen[order[0]] = "The best"
     for place, (k, which) in enumerate(chosen.items()):
         if progress is not None:
             progress("Pictures", place / len(chosen))
