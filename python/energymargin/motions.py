@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import numbers_of, positive_number
 
+__all__ = ["STEP", "hold", "lift", "shake", "turn"]
+
 STEP = 1 / 240
 """Default duration of a row [s], the default step of a scene."""
 

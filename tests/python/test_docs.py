@@ -29,6 +29,7 @@ RUNNING = [
     "ten_minutes.md",
     "formats/datasets.md",
     "formats/grasps.md",
+    "guides/grasps.md",
     "guides/guard.md",
     "guides/choose_and_improve.md",
     "guides/gymnasium.md",

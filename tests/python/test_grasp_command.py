@@ -167,6 +167,12 @@ def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on(folder):
         assert (file["endings"][()] >= 0).all()
 
 
+def test_at_most_so_many_grasps_are_taken_evenly_from_the_file(folder):
+    done = run_here("grasps", "forty.csv", *FEW, "--most", 3, "--rollouts", 1, cwd=folder)
+    names = [line.split()[1] for line in done.stdout.splitlines() if re.match(r"[123]  ", line)]
+    assert set(names) == {"g0", "g20", "g39"}
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -196,6 +202,19 @@ def test_what_is_wrong_is_named_before_anything_is_scored(folder, change, words)
         run_here("grasps", "three.csv", *(w for pair in given.items() for w in pair), cwd=folder),
         *words,
     )
+
+
+def test_an_object_that_is_not_told_is_asked_for_by_the_option(folder):
+    refused(run_here("grasps", "three.csv", *LIGHT[:2], cwd=folder), "--object is not given")
+    refused(run_here("grasps", "three.csv", *LIGHT[:4], cwd=folder), "--mass is not given")
+    lines = (folder / "three.csv").read_text().splitlines()
+    several = [
+        f"{line},{name}" for line, name in zip(lines, ("object", "a", "a", "b"), strict=True)
+    ]
+    (folder / "several.csv").write_text("\n".join(several))
+    command = ["grasps", "several.csv", *LIGHT, "--rollouts", 1]
+    refused(run_here(*command, cwd=folder), "grasps of 2 objects", "--where object=a")
+    assert run_here(*command, "--where", "object=b", cwd=folder).returncode == 0
 
 
 def test_words_are_hands_protocols_beliefs_frames_and_rows(tmp_path):

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 STORE, PAGE, PICTURES = ".h5", ".html", (".png", ".pdf", ".svg")
 TEXTS = (".csv", ".md")
+COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
 CHOICES: dict[str, Callable[[GraspScores], int]] = {
     "best": lambda scores: int(scores.order[0]),
@@ -146,6 +147,7 @@ def grasps(
     tried = chosen_hand(hand), chosen_protocol(protocol)
     found = _read(file, most, frame=frame, object=object_pose, where=where or [], scale=scale)
     seen = None if view is None else _viewed(found, view)
+    _require_said(found, file, object, mass if density is None else density)
     given = {"density": density, "accuracy": accuracy}
     thing = GraspObject.of(
         found.object,
@@ -222,12 +224,31 @@ def _read(
     return found[np.linspace(0, len(found) - 1, most).round().astype(int)]
 
 
+def _require_said(grasps: GraspSet, file: Path, object: Path | None, mass: float | None) -> None:
+    """Raises ValueError unless there is one object, whose mesh and mass are known."""
+    objects = list(dict.fromkeys(grasps.columns.get("object", ())))
+    if len(objects) > 1:
+        raise ValueError(
+            f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
+            f"object={objects[0]}"
+        )
+    facts = grasps.object
+    if object is None and (facts is None or facts.mesh is None):
+        raise ValueError(f"--object is not given, and {file} names none: expected a mesh or a URDF")
+    urdf = object is not None and object.suffix.lower() == ".urdf"
+    if mass is None and not urdf and (facts is None or facts.mass is None):
+        raise ValueError(f"--mass is not given, and {file} has none: expected it in kg")
+
+
 def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
     from energymargin.grasps.words import of_object
 
     labels = grasps.labels[~np.isnan(grasps.labels)]
     held = f", {np.mean(labels >= 0.5):.0%} of them recorded as held" if len(labels) else ""
     say(f"{escape(str(file))}: {len(grasps)} grasps{held}; object: {of_object(object)}")
+    deviation = getattr(object.shape, "deviation", None)
+    if deviation is not None and deviation.distance > COARSE:
+        say(f"With --accuracy {COARSE:g} its parts are closer to the mesh.")
 
 
 @contextmanager
