@@ -112,7 +112,7 @@ def grasps(
     Which grasps of the file:
         frame: What its poses are of: grasp (midway between the pads, z the approach, x the way the
             fingers open), franka_panda, panda_hand, panda_tcp, robotiq_2f_85, robotiq_2f_140, a
-            distance along z [m], or x,y,z,qx,qy,qz,qw. Known of ACRONYM's alone.
+            distance along z [m], or x,y,z,qx,qy,qz,qw. Needed for GraspGen's and isaac_grasp's.
         scale: What makes metres of its lengths.
         where: Rows with these values alone: COLUMN=VALUE, with commas between; may be repeated.
         most: At most so many of the rows, evenly spaced.
