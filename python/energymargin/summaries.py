@@ -428,7 +428,8 @@ _DRAWN = "in {:.0%} of the trials the hand began in the object or the table: pos
 
 def grasp_scores(scores: GraspScores) -> Summary:
     """The ranked grasps: all of a few, of many the best, the most doubtful and the worst."""
-    order, trials = scores.order, scores.endings.shape[1]
+    order = scores.order[scores.counted[scores.order] > 0]
+    n, trials = scores.endings.shape
     places, ends, times = np.arange(len(order)), scores.interval(), scores.mean_time
     if len(order) > MOST_ROWS:
         third = MOST_ROWS // 3
@@ -438,17 +439,15 @@ def grasp_scores(scores: GraspScores) -> Summary:
     columns: dict[str, list[str]] = {
         "rank": [str(place + 1) for place in places],
         "grasp": [scores.grasps.names[k] for k in order[places]],
-        "holds": [_share(scores.probabilities[k]) for k in order[places]],
-        "95 % interval": [f"{_share(a)} to {_share(b)}" for a, b in ends[order[places]]],
-        "for": ["" if np.isnan(times[k]) else f"{times[k]:.2g} s" for k in order[places]],
+        "holds": [f"{scores.probabilities[k]:.2f}" for k in order[places]],
+        "95 % interval": [f"{a:.2f} to {b:.2f}" for a, b in ends[order[places]]],
+        "for": [f"{times[k]:.2g} s" for k in order[places]],
         "lost": [_how_lost(scores, int(k)) for k in order[places]],
         "effort": [f"{scores.efforts[k]:.2g} J" for k in order[places]],
         "label": [f"{scores.grasps.labels[k]:g}" for k in order[places]],
     }
     shown = {name: column for name, column in columns.items() if not _unknown(column)}
-    lead = (
-        f"{_counted(len(order), 'grasp')}, {_counted(trials, 'trial')} of {scores.horizon:g} s each"
-    )
+    lead = f"{_counted(n, 'grasp')}, {_counted(trials, 'trial')} of {scores.horizon:g} s each"
     lead += "; the best, the most doubtful and the worst" * (len(places) < len(order))
     notes = [_sentence(note) for note in _grasp_notes(scores) if note]
     picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
@@ -476,7 +475,7 @@ def trials(asked: Trials) -> Summary:
 def _grasp_notes(scores: GraspScores) -> list[str]:
     """What there is to know about the table."""
     n, made = len(scores.grasps), scores.endings != -1
-    missing = int((scores.counted == 0).sum()) - len(scores.errors)
+    missing = int((scores.endings == -1).any(axis=1).sum()) - len(scores.errors)
     drawn = made & (scores.redrawn > 0)
     return [
         _against_labels(scores),
@@ -487,30 +486,34 @@ def _grasp_notes(scores: GraspScores) -> list[str]:
 
 
 def _against_labels(scores: GraspScores) -> str:
-    """The AUC of the probabilities, if there are labels of both kinds."""
-    from energymargin.evaluation.bootstrap import auc_ap
+    """The AUC of the probabilities, with its interval by grasps, if there are labels of both
+    kinds."""
+    from energymargin.evaluation.bootstrap import (
+        DRAWS,
+        auc_ap,
+        bootstrap_weights,
+        intervals,
+        ranked,
+    )
 
     labels = scores.grasps.labels
     known = ~np.isnan(labels) & (scores.counted > 0)
-    held = labels[known] >= 0.5
+    held, values = labels[known] >= 0.5, scores.probabilities[known]
     if held.all() or not held.any():
         return ""
-    auc, _ = auc_ap(scores.probabilities[known], held)
-    return f"AUC {auc:.2f} against the labels: {held.sum()} held, {(~held).sum()} lost"
+    auc, _ = auc_ap(values, held)
+    n = len(held)
+    ends, _ = intervals(ranked(values), held, np.arange(n), bootstrap_weights(n, DRAWS, 0))
+    within = "" if ends is None else f" ({ends[0]:.2f} to {ends[1]:.2f})"
+    return f"AUC {auc:.2f}{within} against the labels: {held.sum()} held, {(~held).sum()} lost"
 
 
 def _how_lost(scores: GraspScores, k: int) -> str:
-    if not scores.counted[k]:
-        return "no score" if k in scores.errors else "not made"
     return ", ".join(f"{n} {how}" for how, n in scores.losses(k).items() if how != "held")
 
 
 def _counted(number: int, thing: str) -> str:
     return f"{number} {thing}{'s' * (number != 1)}"
-
-
-def _share(value: float) -> str:
-    return DASH if np.isnan(value) else f"{value:.2f}"
 
 
 def _unknown(column: list[str]) -> bool:

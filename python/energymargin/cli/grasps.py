@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -38,6 +38,16 @@ STORE, PAGE, PICTURES = ".h5", ".html", (".png", ".pdf", ".svg")
 TEXTS = (".csv", ".md")
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
+OF_FILE = {
+    "scale=0.001": "--scale 0.001",
+    "object is None": "--object-pose is not given",
+    "frame is None": "--frame is not given",
+    "need object=": "need --object-pose",
+}
+OF_OBJECT = {
+    "scale=0.001": "--mesh-scale 0.001",
+    "object= of em.grasps.read": "--object-pose",
+}
 CHOICES: dict[str, Callable[[GraspScores], int]] = {
     "best": lambda scores: int(scores.order[0]),
     "doubtful": lambda scores: scores.doubtful,
@@ -159,7 +169,12 @@ def grasps(
     )
     _say_read(file, found, thing)
     store = next((path for path in output or [] if path.suffix == STORE), None)
-    with _cancelled_by_interrupt() as cancel, quiet(), bar("Scoring", "grasps") as progress:
+    with (
+        _cancelled_by_interrupt() as cancel,
+        _arguments_as_options(OF_OBJECT),
+        quiet(),
+        bar("Scoring", "grasps") as progress,
+    ):
         scores = score(
             *(found, tried[0], thing, tried[1]),
             belief=known,
@@ -212,13 +227,14 @@ def _read(
     stands: Path | list[float] | None = None if object is None else Path(object)
     if object is not None and not Path(object).exists():
         stands = numbers("--object-pose", object)
-    found = read(
-        file,
-        frame=None if frame is None else chosen_frame(frame),
-        object=stands,
-        where=chosen_rows(where),
-        scale=scale,
-    )
+    with _arguments_as_options(OF_FILE):
+        found = read(
+            file,
+            frame=None if frame is None else chosen_frame(frame),
+            object=stands,
+            where=chosen_rows(where),
+            scale=scale,
+        )
     if most is None or whole_number("--most", most, 1) >= len(found):
         return found
     return found[np.linspace(0, len(found) - 1, most).round().astype(int)]
@@ -249,6 +265,18 @@ def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
     deviation = getattr(object.shape, "deviation", None)
     if deviation is not None and deviation.distance > COARSE:
         say(f"With --accuracy {COARSE:g} its parts are closer to the mesh.")
+
+
+@contextmanager
+def _arguments_as_options(options: Mapping[str, str]) -> Iterator[None]:
+    """Errors name the options of the command where they name arguments of Python."""
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        for argument, option in options.items():
+            text = text.replace(argument, option)
+        raise ValueError(text) from error
 
 
 @contextmanager

@@ -103,7 +103,8 @@ class GraspScores(Record, Summarized):
             )
         if self.errors:
             number, text = next(iter(self.errors.items()))
-            found.append(f"{len(self.errors)} grasps have no score, as {number}: {text}")
+            name = self.grasps.names[number]
+            found.append(f"without a score: {len(self.errors)} grasps, as {name}: {text}")
         return tuple(found)
 
     def held_until(self, time: float) -> NDArray[np.float64]:
