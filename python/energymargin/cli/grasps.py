@@ -141,8 +141,10 @@ def grasps(
         effort: Search for the least effort of escape at the weakest moment, with so many nodes.
         seed: The same seed gives the same numbers, to the last bit.
     """
-    for path in output or []:
+    outputs = output or []
+    for path in outputs:
         require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=SUFFIXES)
+    store = _store(outputs, write)
     executor = chosen_executor(threads, processes, scheduler)
     with loading():
         from energymargin.disturbances import Uniform
@@ -150,7 +152,7 @@ def grasps(
         from energymargin.grasps.files import WRITERS
         from energymargin.grasps.scoring import quiet
 
-        _import_extras(output or [], view)
+        _import_extras(outputs, view)
     if write is not None:
         require_free(write, overwrite=overwrite, option="--write", suffixes=WRITERS)
     disturbance, known = Uniform(strength), chosen_belief(belief)
@@ -168,7 +170,6 @@ def grasps(
         **{name: value for name, value in given.items() if value is not None},
     )
     _say_read(file, found, thing)
-    store = next((path for path in output or [] if path.suffix == STORE), None)
     with (
         _cancelled_by_interrupt() as cancel,
         _arguments_as_options(OF_OBJECT),
@@ -190,7 +191,7 @@ def grasps(
             cancel=cancel,
         )
     out.print(summary(scores))
-    _write(scores, file, [path for path in output or [] if path != store], write)
+    _write(scores, file, [path for path in outputs if path != store], write)
     if not scores.complete:
         _say_stopped(scores, store)
         if cancel.is_set:
@@ -198,6 +199,18 @@ def grasps(
         raise typer.Exit(TIMED_OUT)
     if seen is not None:
         _view(scores, seen(scores))
+
+
+def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
+    """The file of scores among the outputs. Raises ValueError on two, or on a path given twice."""
+    paths = [*outputs, *filter(None, [grasps])]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise ValueError(f"{path} is given twice, expected a path for each file")
+    stores = [path for path in outputs if path.suffix == STORE]
+    if len(stores) > 1:
+        raise ValueError(f"-o has {stores[0]} and {stores[1]}, expected one file of scores")
+    return stores[0] if stores else None
 
 
 def _import_extras(outputs: Sequence[Path], view: str | None) -> None:
