@@ -1,6 +1,7 @@
 """The command `energymargin grasps`, its page, its pictures, and the viewer of a grasp."""
 
 import csv
+import os
 import re
 import signal
 import subprocess
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 from browsers import watched_page
+from clusters import Cluster
 from command_line import COMMAND, run, run_here
 
 import energymargin as em
@@ -169,6 +171,15 @@ def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on(folder):
         assert (file["endings"][()] >= 0).all()
 
 
+def test_processes_and_a_cluster_have_the_same_table(folder):
+    command = ["grasps", "three.csv", *FEW]
+    here = run_here(*command, "--threads", 1, cwd=folder)
+    assert run_here(*command, "--processes", 2, cwd=folder).stdout == here.stdout
+    with Cluster(workers=1) as cluster:
+        there = run_here(*command, "--scheduler", cluster.address, cwd=folder)
+    assert there.returncode == 0 and there.stdout == here.stdout, there.stderr
+
+
 def test_at_most_so_many_grasps_are_taken_evenly_from_the_file(folder):
     done = run_here("grasps", "forty.csv", *FEW, "--most", 3, "--rollouts", 1, cwd=folder)
     names = [line.split()[1] for line in done.stdout.splitlines() if re.match(r"[123]  ", line)]
@@ -187,7 +198,7 @@ def test_at_most_so_many_grasps_are_taken_evenly_from_the_file(folder):
         ({"--where": "name=far"}, ("where has", "beside")),
         ({"--where": "far"}, ("--where is 'far', expected COLUMN=VALUE",)),
         ({"--frame": "hand"}, ("--frame is 'hand'", "panda_hand")),
-        ({"--view": "fourth"}, ("--view is 'fourth'", "doubtful", "middle")),
+        ({"--view": "fourth"}, ("--view is 'fourth'", "doubtful", "beside")),
         ({"--object": "none.stl"}, ("none.stl",)),
         ({"--mass": "80"}, ("mass is 80 kg",)),
         ({"--mesh-scale": "1000"}, ("object is 80 m large", "--mesh-scale 0.001")),
@@ -236,6 +247,29 @@ def test_words_are_hands_protocols_beliefs_frames_and_rows(tmp_path):
     assert chosen_frame("0.1034") == 0.1034 and chosen_frame("0,0,0,0,0,0,1")[6] == 1
     rows = chosen_rows(["object=YcbBanana,layout=0", "layout=1"])
     assert rows == {"object": ["YcbBanana"], "layout": [0, 1]}
+
+
+@pytest.mark.skipif("ENERGYMARGIN_GRASPS" not in os.environ, reason="it names no folder")
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        ("acronym/mug.h5", ["--protocol", "acronym"]),
+        (
+            "graspa/grasps.csv",
+            [
+                *("--object-pose", "{}/graspa/objects.csv", "--where", "object=YcbBanana"),
+                *("--mass", "0.066", "--protocol", "graspa"),
+            ],
+        ),
+    ],
+)
+def test_files_of_others_need_no_more_than_a_hand_and_what_they_lack(tmp_path, file, words):
+    data = os.environ["ENERGYMARGIN_GRASPS"]
+    words = [word.format(data) for word in words]
+    command = ["grasps", f"{data}/{file}", "--hand", "panda", "--most", 4, "--rollouts", 1]
+    done = run_here(*command, *words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert len(re.findall(r"^[1-4]  ", done.stdout, re.MULTILINE)) == 4 and "label" in done.stdout
 
 
 def test_help_has_ten_options_before_the_first_heading(folder):

@@ -12,7 +12,7 @@ import typer
 from rich.markup import escape
 
 from energymargin.bars import bar
-from energymargin.checks import one_of, whole_number
+from energymargin.checks import whole_number
 from energymargin.cli.grasp_words import (
     chosen_belief,
     chosen_frame,
@@ -356,7 +356,11 @@ def _viewed(grasps: GraspSet, which: str) -> Callable[[GraspScores], int]:
     there."""
     if which in grasps.names:
         return lambda _: grasps.names.index(which)
-    return CHOICES[one_of("--view", which, (*CHOICES, *grasps.names))]
+    if which not in CHOICES:
+        raise ValueError(
+            f"--view is {which!r}, expected {', '.join(CHOICES)}, or a name as {grasps.names[0]}"
+        )
+    return CHOICES[which]
 
 
 def _view(scores: GraspScores, number: int) -> None:
