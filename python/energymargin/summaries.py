@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from energymargin.actions import Improvement, MarginProfile, Ranking
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
+    from energymargin.grasps import GraspComparison
     from energymargin.scenes.reports import SceneReport
     from energymargin.scoring import ScoreTable
     from energymargin.store import Run, ScoreStore
@@ -287,6 +288,29 @@ def evaluation(result: Evaluation) -> Summary:
 
 def _stacked(cell: Cell | None) -> str:
     return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
+
+
+def grasp_comparison(result: GraspComparison) -> Summary:
+    """AUC and AP of each score, of the pairs within an object, and how far it is behind."""
+    head = ("score", "AUC/AP", "AUC within an object", "behind the probability")
+    rows = [
+        (
+            name,
+            _stacked(one.cell),
+            _with_span(one.within, one.within_interval),
+            DASH if one.ahead_interval is None else _with_span(one.ahead, one.ahead_interval),
+        )
+        for name, one in result.scores.items()
+    ]
+    lead = f"{result.held} of {result.grasps} grasps of {len(result.objects)} objects hold."
+    notes = [f"{result.left_out} grasps have no label or no probability."] * (result.left_out > 0)
+    return Summary("Which grasps hold", rows, head, notes, lead=lead)
+
+
+def _with_span(value: float, interval: tuple[float, float] | None) -> str:
+    """A value and below it its interval, with a sign where it may be negative."""
+    ends = [] if interval is None else [" to ".join(f"{end:.2f}" for end in interval)]
+    return DASH if math.isnan(value) else "\n".join([f"{value:.3f}", *ends])
 
 
 def score_store(store: ScoreStore) -> Summary:

@@ -1,0 +1,219 @@
+"""How well probabilities and baselines tell which grasps hold, of one object or several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from energymargin.checks import check_shape, check_type, whole_number
+from energymargin.evaluation.bootstrap import (
+    DRAWS,
+    Interval,
+    auc_ap_draws,
+    bootstrap_weights,
+    ranked,
+)
+from energymargin.evaluation.labelled import Compared
+from energymargin.evaluation.table import Cell, cell_of, csv_fields
+from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
+from energymargin.grasps.scores import GraspScores
+from energymargin.reprs import Record
+from energymargin.summary import Summarized
+from energymargin.table_text import csv_text
+
+PROBABILITY = "probability"
+LEARNED, LEARNED_TOO = "learned", "learned with probability"
+HELD_FROM = 0.5  # labels of at least this count as held
+TAILS = (0.025, 0.975)
+FEWEST_OBJECTS = 3  # of a learned score: it learns from two at least
+LEAF = 10  # grasps at least in a leaf of a tree
+
+Columns = Mapping[str, ArrayLike]
+Table = dict[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class ComparedScore:
+    """How well one score tells which grasps hold."""
+
+    cell: Cell
+    """AUC and AP of all grasps, with their intervals."""
+    within: float
+    """AUC of the pairs of grasps of one object; NaN if no object has both labels."""
+    within_interval: Interval | None
+    ahead: float
+    """AUC of the probability less this AUC."""
+    ahead_interval: Interval | None
+    """Of the same draws of both: above 0, the probability is ahead."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspComparison(Record, Summarized):
+    """Scores of grasps beside their labels."""
+
+    scores: dict[str, ComparedScore]
+    """By name, the probability first."""
+    objects: tuple[str, ...]
+    """What was gripped."""
+    grasps: int
+    held: int
+    """How many of the grasps hold by their labels."""
+    left_out: int
+    """Grasps without a label or a probability."""
+
+    def to_csv(self) -> str:
+        """One line a score, in full precision."""
+        ends = ("within", "within_low", "within_high", "ahead", "ahead_low", "ahead_high")
+        cell = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
+        rows = [
+            [
+                *(name, *csv_fields(one.cell)),
+                *(one.within, *(one.within_interval or ("", ""))),
+                *(one.ahead, *(one.ahead_interval or ("", ""))),
+            ]
+            for name, one in self.scores.items()
+        ]
+        return csv_text(("score", *cell, *ends), rows)
+
+
+def compare(
+    scores: Mapping[str, GraspScores],
+    labels: Columns | None = None,
+    *,
+    columns: Mapping[str, Columns] | None = None,
+    learned: bool = True,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> GraspComparison:
+    """How well the probability tells which grasps hold, and how well simpler scores do.
+
+    A grasp without a value of a column, as epsilon of a hand that does not close, ranks last in it.
+    The probability of equal grasps is equal in many: ties count half. Intervals have 95 %, of a
+    bootstrap that draws whole objects; of one object, its grasps.
+
+    Args:
+        scores: by object.
+        labels: 1 or True, the grasp held, by object, each (n,); NaN where it is not known. None:
+            those of the file. At least 0.5 counts as held.
+        columns: other scores, by object and name, each (n,); more is better. None: `baselines` of
+            each object. One that is named "probability" takes its place.
+        learned: also scores that gradient boosting learns from the columns of all objects but the
+            one that is scored, "learned", and from the probability too; of three objects or more.
+        draws: of the bootstrap.
+        seed: of the bootstrap, and of what is learned.
+
+    Raises ValueError on columns that do not go together, and if all labels are alike.
+    """
+    check_type("scores", scores, Mapping, "GraspScores by object, as {'mug': scores}")
+    whole_number("draws", draws, 1)
+    given = {name: baselines(one) for name, one in scores.items()} if columns is None else columns
+    known = {name: one.grasps.labels for name, one in scores.items()} if labels is None else labels
+    table = _joined({o: {PROBABILITY: s.probabilities, **given[o]} for o, s in scores.items()})
+    truth = _joined({o: {"labels": known[o]} for o in scores})["labels"]
+    sizes = [len(one.grasps) for one in scores.values()]
+    for name, column in {"labels": truth, **table}.items():
+        check_shape(name, column, (sum(sizes),))
+    there = ~(np.isnan(truth) | np.isnan(table[PROBABILITY]))
+    groups, held = np.repeat(np.arange(len(sizes)), sizes)[there], truth[there] >= HELD_FROM
+    if held.all() or not held.any():
+        which = "held" if held.any() else "lost"
+        raise ValueError(f"labels of all {len(held)} grasps say {which}, expected both kinds")
+    better = {name: -1 if name in LESS_IS_BETTER else 1 for name in table}
+    table = {name: better[name] * column[there] for name, column in table.items()}
+    if learned and len(np.unique(groups)) >= FEWEST_OBJECTS:
+        simple = {name: column for name, column in table.items() if name != PROBABILITY}
+        table[LEARNED] = learn(simple, held, groups, seed)
+        table[LEARNED_TOO] = learn({PROBABILITY: table[PROBABILITY], **simple}, held, groups, seed)
+    return GraspComparison(
+        scores=_compared(table, held, groups, draws, seed),
+        objects=tuple(scores),
+        grasps=len(held),
+        held=int(held.sum()),
+        left_out=int((~there).sum()),
+    )
+
+
+def learn(
+    features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64], seed: int = 0
+) -> NDArray[np.float64]:
+    """Probability that each grasp holds, (n,), learned from those of other groups.
+
+    features: by name, each (n,), may have NaN. groups: numbers of the objects, (n,). Where the
+    others have one label alone, its share.
+    """
+    from sklearn.ensemble import HistGradientBoostingClassifier
+
+    inputs = np.stack([np.asarray(one, dtype=float) for one in features.values()], axis=1)
+    found = np.empty(len(held))
+    for group in np.unique(groups):
+        own = groups == group
+        if held[~own].all() or not held[~own].any():
+            found[own] = held[~own].mean()
+            continue
+        model = HistGradientBoostingClassifier(min_samples_leaf=LEAF, random_state=seed)
+        found[own] = model.fit(inputs[~own], held[~own]).predict_proba(inputs[own])[:, 1]
+    return found
+
+
+def _joined(objects: Mapping[str, Columns]) -> Table:
+    """Columns of all objects, one after the other."""
+    names = list(next(iter(objects.values()), ()))
+    for thing, columns in objects.items():
+        if set(columns) != set(names):
+            raise ValueError(
+                f"columns of {thing!r} are {list(columns)}, expected {names} as before"
+            )
+    return {
+        name: np.concatenate([np.asarray(own[name], dtype=float) for own in objects.values()])
+        for name in names
+    }
+
+
+def _compared(
+    table: Table, held: NDArray[np.bool_], groups: NDArray[np.int64], draws: int, seed: int
+) -> dict[str, ComparedScore]:
+    """Each column against the labels."""
+    of_one = len(np.unique(groups)) == 1
+    drawn = np.arange(len(held)) if of_one else np.unique(groups, return_inverse=True)[1]
+    weights = bootstrap_weights(int(drawn.max()) + 1, draws, seed)
+    found: dict[str, ComparedScore] = {}
+    first = np.empty(0)
+    for name, column in table.items():
+        values = np.where(np.isnan(column), -np.inf, column)
+        cell = cell_of(Compared(values, held, drawn, np.arange(len(held))), weights)
+        assert cell is not None  # there are both labels
+        drawn_aucs, _ = auc_ap_draws(ranked(values), held, drawn, weights)
+        first = drawn_aucs if name == PROBABILITY else first
+        right, pairs = _pairs(values, held, groups)
+        with np.errstate(invalid="ignore"):
+            within = right.sum() / pairs.sum()
+            drawn_within = (weights @ right) / (weights @ pairs) if not of_one else drawn_aucs
+        ahead = found[PROBABILITY].cell.auc - cell.auc if found else 0.0
+        found[name] = ComparedScore(
+            *(cell, float(within), _interval(drawn_within)),
+            *(ahead, _interval(first - drawn_aucs) if found else None),
+        )
+    return found
+
+
+def _pairs(values: Any, held: Any, groups: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """By group, how many pairs of a held and a lost grasp the values put right, and all pairs."""
+    right, pairs = [], []
+    for group in np.unique(groups):
+        own = groups == group
+        one, other = values[own & held][:, None], values[own & ~held]
+        right.append((one > other).sum() + 0.5 * (one == other).sum())
+        pairs.append(one.size * other.size)
+    return np.array(right, dtype=float), np.array(pairs, dtype=float)
+
+
+def _interval(values: NDArray[np.float64]) -> Interval | None:
+    there = values[~np.isnan(values)]
+    if len(there) == 0:
+        return None
+    low, high = np.quantile(there, TAILS)
+    return float(low), float(high)
