@@ -157,6 +157,11 @@ def objects():
     return {name: shifts(offsets, seed=seed) for seed, name in enumerate(("one", "two", "three"))}
 
 
+@pytest.fixture(scope="module")
+def columns(objects):
+    return {name: grasps.baselines(one) for name, one in objects.items()}
+
+
 def test_auc_and_pairs_are_those_of_scikit_learn(objects):
     random = np.random.default_rng(0)
     labels = {name: random.random(8) < 0.5 for name in objects}
@@ -184,9 +189,9 @@ def test_what_tells_objects_apart_alone_tells_nothing_within_them(objects):
     assert found.scores["object"].within == 0.5
 
 
-def test_baselines_rank_with_their_sign_and_what_is_missing_comes_last(objects):
+def test_baselines_rank_with_their_sign_and_what_is_missing_comes_last(objects, columns):
     labels = {name: [1] * 4 + [0] * 4 for name in objects}
-    found = grasps.compare(objects, labels, draws=50)
+    found = grasps.compare(objects, labels, columns=columns, draws=50)
     assert found.scores["center_distance"].cell.auc == 1
     assert found.scores["center_distance"].within == 1
     assert found.scores["center_distance"].ahead <= 0
@@ -196,14 +201,22 @@ def test_baselines_rank_with_their_sign_and_what_is_missing_comes_last(objects):
     assert grasps.compare(objects, labels, columns=none, draws=50).scores["half"].cell.auc == 1
 
 
-def test_a_grasp_without_a_label_is_left_out_and_one_kind_of_label_is_an_error(objects):
+def test_a_grasp_without_a_label_is_left_out_and_one_kind_of_label_is_an_error(objects, columns):
     labels = {name: [1, 1, np.nan, 0, 0, 0, 0, 0] for name in objects}
-    found = grasps.compare(objects, labels, draws=50)
+    found = grasps.compare(objects, labels, columns=columns, draws=50)
     assert (found.grasps, found.held, found.left_out) == (21, 6, 3)
-    with pytest.raises(ValueError, match="all 24 grasps say held"):
-        grasps.compare(objects, {name: [1] * 8 for name in objects})
-    with pytest.raises(ValueError, match="columns of 'two'"):
-        grasps.compare(objects, labels, columns={"one": {"a": [0] * 8}, "two": {}, "three": {}})
+    with pytest.raises(ValueError, match="24 of 24 grasps"):
+        grasps.compare(objects, {name: [1] * 8 for name in objects}, columns=columns)
+    with pytest.raises(ValueError, match="0 of 0 grasps"):
+        grasps.compare(objects, columns=columns)  # no labels in the file
+    uneven = {"one": {"a": [0] * 8}, "two": {}, "three": {}}
+    for wrong, why in (
+        (uneven, "columns of 'two'"),
+        ({"one": {}}, "nothing of 'two'"),
+        ({name: {"a": [0] * 7} for name in objects}, "a of 'one'"),
+    ):
+        with pytest.raises(ValueError, match=why):
+            grasps.compare(objects, labels, columns=wrong)
 
 
 def test_one_object_has_intervals_of_its_grasps(objects):

@@ -13,6 +13,7 @@ from energymargin.checks import check_type
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
+from energymargin.grasps.scoring import quiet
 from energymargin.grasps.trials import TOUCHING, Closed, Grasp, Trials
 from energymargin.grasps.wrenches import wrench_space
 from energymargin.scenes.corners import shape_parts
@@ -57,7 +58,9 @@ def baselines(
     table = {name: np.full(n, np.nan) for name in BASELINES}
     surface, area = surface_of(trials.object.shape)
     for k in range(n):
-        for name, value in _features(trials, grasp_of(scores.grasps, k), surface, area).items():
+        with quiet():
+            found = _features(trials, grasp_of(scores.grasps, k), surface, area)
+        for name, value in found.items():
             table[name][k] = value
         if progress is not None:
             progress(k + 1, n)
@@ -103,9 +106,8 @@ def _features(trials: Trials, grasp: Grasp, surface: Points, area: float) -> dic
         closed = None if start.state is None else trials.close(grasp.opening, start.state, draw)
         if closed is not None and closed.gripped:
             found |= _grip(trials, closed, draw)
-    except RuntimeError as error:
-        if "diverge" not in str(error):
-            raise
+    except (ValueError, RuntimeError):  # as in its trials, whose `errors` say why
+        pass
     return found
 
 
@@ -114,24 +116,21 @@ def _grip(trials: Trials, closed: Closed, draw: Draw) -> dict[str, float]:
     problem = trials.problem(closed, draw)
     center = trials.object.center
     contacts = [
-        (one.position, one.normal * (1 if one.body_a == "object" else -1), one.friction)
+        one
         for one in World(problem.scene).contacts(closed.state)
-        if {one.body_a, one.body_b} & set(closed.hand.bodies)
-        and "object" in (one.body_a, one.body_b)
+        if "object" in (one.body_a, one.body_b)
+        and {one.body_a, one.body_b} & set(closed.hand.bodies)
         and one.distance <= TOUCHING
     ]
-    found = {"force_score": force_score(problem.replace(horizon=None, plan=None)).force}
-    if contacts:
-        points, normals, friction = map(np.array, zip(*contacts, strict=True))
-        space = wrench_space(
-            points,
-            normals,
-            friction,
-            center=_moved(center, problem.scene.unpack(closed.state)["object"]),
-            radius=float(np.linalg.norm(trials.object.corners - center, axis=1).max()),
-        )
-        found |= space._asdict()
-    return found
+    space = wrench_space(
+        [one.position for one in contacts],
+        [one.normal * (1 if one.body_a == "object" else -1) for one in contacts],
+        [one.friction for one in contacts],
+        center=_moved(center, problem.scene.unpack(closed.state)["object"]),
+        radius=float(np.linalg.norm(trials.object.corners - center, axis=1).max()),
+    )
+    force = force_score(problem.replace(horizon=None, plan=None)).force
+    return {"force_score": force, **space._asdict()}
 
 
 def _clearance(scene: Scene, hand: Fitted, state: NDArray[np.float64]) -> float:

@@ -25,12 +25,11 @@ from energymargin.reprs import Record
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
 
-PROBABILITY = "probability"
+LABELS, PROBABILITY = "labels", "probability"
 LEARNED, LEARNED_TOO = "learned", "learned with probability"
-HELD_FROM = 0.5  # labels of at least this count as held
+HELD = 0.5  # labels of at least this count as held
 TAILS = (0.025, 0.975)
 FEWEST_OBJECTS = 3  # of a learned score: it learns from two at least
-LEAF = 10  # grasps at least in a leaf of a tree
 
 Columns = Mapping[str, ArrayLike]
 Table = dict[str, NDArray[np.float64]]
@@ -92,8 +91,10 @@ def compare(
     """How well the probability tells which grasps hold, and how well simpler scores do.
 
     A grasp without a value of a column, as epsilon of a hand that does not close, ranks last in it.
-    The probability of equal grasps is equal in many: ties count half. Intervals have 95 %, of a
-    bootstrap that draws whole objects; of one object, its grasps.
+    The intervals are those of a bootstrap that draws whole objects; of one object, its grasps.
+
+        scores = {name: em.grasps.score(grasps[name], "panda", objects[name]) for name in objects}
+        print(em.grasps.compare(scores).to_markdown())
 
     Args:
         scores: by object.
@@ -101,10 +102,10 @@ def compare(
             those of the file. At least 0.5 counts as held.
         columns: other scores, by object and name, each (n,); more is better. None: `baselines` of
             each object. One that is named "probability" takes its place.
-        learned: also scores that gradient boosting learns from the columns of all objects but the
-            one that is scored, "learned", and from the probability too; of three objects or more.
+        learned: also a score that logistic regression learns from the columns of all objects but
+            the one that is scored, and one from the probability too; of three objects or more.
         draws: of the bootstrap.
-        seed: of the bootstrap, and of what is learned.
+        seed: of the bootstrap.
 
     Raises ValueError on columns that do not go together, and if all labels are alike.
     """
@@ -112,22 +113,26 @@ def compare(
     whole_number("draws", draws, 1)
     given = {name: baselines(one) for name, one in scores.items()} if columns is None else columns
     known = {name: one.grasps.labels for name, one in scores.items()} if labels is None else labels
-    table = _joined({o: {PROBABILITY: s.probabilities, **given[o]} for o, s in scores.items()})
-    truth = _joined({o: {"labels": known[o]} for o in scores})["labels"]
+    for name, of in {"columns": given, "labels": known}.items():
+        if missing := [thing for thing in scores if thing not in of]:
+            raise ValueError(f"{name} has nothing of {missing[0]!r}, expected an entry an object")
+    table = _joined(
+        {
+            thing: {LABELS: known[thing], PROBABILITY: one.probabilities, **given[thing]}
+            for thing, one in scores.items()
+        }
+    )
+    there = ~(np.isnan(table[LABELS]) | np.isnan(table[PROBABILITY]))
     sizes = [len(one.grasps) for one in scores.values()]
-    for name, column in {"labels": truth, **table}.items():
-        check_shape(name, column, (sum(sizes),))
-    there = ~(np.isnan(truth) | np.isnan(table[PROBABILITY]))
-    groups, held = np.repeat(np.arange(len(sizes)), sizes)[there], truth[there] >= HELD_FROM
+    groups, held = np.repeat(np.arange(len(sizes)), sizes)[there], table.pop(LABELS)[there] >= HELD
     if held.all() or not held.any():
-        which = "held" if held.any() else "lost"
-        raise ValueError(f"labels of all {len(held)} grasps say {which}, expected both kinds")
+        which = f"{int(held.sum())} of {len(held)} grasps with a label and a probability hold"
+        raise ValueError(f"{which}, expected some that hold and some that do not")
     better = {name: -1 if name in LESS_IS_BETTER else 1 for name in table}
     table = {name: better[name] * column[there] for name, column in table.items()}
-    if learned and len(np.unique(groups)) >= FEWEST_OBJECTS:
-        simple = {name: column for name, column in table.items() if name != PROBABILITY}
-        table[LEARNED] = learn(simple, held, groups, seed)
-        table[LEARNED_TOO] = learn({PROBABILITY: table[PROBABILITY], **simple}, held, groups, seed)
+    simple = {name: column for name, column in table.items() if name != PROBABILITY}
+    if learned and simple and len(np.unique(groups)) >= FEWEST_OBJECTS:
+        table |= {LEARNED: learn(simple, held, groups), LEARNED_TOO: learn(table, held, groups)}
     return GraspComparison(
         scores=_compared(table, held, groups, draws, seed),
         objects=tuple(scores),
@@ -138,14 +143,17 @@ def compare(
 
 
 def learn(
-    features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64], seed: int = 0
+    features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Probability that each grasp holds, (n,), learned from those of other groups.
+    """Probability that each grasp holds, (n,), by logistic regression on those of other groups.
 
     features: by name, each (n,), may have NaN. groups: numbers of the objects, (n,). Where the
     others have one label alone, its share.
     """
-    from sklearn.ensemble import HistGradientBoostingClassifier
+    from sklearn.impute import SimpleImputer
+    from sklearn.linear_model import LogisticRegression
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
 
     inputs = np.stack([np.asarray(one, dtype=float) for one in features.values()], axis=1)
     found = np.empty(len(held))
@@ -154,7 +162,8 @@ def learn(
         if held[~own].all() or not held[~own].any():
             found[own] = held[~own].mean()
             continue
-        model = HistGradientBoostingClassifier(min_samples_leaf=LEAF, random_state=seed)
+        known = SimpleImputer(add_indicator=True, keep_empty_features=True)
+        model = make_pipeline(known, StandardScaler(), LogisticRegression())
         found[own] = model.fit(inputs[~own], held[~own]).predict_proba(inputs[own])[:, 1]
     return found
 
@@ -167,6 +176,8 @@ def _joined(objects: Mapping[str, Columns]) -> Table:
             raise ValueError(
                 f"columns of {thing!r} are {list(columns)}, expected {names} as before"
             )
+        for name, column in columns.items():
+            check_shape(f"{name} of {thing!r}", np.asarray(column), np.shape(columns[PROBABILITY]))
     return {
         name: np.concatenate([np.asarray(own[name], dtype=float) for own in objects.values()])
         for name in names
