@@ -302,7 +302,8 @@ def grasp_comparison(result: GraspComparison) -> Summary:
         )
         for name, one in result.scores.items()
     ]
-    lead = f"{result.held} of {result.grasps} grasps of {len(result.objects)} objects hold."
+    things = ", ".join(result.objects)
+    lead = f"{result.held} of {result.grasps} grasps hold ({things})."
     notes = [f"{result.left_out} grasps have no label or no probability."] * (result.left_out > 0)
     return Summary("Which grasps hold", rows, head, notes, lead=lead)
 

@@ -232,7 +232,7 @@ def test_one_object_has_intervals_of_its_grasps(objects):
 def test_a_comparison_is_a_table_for_people_and_for_programs(objects):
     labels = {name: [1] * 4 + [0] * 4 for name in objects}
     found = grasps.compare(objects, labels, draws=50)
-    assert "12 of 24 grasps of 3 objects hold" in found.to_markdown()
+    assert "12 of 24 grasps hold (one, two, three)" in found.to_markdown()
     assert "center_distance | 1.00/1.00" in found.to_markdown()
     rows = {row["score"]: row for row in csv.DictReader(io.StringIO(found.to_csv()))}
     assert set(rows) == {"probability", *grasps.BASELINES, "learned", "learned with probability"}
