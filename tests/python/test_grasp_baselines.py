@@ -10,6 +10,7 @@ from sklearn.metrics import roc_auc_score
 import energymargin as em
 from energymargin import grasps
 from energymargin.grasps.baselines import surface_of
+from energymargin.grasps.comparison import learn
 
 FRICTION = 0.5
 SIZE = np.array([0.04, 0.04, 0.016])  # m, of the box that is gripped
@@ -44,7 +45,8 @@ def shifts(offsets, **options):
 
 @pytest.fixture(scope="module")
 def boxes():
-    return shifts(list(CASES.values()), names=CASES)
+    with pytest.warns(em.PlausibilityWarning, match="found no place"):  # it starts in the box
+        return shifts(list(CASES.values()), names=CASES)
 
 
 @pytest.fixture(scope="module")
@@ -199,6 +201,18 @@ def test_baselines_rank_with_their_sign_and_what_is_missing_comes_last(objects, 
     assert (found.grasps, found.held, found.left_out) == (24, 12, 0)
     none = {name: {"half": [1.0] * 4 + [np.nan] * 4} for name in objects}
     assert grasps.compare(objects, labels, columns=none, draws=50).scores["half"].cell.auc == 1
+
+
+def test_what_is_learned_is_of_other_objects_alone_and_the_same_in_other_units():
+    random, groups = np.random.default_rng(1), np.repeat(np.arange(3), 20)
+    feature = random.normal(size=60)
+    held = feature + random.normal(size=60) > 0
+    first = learn({"a": feature}, held, groups)
+    assert roc_auc_score(held[:20], first[:20]) == roc_auc_score(held[:20], feature[:20])
+    turned = np.where(groups == 0, ~held, held)
+    np.testing.assert_array_equal(learn({"a": feature}, turned, groups)[:20], first[:20])
+    other = feature * (1 + 9 * groups) + groups
+    np.testing.assert_array_equal(learn({"a": other}, held, groups), first)
 
 
 def test_a_grasp_without_a_label_is_left_out_and_one_kind_of_label_is_an_error(objects, columns):

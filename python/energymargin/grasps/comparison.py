@@ -103,7 +103,8 @@ def compare(
         columns: other scores, by object and name, each (n,); more is better. None: `baselines` of
             each object. One that is named "probability" takes its place.
         learned: also a score that logistic regression learns from the columns of all objects but
-            the one that is scored, and one from the probability too; of three objects or more.
+            the one that is scored, and one from the probability too; of three objects or more. They
+            tell grasps of one object apart: see `ComparedScore.within`.
         draws: of the bootstrap.
         seed: of the bootstrap.
 
@@ -145,27 +146,35 @@ def compare(
 def learn(
     features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Probability that each grasp holds, (n,), by logistic regression on those of other groups.
+    """A score of each grasp, (n,), by logistic regression on the grasps of the other groups.
 
-    features: by name, each (n,), may have NaN. groups: numbers of the objects, (n,). Where the
-    others have one label alone, its share.
+    Features count by their ranks within a group, for what is near of one object is far of another.
+    The score has no intercept: that is the lower, the more of the grasps that are left out hold, so
+    that it would rank objects the wrong way round.
+
+    features: by name, each (n,), may have NaN. groups: numbers of the objects, (n,). The score is 0
+    where the others have one label alone.
     """
-    from sklearn.impute import SimpleImputer
+    from scipy.stats import rankdata
     from sklearn.linear_model import LogisticRegression
-    from sklearn.pipeline import make_pipeline
-    from sklearn.preprocessing import StandardScaler
 
-    inputs = np.stack([np.asarray(one, dtype=float) for one in features.values()], axis=1)
-    found = np.empty(len(held))
-    for group in np.unique(groups):
+    values = np.stack([_filled(one) for one in features.values()], axis=1)
+    found, ranks, numbers = np.zeros(len(held)), np.empty(values.shape), np.unique(groups)
+    for group in numbers:
         own = groups == group
-        if held[~own].all() or not held[~own].any():
-            found[own] = held[~own].mean()
-            continue
-        known = SimpleImputer(add_indicator=True, keep_empty_features=True)
-        model = make_pipeline(known, StandardScaler(), LogisticRegression())
-        found[own] = model.fit(inputs[~own], held[~own]).predict_proba(inputs[own])[:, 1]
+        ranks[own] = rankdata(values[own], axis=0) / own.sum()
+    for group in numbers:
+        own = groups == group
+        if held[~own].any() and not held[~own].all():
+            model = LogisticRegression().fit(ranks[~own], held[~own])
+            found[own] = ranks[own] @ model.coef_[0]
     return found
+
+
+def _filled(column: ArrayLike) -> NDArray[np.float64]:
+    """A column in which what is missing comes last."""
+    values = np.asarray(column, dtype=float)
+    return np.where(np.isnan(values), -np.inf, values)
 
 
 def _joined(objects: Mapping[str, Columns]) -> Table:
@@ -194,7 +203,7 @@ def _compared(
     found: dict[str, ComparedScore] = {}
     first = np.empty(0)
     for name, column in table.items():
-        values = np.where(np.isnan(column), -np.inf, column)
+        values = _filled(column)
         cell = cell_of(Compared(values, held, drawn, np.arange(len(held))), weights)
         assert cell is not None  # there are both labels
         drawn_aucs, _ = auc_ap_draws(ranked(values), held, drawn, weights)
