@@ -1,6 +1,6 @@
 """Grasps from files of others, how well each of them holds, and back into the same formats."""
 
-from energymargin.grasps.baselines import BASELINES, baselines
+from energymargin.grasps.baselines import BASELINES, LESS_IS_BETTER, baselines
 from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.comparison import ComparedScore, GraspComparison, compare
 from energymargin.grasps.files import read, write
@@ -17,6 +17,7 @@ from energymargin.grasps.wrenches import WrenchSpace, wrench_space
 __all__ = [
     "BASELINES",
     "FRAMES",
+    "LESS_IS_BETTER",
     "ComparedScore",
     "GraspBelief",
     "GraspComparison",

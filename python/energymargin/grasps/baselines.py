@@ -27,7 +27,9 @@ BASELINES = (
     *("epsilon", "volume", "force_score"),
     *("center_distance", "between", "clearance", "undisturbed"),
 )
+"""Names of the columns that `baselines` makes."""
 LESS_IS_BETTER = ("center_distance",)
+"""Those of which less is better; `compare` turns them around."""
 
 Points = NDArray[np.float64]
 
