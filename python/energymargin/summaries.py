@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from energymargin.actions import Improvement, MarginProfile, Ranking
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
-    from energymargin.grasps import GraspScores
+    from energymargin.grasps import GraspComparison, GraspScores
     from energymargin.grasps.trials import Trials
     from energymargin.scenes.reports import SceneReport
     from energymargin.scoring import ScoreTable
@@ -291,6 +291,30 @@ def _stacked(cell: Cell | None) -> str:
     return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
 
 
+def grasp_comparison(result: GraspComparison) -> Summary:
+    """AUC and AP of each score, of the pairs within an object, and how far it is behind."""
+    head = ("score", "AUC/AP", "AUC within an object", "behind the probability")
+    rows = [
+        (
+            name,
+            _stacked(one.cell),
+            _with_span(one.within, one.within_interval),
+            DASH if one.ahead_interval is None else _with_span(one.ahead, one.ahead_interval),
+        )
+        for name, one in result.scores.items()
+    ]
+    things = ", ".join(result.objects)
+    lead = f"{result.held} of {result.grasps} grasps hold ({things})."
+    notes = [f"{result.left_out} grasps have no label or no probability."] * (result.left_out > 0)
+    return Summary("Which grasps hold", rows, head, notes, lead=lead)
+
+
+def _with_span(value: float, interval: tuple[float, float] | None) -> str:
+    """A value and below it its interval, with a sign where it may be negative."""
+    ends = [] if interval is None else [" to ".join(f"{end:.2f}" for end in interval)]
+    return DASH if math.isnan(value) else "\n".join([f"{value:.3f}", *ends])
+
+
 def score_store(store: ScoreStore) -> Summary:
     """Its runs, a row each."""
     head = ("run", "task", "states scored", "scores", "asked about", "settings")
@@ -486,26 +510,18 @@ def _grasp_notes(scores: GraspScores) -> list[str]:
 
 
 def _against_labels(scores: GraspScores) -> str:
-    """The AUC of the probabilities, with its interval by grasps, if there are labels of both
-    kinds."""
-    from energymargin.evaluation.bootstrap import (
-        DRAWS,
-        auc_ap,
-        bootstrap_weights,
-        intervals,
-        ranked,
-    )
+    """The AUC of the probabilities, if there are labels of both kinds."""
+    from energymargin.grasps import compare
 
-    labels = scores.grasps.labels
-    known = ~np.isnan(labels) & (scores.counted > 0)
-    held, values = labels[known] >= 0.5, scores.probabilities[known]
-    if held.all() or not held.any():
+    try:
+        found = compare({"": scores}, columns={"": {}})
+    except ValueError:
         return ""
-    auc, _ = auc_ap(values, held)
-    n = len(held)
-    ends, _ = intervals(ranked(values), held, np.arange(n), bootstrap_weights(n, DRAWS, 0))
-    within = "" if ends is None else f" ({ends[0]:.2f} to {ends[1]:.2f})"
-    return f"AUC {auc:.2f}{within} against the labels: {held.sum()} held, {(~held).sum()} lost"
+    cell = found.scores["probability"].cell
+    low, high = cell.auc_interval or (0.0, 1.0)
+    lost = found.grasps - found.held
+    within = f"AUC {cell.auc:.2f} ({low:.2f} to {high:.2f})"
+    return f"{within} against the labels: {found.held} held, {lost} lost"
 
 
 def _how_lost(scores: GraspScores, k: int) -> str:

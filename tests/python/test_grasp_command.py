@@ -171,6 +171,22 @@ def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on(folder):
         assert (file["endings"][()] >= 0).all()
 
 
+def test_baselines_are_columns_and_stand_beside_the_labels(folder):
+    command = ["grasps", "three.csv", *FEW, "--baselines", "-o", "b.csv", "--write", "c.csv"]
+    done = run_here(*command, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "2 of 3 grasps hold (the object)." in done.stdout and "epsilon" in done.stdout
+    with (folder / "b.csv").open() as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    assert float(rows["middle"]["center_distance"]) == pytest.approx(0.015, abs=1e-6)
+    assert rows["beside"]["epsilon"] == "" and float(rows["middle"]["volume"]) > 0
+    assert em.grasps.read(folder / "c.csv").columns["energymargin/undisturbed"].tolist() == [
+        0,
+        1,
+        1,
+    ]
+
+
 def test_processes_and_a_cluster_have_the_same_table(folder):
     command = ["grasps", "three.csv", *FEW]
     here = run_here(*command, "--threads", 1, cwd=folder)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.markup import escape
 
 from energymargin.bars import bar
@@ -33,6 +34,8 @@ from energymargin.table_text import markdown_table
 if TYPE_CHECKING:
     from energymargin import Cancel
     from energymargin.grasps import GraspObject, GraspScores, GraspSet
+
+    Column = NDArray[np.float64]
 
 STORE, PAGE, PICTURES = ".h5", ".html", (".png", ".pdf", ".svg")
 TEXTS = (".csv", ".md")
@@ -79,8 +82,9 @@ def grasps(
     accuracy: float | None = None,
     strength: float = 1.0,
     colliding: Literal["redraw", "retreat", "fail"] = "redraw",
-    effort: int | None = None,
     seed: int = 0,
+    effort: int | None = None,
+    baselines: bool = False,
     threads: int | None = None,
     processes: int | None = None,
     scheduler: str | None = None,
@@ -138,8 +142,11 @@ def grasps(
         strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
         colliding: What is done with a draw that puts the hand into the object: redraw its pose,
             retreat along the approach, or fail, which counts as lost.
-        effort: Search for the least effort of escape at the weakest moment, with so many nodes.
         seed: The same seed gives the same numbers, to the last bit.
+    More figures:
+        effort: Search for the least effort of escape at the weakest moment, with so many nodes.
+        baselines: Also what is commonly computed in place of a simulation, as Ferrari-Canny
+            epsilon: columns of .csv and --write, and their AUC where there are labels.
     """
     outputs = output or []
     for path in outputs:
@@ -191,7 +198,8 @@ def grasps(
             cancel=cancel,
         )
     out.print(summary(scores))
-    _write(scores, file, [path for path in outputs if path != store], write)
+    columns = _baselines(scores) if baselines else {}
+    _write(scores, columns, file, [path for path in outputs if path != store], write)
     if not scores.complete:
         _say_stopped(scores, store)
         if cancel.is_set:
@@ -305,11 +313,32 @@ def _cancelled_by_interrupt() -> Iterator[Cancel]:
         raise KeyboardInterrupt from None
 
 
-def _write(scores: GraspScores, file: Path, outputs: Sequence[Path], grasps: Path | None) -> None:
+def _baselines(scores: GraspScores) -> dict[str, Column]:
+    """The columns of the baselines; their table is printed where labels say who is right."""
+    from energymargin.grasps import baselines, compare
+
+    with bar("Baselines", "grasps") as progress:
+        columns = baselines(scores, progress=progress)
+    known = scores.grasps.labels[~np.isnan(scores.grasps.labels) & (scores.counted > 0)] >= 0.5
+    if known.any() and not known.all():
+        out.print()
+        out.print(summary(compare({"the object": scores}, columns={"the object": columns})))
+    return columns
+
+
+def _write(
+    scores: GraspScores,
+    columns: dict[str, Column],
+    file: Path,
+    outputs: Sequence[Path],
+    grasps: Path | None,
+) -> None:
     """Writes tables, pictures, the page, and the file of grasps."""
     for path in outputs:
         if path.suffix in TEXTS:
-            replace_text(path, scores.to_csv() if path.suffix == ".csv" else _markdown(scores))
+            replace_text(
+                path, scores.to_csv(columns) if path.suffix == ".csv" else _markdown(scores)
+            )
         elif path.suffix == PAGE:
             from energymargin.cli.progress import share_bar
             from energymargin.report import write_grasps
@@ -323,12 +352,12 @@ def _write(scores: GraspScores, file: Path, outputs: Sequence[Path], grasps: Pat
             assert figure is not None
             figure.savefig(path)
     if grasps is not None:
-        _write_grasps(scores, grasps)
+        _write_grasps(scores, columns, grasps)
     for path in (*outputs, *filter(None, [grasps])):
         say(f"Wrote {escape(str(path))}")
 
 
-def _write_grasps(scores: GraspScores, path: Path) -> None:
+def _write_grasps(scores: GraspScores, more: dict[str, Column], path: Path) -> None:
     """The grasps that have scores, with them."""
     from energymargin.grasps import write
 
@@ -336,8 +365,9 @@ def _write_grasps(scores: GraspScores, path: Path) -> None:
     low, high = scores.interval()[scored].T
     columns = {"probability": scores.probabilities[scored], "low": low, "high": high}
     columns["mean_time"] = scores.mean_time[scored]
-    if np.isfinite(scores.efforts[scored]).all():
-        columns["effort"] = scores.efforts[scored]
+    for name, column in {"effort": scores.efforts, **more}.items():
+        if np.isfinite(column[scored]).all():
+            columns[name] = column[scored]
     if not scored.all():
         warn(f"{path} lacks {(~scored).sum()} grasps that have no score")
     write(path, scores.grasps[scored], columns, overwrite=True)

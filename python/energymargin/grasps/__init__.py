@@ -1,6 +1,8 @@
 """Grasps from files of others, how well each of them holds, and back into the same formats."""
 
+from energymargin.grasps.baselines import BASELINES, LESS_IS_BETTER, baselines
 from energymargin.grasps.belief import GraspBelief
+from energymargin.grasps.comparison import ComparedScore, GraspComparison, compare
 from energymargin.grasps.files import read, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
@@ -10,10 +12,15 @@ from energymargin.grasps.hands import Hand, ParallelGripper
 from energymargin.grasps.protocols import Motion, Protocol
 from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score
+from energymargin.grasps.wrenches import WrenchSpace, wrench_space
 
 __all__ = [
+    "BASELINES",
     "FRAMES",
+    "LESS_IS_BETTER",
+    "ComparedScore",
     "GraspBelief",
+    "GraspComparison",
     "GraspObject",
     "GraspScores",
     "GraspSet",
@@ -24,7 +31,11 @@ __all__ = [
     "ParallelGripper",
     "Protocol",
     "Source",
+    "WrenchSpace",
+    "baselines",
+    "compare",
     "read",
     "score",
+    "wrench_space",
     "write",
 ]

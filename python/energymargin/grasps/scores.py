@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Problem
-from energymargin.checks import share
+from energymargin.checks import check_shape, share
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.trials import ENDINGS, STEP, Grasp, Trials
 from energymargin.reprs import Record
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
-
-if TYPE_CHECKING:
-    pass
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
 MISSING = -1  # in place of an ending
@@ -160,10 +157,16 @@ class GraspScores(Record, Summarized):
         ends = self.interval()
         return [self._row(rank, int(k), ends[k]) for rank, k in enumerate(self.order, 1)]
 
-    def to_csv(self) -> str:
-        """`rows` and all figures, as CSV."""
+    def to_csv(self, columns: Mapping[str, ArrayLike] | None = None) -> str:
+        """`rows` and all figures, as CSV.
+
+        columns: more of them by name, each (n,), as of `em.grasps.baselines`.
+        """
+        more = {name: np.asarray(one) for name, one in (columns or {}).items()}
+        for name, column in more.items():
+            check_shape(name, column, (len(self.grasps),))
         head = ["rank", "name", "probability", "low", "high", "mean_time", "effort", "label"]
-        lines = [[*head, *(name.replace(" ", "_") for name in ENDINGS)]]
+        lines = [[*head, *(name.replace(" ", "_") for name in ENDINGS), *more]]
         ends = self.interval()
         for rank, k in enumerate(self.order, 1):
             numbers = [self.probabilities[k], *ends[k], self.mean_time[k], self.efforts[k]]
@@ -171,7 +174,8 @@ class GraspScores(Record, Summarized):
             label = self.grasps.labels[k]
             counts = [str(int((self.endings[k] == code).sum())) for code in range(len(ENDINGS))]
             said = "" if np.isnan(label) else f"{label:g}"
-            lines.append([str(rank), self.grasps.names[k], *texts, said, *counts])
+            rest = ["" if np.isnan(column[k]) else f"{column[k]:.6g}" for column in more.values()]
+            lines.append([str(rank), self.grasps.names[k], *texts, said, *counts, *rest])
         return csv_text(lines[0], lines[1:])
 
     @property

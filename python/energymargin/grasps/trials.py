@@ -188,9 +188,7 @@ class Trials:
         """Where the hand begins to close, by a draw of its pose."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
-        placed = np.array(grasp.placed, dtype=float)
-        if self.protocol.table:  # the object stands on it
-            placed[2, 3] = -float((self.object.corners @ placed[2, :3]).min())
+        placed = self._placed(grasp)
         best, deepest, redrawn = placed, np.inf, -1
         for error in islice(self._errors(draw), REDRAWS if self.colliding == "redraw" else 1):
             redrawn += 1
@@ -209,6 +207,12 @@ class Trials:
             if _overlap(world, hand, state) <= DEEP:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
+
+    def open_state(self, grasp: Grasp, draw: Draw) -> NDArray[np.float64]:
+        """The open hand where the grasp says, whatever is there."""
+        scene, hand = self.scene(grasp.opening, draw, gravity=False)
+        placed = self._placed(grasp)
+        return _state(scene, hand, placed @ grasp.pose, placed)
 
     def close(
         self,
@@ -294,6 +298,13 @@ class Trials:
         if self.protocol.table:
             scene.add_plane("table", friction=0.5)
         return scene, hand
+
+    def _placed(self, grasp: Grasp) -> Pose:
+        """The object's frame in the world's: on the table, if there is one."""
+        placed = np.array(grasp.placed, dtype=float)
+        if self.protocol.table:
+            placed[2, 3] = -float((self.object.corners @ placed[2, :3]).min())
+        return placed
 
     def _errors(self, draw: Draw) -> Iterator[NDArray[np.float64]]:
         if draw.number < 0 or self.belief.pose is None:

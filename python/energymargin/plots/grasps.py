@@ -103,12 +103,8 @@ def _seen(scores: GraspScores, number: int) -> _Seen:
     draw = trials.draw(-1)
     scene, hand = trials.scene(grasp.opening, draw, gravity=False)
     start = trials.start(grasp, draw)
-    what = "the hand is in the object or the table"
-    if start.state is None:
-        base = grasp.placed @ grasp.pose @ np.linalg.inv(hand.frame)
-        poses = {hand.base: _pose(base), "object": _pose(grasp.placed)}
-        state = scene.pack(**poses, joints=hand.start)
-    else:
+    state, what = trials.open_state(grasp, draw), "the hand is in the object or the table"
+    if start.state is not None:
         closed = trials.close(grasp.opening, start.state, draw)
         state, what = closed.state, "gripped" if closed.gripped else "closed beside the object"
     return _Seen(scene, _turned(scene, state, hand.base, hand.frame, trials.protocol.table), what)
@@ -137,11 +133,6 @@ def _turned(
         numbers[3:7] = (back * Rotation.from_quat(numbers[3:7])).as_quat()
         turned[scene.slice(name)] = numbers
     return turned
-
-
-def _pose(matrix: NDArray[np.float64]) -> dict[str, Any]:
-    turned = Rotation.from_matrix(matrix[:3, :3]).as_quat()
-    return {"position": matrix[:3, 3], "orientation": turned}
 
 
 def _kind(label: float) -> str:

@@ -1,0 +1,168 @@
+"""Baselines: what is commonly computed of a grasp in place of simulating what is done with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Scene, World
+from energymargin.checks import check_type
+from energymargin.grasps.belief import Draw
+from energymargin.grasps.hands import Fitted
+from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
+from energymargin.grasps.scoring import quiet
+from energymargin.grasps.trials import TOUCHING, Closed, Grasp, Trials
+from energymargin.grasps.wrenches import wrench_space
+from energymargin.scenes.corners import shape_parts
+from energymargin.scenes.poses import pose
+from energymargin.scores import force_score
+
+SAMPLES = 4000  # points of an object's surface
+STEP = 1e-4  # m; the way off a face that tells whether another part lies there
+
+BASELINES = (
+    *("epsilon", "volume", "force_score"),
+    *("center_distance", "between", "clearance", "undisturbed"),
+)
+"""Names of the columns that `baselines` makes."""
+LESS_IS_BETTER = ("center_distance",)
+"""Those of which less is better; `compare` turns them around."""
+
+Points = NDArray[np.float64]
+
+
+def baselines(
+    scores: GraspScores, *, progress: Callable[[int, int], None] | None = None
+) -> dict[str, NDArray[np.float64]]:
+    """What else may tell which grasps hold, without a label: columns of shape (n,) by name.
+
+    - "epsilon", "volume": of the closed hand's contacts, after Ferrari and Canny; see
+      `em.grasps.wrench_space`.
+    - "force_score": of `em.force_score` once the hand has closed.
+    - "center_distance": from the grasp frame's origin to the centre of mass [m]; less is better.
+    - "between": the object's surface in the hull of the open fingers [m^2].
+    - "clearance": from the open hand to the object and the table, negative if it is in them [m].
+    - "undisturbed": 1 if it holds with what is believed most and without a disturbance, else 0.
+
+    NaN where there is none: of the first three where the hand has no place or does not grip. With
+    nothing unknown; a hand that starts in the object is moved back along its approach first, as in
+    a trial, but for the distances.
+
+    Args:
+        scores: of `em.grasps.score`; one rollout is enough.
+        progress: progress(done, total) counts grasps.
+    """
+    check_type("scores", scores, GraspScores, "an em.grasps.GraspScores, as of em.grasps.score")
+    trials, n = scores.trials, len(scores.grasps)
+    table = {name: np.full(n, np.nan) for name in BASELINES}
+    surface, area = surface_of(trials.object.shape)
+    for k in range(n):
+        with quiet():
+            found = _features(trials, grasp_of(scores.grasps, k), surface, area)
+        for name, value in found.items():
+            table[name][k] = value
+        if progress is not None:
+            progress(k + 1, n)
+    made = scores.likely != MISSING
+    table["undisturbed"][made] = scores.likely[made] == HELD
+    return table
+
+
+def surface_of(shape: Any, samples: int = SAMPLES, seed: int = 0) -> tuple[Points, float]:
+    """Points spread evenly over the surface of a shape, (k, 3) [m], and the area that each stands
+    for [m^2]. A face of a convex part that is in another part, or on its face, is no surface."""
+    from scipy.spatial import ConvexHull
+
+    hulls = [ConvexHull(corners) for corners in shape_parts(shape)]
+    faces = np.concatenate([hull.points[hull.simplices] for hull in hulls])
+    of = np.repeat(np.arange(len(hulls)), [len(hull.simplices) for hull in hulls])
+    edges = faces[:, 1:] - faces[:, :1]
+    areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
+    random = np.random.default_rng(seed)
+    chosen = random.choice(len(faces), samples, p=areas / areas.sum())
+    along = np.sort(random.random((samples, 2)), axis=1)
+    weights = np.stack([along[:, 0], along[:, 1] - along[:, 0], 1 - along[:, 1]], axis=1)
+    points = np.einsum("ki,kij->kj", weights, faces[chosen])
+    normals = np.concatenate([hull.equations[:, :3] for hull in hulls])[chosen]
+    kept, owner = np.ones(samples, dtype=bool), of[chosen]
+    for number, hull in enumerate(hulls):
+        kept &= (owner == number) | ~_within(hull, points + STEP * normals)
+        kept &= (owner <= number) | ~_within(hull, points - STEP * normals)
+    return points[kept], float(areas.sum() / samples)
+
+
+def _features(trials: Trials, grasp: Grasp, surface: Points, area: float) -> dict[str, float]:
+    """All baselines of a grasp but the rollout."""
+    draw = trials.draw(-1)
+    center = np.linalg.inv(grasp.pose) @ [*trials.object.center, 1.0]
+    found = {"center_distance": float(np.linalg.norm(center[:3]))}
+    scene, hand = trials.scene(grasp.opening, draw, gravity=False)
+    state = trials.open_state(grasp, draw)
+    found["clearance"] = _clearance(scene, hand, state)
+    found["between"] = area * _between(scene, hand, state, surface)
+    try:
+        start = trials.start(grasp, draw)
+        closed = None if start.state is None else trials.close(grasp.opening, start.state, draw)
+        if closed is not None and closed.gripped:
+            found |= _grip(trials, closed, draw)
+    except (ValueError, RuntimeError):  # as in its trials, whose `errors` say why
+        pass
+    return found
+
+
+def _grip(trials: Trials, closed: Closed, draw: Draw) -> dict[str, float]:
+    """What the contacts of a closed hand tell."""
+    problem = trials.problem(closed, draw)
+    center = trials.object.center
+    contacts = [
+        one
+        for one in World(problem.scene).contacts(closed.state)
+        if "object" in (one.body_a, one.body_b)
+        and {one.body_a, one.body_b} & set(closed.hand.bodies)
+        and one.distance <= TOUCHING
+    ]
+    space = wrench_space(
+        [one.position for one in contacts],
+        [one.normal * (1 if one.body_a == "object" else -1) for one in contacts],
+        [one.friction for one in contacts],
+        center=_moved(center, problem.scene.unpack(closed.state)["object"]),
+        radius=float(np.linalg.norm(trials.object.corners - center, axis=1).max()),
+    )
+    force = force_score(problem.replace(horizon=None, plan=None)).force
+    return {"force_score": force, **space._asdict()}
+
+
+def _clearance(scene: Scene, hand: Fitted, state: NDArray[np.float64]) -> float:
+    """From the hand to all else, negative in it [m]."""
+    world = World(scene)
+    others = [body.name for body in scene.bodies if body.name not in hand.bodies]
+    return min(world.distance(state, one, other) for one in hand.bodies for other in others)
+
+
+def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Points) -> int:
+    """How many points of the object's surface are in the hull of the fingers."""
+    from scipy.spatial import ConvexHull
+
+    bodies = scene.unpack(state)
+    shapes = {body.name: body.shape for body in scene.bodies}
+    corners = [
+        _moved(part, bodies[name]) for name in hand.fingers for part in shape_parts(shapes[name])
+    ]
+    points = _moved(surface, bodies["object"])
+    hull = ConvexHull(np.concatenate(corners))
+    return int(np.count_nonzero(_within(hull, points)))
+
+
+def _moved(points: Points, body: dict[str, Any]) -> Points:
+    """Points of a body's frame in the world's."""
+    at = pose(body["position"], body["orientation"])
+    return np.asarray(points @ at[:3, :3].T + at[:3, 3])
+
+
+def _within(hull: Any, points: Points) -> NDArray[np.bool_]:
+    """Which points are in a hull."""
+    planes = hull.equations
+    return np.asarray((points @ planes[:, :3].T + planes[:, 3] < 0).all(axis=1))
