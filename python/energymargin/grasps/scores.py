@@ -154,8 +154,8 @@ class GraspScores(Record, Summarized):
 
     def rows(self) -> list[tuple[str, ...]]:
         """Rank, name, probability, interval, how and when it is lost, label; the best first."""
-        ends = self.interval()
-        return [self._row(rank, int(k), ends[k]) for rank, k in enumerate(self.order, 1)]
+        figures = np.column_stack([self.probabilities, self.interval()])
+        return [self._row(rank, int(k), figures[k]) for rank, k in enumerate(self.order, 1)]
 
     def to_csv(self, columns: Mapping[str, ArrayLike] | None = None) -> str:
         """`rows` and all figures, as CSV.
@@ -167,10 +167,10 @@ class GraspScores(Record, Summarized):
             check_shape(name, column, (len(self.grasps),))
         head = ["rank", "name", "probability", "low", "high", "mean_time", "effort", "label"]
         lines = [[*head, *(name.replace(" ", "_") for name in ENDINGS), *more]]
-        ends = self.interval()
+        own = (self.probabilities, self.interval(), self.mean_time, self.efforts)
+        figures = np.column_stack(own)
         for rank, k in enumerate(self.order, 1):
-            numbers = [self.probabilities[k], *ends[k], self.mean_time[k], self.efforts[k]]
-            texts = ["" if np.isnan(one) else f"{one:.6g}" for one in numbers]
+            texts = ["" if np.isnan(one) else f"{one:.6g}" for one in figures[k]]
             label = self.grasps.labels[k]
             counts = [str(int((self.endings[k] == code).sum())) for code in range(len(ENDINGS))]
             said = "" if np.isnan(label) else f"{label:g}"
@@ -186,14 +186,16 @@ class GraspScores(Record, Summarized):
         total = np.where(counts, capped, 0.0).sum(axis=1)
         return np.where(self.counted > 0, total / np.maximum(self.counted, 1), np.nan)
 
-    def _row(self, rank: int, k: int, ends: NDArray[np.float64]) -> tuple[str, ...]:
+    def _row(self, rank: int, k: int, figures: NDArray[np.float64]) -> tuple[str, ...]:
+        """`figures`: the probability, and the ends of its interval."""
         name, label = self.grasps.names[k], self.grasps.labels[k]
         said = "" if np.isnan(label) else f"{label:g}"
-        if not self.counted[k]:
+        probability, low, high = figures
+        if np.isnan(probability):
             return str(rank), name, "-", "-", self.errors.get(k, "not made"), said
         lost = [f"{n} {how}" for how, n in self.losses(k).items() if how != "held"]
-        within = f"{ends[0]:.2f} to {ends[1]:.2f}"
-        return str(rank), name, f"{self.probabilities[k]:.2f}", within, ", ".join(lost), said
+        within = f"{low:.2f} to {high:.2f}"
+        return str(rank), name, f"{probability:.2f}", within, ", ".join(lost), said
 
 
 def grasp_of(grasps: GraspSet, number: int) -> Grasp:

@@ -38,7 +38,7 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     """
     check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
     axes = axes_or_new(ax, *SIZE)
-    scored = np.array([k for k in scores.order if scores.counted[k]], int)
+    scored = scores.order[scores.counted[scores.order] > 0]
     ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
     low, high = scores.interval()[scored].T
     kinds = np.array([_kind(label) for label in scores.grasps.labels[scored]])

@@ -80,7 +80,7 @@ def write_grasps(
 
 
 def _cards(scores: GraspScores, progress: Progress | None) -> Iterator[Card]:
-    order = [int(k) for k in scores.order if scores.counted[k]]
+    order = scores.order[scores.counted[scores.order] > 0].tolist()
     if not order:
         return
     chosen = {order[0]: "The best", scores.doubtful: "The most doubtful", order[-1]: "The worst"}
