@@ -187,6 +187,19 @@ def test_baselines_are_columns_and_stand_beside_the_labels(folder):
     ]
 
 
+def test_the_guide_s_hand_of_a_file_ranks_as_the_preset_does(folder):
+    guide = (Path(__file__).parents[2] / "docs/guides/grasps.md").read_text()
+    (text,) = re.findall(r"```json\n(.*?)```", guide, re.DOTALL)
+    data = pytest.importorskip("pybullet_data").getDataPath()
+    (folder / "panda.json").write_text(text.replace("franka_panda/", f"{data}/franka_panda/"))
+    command = ["grasps", "three.csv", "--hand", "panda.json", *FEW[2:], "-o", "hand.md"]
+    done = run_here(*command, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"^3 +beside +0.00", done.stdout, re.MULTILINE)
+    assert re.search(r"^[12] +middle +1.00", done.stdout, re.MULTILINE)
+    assert "panda.urdf" in (folder / "hand.md").read_text()
+
+
 def test_processes_and_a_cluster_have_the_same_table(folder):
     command = ["grasps", "three.csv", *FEW]
     here = run_here(*command, "--threads", 1, cwd=folder)

@@ -20,13 +20,15 @@ Made = TypeVar("Made")
 
 def chosen_hand(text: str) -> Hand:
     """The hand of --hand. Raises ValueError on what is none."""
-    from energymargin.grasps import HandFile, ParallelGripper
+    from energymargin.grasps import FRAMES, HandFile, ParallelGripper
     from energymargin.grasps.hands import PRESETS
 
     if text in PRESETS:
         return PRESETS[text]
     given = _given("--hand", text, PRESETS)
     if "path" in given:
+        if isinstance(given.get("frame"), str):
+            given["frame"] = FRAMES[one_of("--hand frame", given["frame"], tuple(FRAMES))]
         return _with("--hand", HandFile, given)
     return _with("--hand", ParallelGripper, given, _preset("--hand", given, PRESETS))
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from energymargin.grasps.hand_files import HandFile
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.grasps.trials import LEVER, Trials
 
@@ -31,8 +32,11 @@ def of_object(thing: GraspObject) -> str:
 
 
 def of_hand(hand: Hand) -> str:
-    """Its numbers."""
-    return f"{type(hand).__name__}: {', '.join(f'{n} {v}' for n, v in hand.text.items())}"
+    """Its numbers, and where it is from."""
+    named = dict(hand.text)
+    if isinstance(hand, HandFile):
+        named["file"] = hand.path
+    return f"{type(hand).__name__}: {', '.join(f'{n} {v}' for n, v in named.items())}"
 
 
 def of_protocol(rules: Protocol) -> str:
