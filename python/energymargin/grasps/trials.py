@@ -188,7 +188,7 @@ class Trials:
             redrawn += 1
             pose = placed @ self._with_error(grasp.pose, error)
             state = _state(scene, hand, pose, placed)
-            depth = _overlap(world, hand, state)
+            depth = overlap(world, hand, state)
             if depth <= DEEP:
                 return Start(state, redrawn)
             if depth < deepest:
@@ -198,7 +198,7 @@ class Trials:
             back += BACK
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
-            if _overlap(world, hand, state) <= DEEP:
+            if overlap(world, hand, state) <= DEEP:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
 
@@ -223,17 +223,22 @@ class Trials:
         world = World(scene, plan)
         steps = rows + round(self.protocol.settle / STEP)
         done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
-        state = done.states[-1]
         pressed = {
             body
             for contact in done.contacts[-1]
             if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
             for body in (contact.body_a, contact.body_b)
         }
+        return self.closed(scene, hand, done.states[-1], pressed >= set(hand.fingers))
+
+    def closed(
+        self, scene: Scene, hand: Fitted, state: NDArray[np.float64], gripped: bool
+    ) -> Closed:
+        """A state of a scene as that of a hand that has closed."""
         bodies = scene.unpack(state)
         base, thing = _pose_of(bodies[hand.base]), _pose_of(bodies["object"])
         thing[:3, 3] += thing[:3, :3] @ self.object.center
-        return Closed(hand, state, pressed >= set(hand.fingers), base, np.linalg.inv(base) @ thing)
+        return Closed(hand, state, gripped, base, np.linalg.inv(base) @ thing)
 
     def problem(self, closed: Closed, draw: Draw) -> Problem:
         """Whether a closed grasp holds through the protocol."""
@@ -353,7 +358,7 @@ def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.
     return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
 
 
-def _overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
+def overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
     """The deepest of the hand with anything else [m]."""
     own = set(hand.bodies)
     contacts = [c for c in world.contacts(state) if len(own & {c.body_a, c.body_b}) == 1]

@@ -1,0 +1,210 @@
+"""A trial of a grasp in MuJoCo: the same scene, start, motions and disturbance.
+
+The hand is a heavy body that a motor moves; its velocities change with each step of MuJoCo, so that
+no step has the whole change of one of ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from energymargin._core import Cancel, Plan, Scene, World, capture_probability
+from energymargin.grasps.belief import Draw
+from energymargin.grasps.hands import Fitted, Hand
+from energymargin.grasps.protocols import GRAVITY
+from energymargin.grasps.trials import LEVER, STEP, Closed, Grasp, Trials, overlap
+from energymargin.mujoco import model_of
+from energymargin.mujoco.replay import Edge, Player
+from energymargin.mujoco.simulation import Simulation
+from energymargin.scenes.mjcf_model import engine
+
+__all__ = ["SOFTNESSES", "Engine", "End", "run", "run_here", "wrenches"]
+
+HEAVY = 1e3  # kg, of the hand's base, so that nothing moves it but its motor
+STRONG = 1e9  # N and N m, of that motor
+FREE = 1e-6  # m, of an overlap that throws nothing off
+BACK, MOST_BACK = 1e-4, 50  # m of each step back out of an overlap, and how many
+
+
+@dataclass(frozen=True)
+class Engine:
+    """How MuJoCo computes."""
+
+    step: float
+    """[s]"""
+    solimp: tuple[float, float, float]
+    """Share of a contact's force that is rigid, at its first touch and from a depth [m] on."""
+    impratio: float
+    """How much stiffer friction is than a contact's normal force."""
+
+
+SOFTNESSES = (((0.9, 0.95, 1e-3), 10.0), ((0.99, 0.999, 1e-4), 100.0))
+"""`solimp` and `impratio`: MuJoCo's own with friction that creeps less, and far stiffer."""
+
+
+class End(NamedTuple):
+    """What became of a trial."""
+
+    gripped: bool
+    held: bool
+    time: float
+    """When it was lost, or all was over [s]; NaN if it did not grip."""
+
+
+class Heavy(Hand):
+    """A hand whose base is no kinematic body, which MJCF does not have, but a heavy one."""
+
+    def __init__(self, hand: Hand) -> None:
+        """`hand`: the one that it is but for its base."""
+        self.hand, self.closing = hand, hand.closing
+
+    def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
+        """As Hand.add_to."""
+        return self.hand.add_to(_WithMotor(scene), force=force, opening=opening)  # type: ignore[arg-type]
+
+    @property
+    def force(self) -> float:
+        """As Hand.force."""
+        return self.hand.force
+
+    @property
+    def text(self) -> dict[str, Any]:
+        """As Hand.text."""
+        return self.hand.text
+
+
+class _WithMotor:
+    """A scene that makes heavy bodies of kinematic ones."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._scene, name)
+
+    def add_body(self, name: str, shape: Any, *, kinematic: bool = False, **more: Any) -> None:
+        given = more | {"mass": HEAVY} if kinematic else more
+        self._scene.add_body(name, shape, **given)
+
+
+def wrenches(trials: Trials, number: int, mass: float, strength: float) -> list[Edge]:
+    """Pieces of disturbance `number`: even within a share of the protocol's bounds, each held for
+    an even time of whole steps of ours."""
+    protocol = trials.protocol
+    if number < 0 or strength == 0:
+        return [Edge(np.zeros((1, 6)), protocol.horizon)]
+    random, weight = np.random.default_rng([trials.seed, number, 2]), mass * GRAVITY
+    bounds = strength * weight * np.repeat([protocol.force, LEVER * protocol.torque], 3)
+    left, longest = round(protocol.horizon / STEP), round(protocol.duration / STEP)
+    pieces = []
+    while left > 0:
+        steps = min(left, int(random.integers(1, longest + 1)))
+        pieces.append(Edge(random.uniform(-1.0, 1.0, (1, 6)) * bounds, steps * STEP))
+        left -= steps
+    return pieces
+
+
+def run(
+    trials: Trials, grasp: Grasp, number: int, strength: float, how: Engine, cancel: Cancel
+) -> End:
+    """Trial `number` of a grasp in MuJoCo; -1: with nothing unknown, and without a disturbance."""
+    there, draw = replace(trials, hand=Heavy(trials.hand)), trials.draw(number)
+    start = _start(there, grasp, draw)
+    if start is None:
+        return End(False, False, np.nan)
+    closed = _close(there, grasp.opening, start, draw, how)
+    if not closed.gripped:
+        return End(False, False, np.nan)
+    problem = there.problem(closed, draw)
+    twin = _twin(problem.scene, closed.state, how)
+    player = Player(problem, problem.captured, *twin, cancel)
+    player.start = Simulation(problem.scene, *twin, _fine(there, closed, how.step))
+    played = player.play(wrenches(trials, number, draw.mass, strength))
+    return End(True, not played.escaped, played.last.time)
+
+
+def run_here(
+    trials: Trials, grasp: Grasp, number: int, strength: float, cancel: Cancel
+) -> End:
+    """The same trial here."""
+    draw = trials.draw(number)
+    start = _start(trials, grasp, draw)
+    if start is None:
+        return End(False, False, np.nan)
+    closed = trials.close(grasp.opening, start, draw, cancel)
+    if not closed.gripped:
+        return End(False, False, np.nan)
+    problem, pieces = trials.problem(closed, draw), wrenches(trials, number, draw.mass, strength)
+    rows = np.repeat(
+        [piece.wrenches[0] for piece in pieces],
+        [round(piece.duration / STEP) for piece in pieces],
+        axis=0,
+    )
+    found = capture_probability(
+        problem, disturbance=lambda random, times: rows, rollouts=1, cancel=cancel
+    )
+    return End(True, bool(found.captured == 1), np.nan)
+
+
+def _start(trials: Trials, grasp: Grasp, draw: Draw) -> NDArray[np.float64] | None:
+    """As Trials.start, and free of overlaps: contacts of MuJoCo throw off what begins in them."""
+    state = trials.start(grasp, draw).state
+    if state is None:
+        return None
+    scene, hand = trials.scene(grasp.opening, draw, gravity=False)
+    world, at = World(scene), scene.slice(hand.base)
+    turn = Rotation.from_quat(state[at][3:7])
+    away = turn.apply(np.array(hand.frame[:3, 2]))
+    for _ in range(MOST_BACK):
+        if overlap(world, hand, state) <= FREE:
+            return state
+        state = state.copy()
+        state[at.start : at.start + 3] -= BACK * away
+    return None
+
+
+def _close(
+    there: Trials, opening: float, start: NDArray[np.float64], draw: Draw, how: Engine
+) -> Closed:
+    """The hand after it has closed in MuJoCo."""
+    scene, hand = there.scene(opening, draw, gravity=there.protocol.gravity == "always")
+    rows = max(2, round(there.hand.closing / how.step))
+    ways = {j: np.linspace(hand.start[j], end, rows) for j, end in hand.closed.items()}
+    steps = rows + round(there.protocol.settle / how.step)
+    plan = Plan(
+        step=how.step,
+        targets={j: np.append(way, np.full(steps - rows, way[-1])) for j, way in ways.items()},
+        velocities={hand.base: np.zeros((steps, 6))},
+        limits={hand.base: (STRONG, STRONG)},
+    )
+    simulation = Simulation(scene, *_twin(scene, start, how), plan)
+    simulation.advance(steps)
+    return there.closed(World(scene), hand, simulation.state())
+
+
+def _fine(there: Trials, closed: Closed, step: float) -> Plan:
+    """The plan of a closed hand with a row for each step of MuJoCo."""
+    hand = closed.hand
+    rows = there.protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], step)
+    return Plan(
+        step=step,
+        targets={joint: np.full(len(rows), end) for joint, end in hand.closed.items()},
+        velocities={hand.base: rows},
+        limits={hand.base: (STRONG, STRONG)},
+    )
+
+
+def _twin(scene: Scene, state: NDArray[np.float64], how: Engine) -> tuple[Any, Any]:
+    """The scene's model, as stiff as is asked for, and the data at a state."""
+    mujoco, model = engine(), model_of(scene, state, step=how.step)
+    model.opt.impratio = how.impratio
+    model.pair_solimp[:, :3] = how.solimp
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    return model, data
