@@ -188,7 +188,7 @@ class Trials:
             redrawn += 1
             pose = placed @ self._with_error(grasp.pose, error)
             state = _state(scene, hand, pose, placed)
-            depth = overlap(world, hand, state)
+            depth = _overlap(world, hand, state)
             if depth <= DEEP:
                 return Start(state, redrawn)
             if depth < deepest:
@@ -198,7 +198,7 @@ class Trials:
             back += BACK
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
-            if overlap(world, hand, state) <= DEEP:
+            if _overlap(world, hand, state) <= DEEP:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
 
@@ -358,7 +358,7 @@ def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.
     return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
 
 
-def overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
+def _overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
     """The deepest of the hand with anything else [m]."""
     own = set(hand.bodies)
     contacts = [c for c in world.contacts(state) if len(own & {c.body_a, c.body_b}) == 1]

@@ -6,30 +6,28 @@ no step has the whole change of one of ours.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from energymargin._core import Cancel, Plan, Scene, World, capture_probability
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
-from energymargin.grasps.trials import LEVER, STEP, Closed, Grasp, Trials, overlap
+from energymargin.grasps.trials import LEVER, STEP, Closed, Grasp, Trials
 from energymargin.mujoco import model_of
 from energymargin.mujoco.replay import Edge, Player
 from energymargin.mujoco.simulation import Simulation
 from energymargin.scenes.mjcf_model import engine
 
-__all__ = ["SOFTNESSES", "Engine", "End", "run", "run_here", "wrenches"]
+__all__ = ["SOFTNESSES", "End", "Engine", "Trial"]
 
 HEAVY = 1e3  # kg, of the hand's base, so that nothing moves it but its motor
 STRONG = 1e9  # N and N m, of that motor
 FREE = 1e-6  # m, of an overlap that throws nothing off
-BACK, MOST_BACK = 1e-4, 50  # m of each step back out of an overlap, and how many
+MOST_NUDGES = 100  # of an object out of an overlap
 
 
 @dataclass(frozen=True)
@@ -53,8 +51,9 @@ class End(NamedTuple):
 
     gripped: bool
     held: bool
-    time: float
-    """When it was lost, or all was over [s]; NaN if it did not grip."""
+
+
+NOT_GRIPPED = End(False, False)
 
 
 class Heavy(Hand):
@@ -93,79 +92,88 @@ class _WithMotor:
         self._scene.add_body(name, shape, **given)
 
 
-def wrenches(trials: Trials, number: int, mass: float, strength: float) -> list[Edge]:
-    """Pieces of disturbance `number`: even within a share of the protocol's bounds, each held for
-    an even time of whole steps of ours."""
-    protocol = trials.protocol
-    if number < 0 or strength == 0:
-        return [Edge(np.zeros((1, 6)), protocol.horizon)]
-    random, weight = np.random.default_rng([trials.seed, number, 2]), mass * GRAVITY
-    bounds = strength * weight * np.repeat([protocol.force, LEVER * protocol.torque], 3)
-    left, longest = round(protocol.horizon / STEP), round(protocol.duration / STEP)
-    pieces = []
-    while left > 0:
-        steps = min(left, int(random.integers(1, longest + 1)))
-        pieces.append(Edge(random.uniform(-1.0, 1.0, (1, 6)) * bounds, steps * STEP))
-        left -= steps
-    return pieces
+class Trial(NamedTuple):
+    """A trial of a grasp, here or in MuJoCo."""
 
+    trials: Trials
+    grasp: Grasp
+    number: int
+    """-1: with nothing unknown."""
+    strength: float = 0.0
+    """Of the disturbance, as a share of the protocol's bounds."""
 
-def run(
-    trials: Trials, grasp: Grasp, number: int, strength: float, how: Engine, cancel: Cancel
-) -> End:
-    """Trial `number` of a grasp in MuJoCo; -1: with nothing unknown, and without a disturbance."""
-    there, draw = replace(trials, hand=Heavy(trials.hand)), trials.draw(number)
-    start = _start(there, grasp, draw)
-    if start is None:
-        return End(False, False, np.nan)
-    closed = _close(there, grasp.opening, start, draw, how)
-    if not closed.gripped:
-        return End(False, False, np.nan)
-    problem = there.problem(closed, draw)
-    twin = _twin(problem.scene, closed.state, how)
-    player = Player(problem, problem.captured, *twin, cancel)
-    player.start = Simulation(problem.scene, *twin, _fine(there, closed, how.step))
-    played = player.play(wrenches(trials, number, draw.mass, strength))
-    return End(True, not played.escaped, played.last.time)
+    def there(self, how: Engine, cancel: Cancel) -> End:
+        """In MuJoCo."""
+        trials = replace(self.trials, hand=Heavy(self.trials.hand))
+        draw = trials.draw(self.number)
+        start = _start(trials, self.grasp, draw)
+        if start is None:
+            return NOT_GRIPPED
+        closed = _close(trials, self.grasp.opening, start, draw, how)
+        if not closed.gripped:
+            return NOT_GRIPPED
+        problem = trials.problem(closed, draw)
+        twin = _twin(problem.scene, closed.state, how)
+        player = Player(problem, problem.captured, *twin, cancel)
+        player.start = Simulation(problem.scene, *twin, _fine(trials, closed, how.step))
+        played = player.play(self._pieces(draw.mass))
+        return End(True, not played.escaped)
 
+    def here(self, cancel: Cancel) -> End:
+        """With our own engine."""
+        trials, draw = self.trials, self.trials.draw(self.number)
+        start = _start(trials, self.grasp, draw)
+        if start is None:
+            return NOT_GRIPPED
+        closed = trials.close(self.grasp.opening, start, draw, cancel)
+        if not closed.gripped:
+            return NOT_GRIPPED
+        pieces = self._pieces(draw.mass)
+        steps = [round(piece.duration / STEP) for piece in pieces]
+        rows = np.repeat([piece.wrenches[0] for piece in pieces], steps, axis=0)
+        found = capture_probability(
+            trials.problem(closed, draw),
+            disturbance=lambda random, times: rows,
+            rollouts=1,
+            threads=1,
+            cancel=cancel,
+        )
+        return End(True, bool(found.captured == 1))
 
-def run_here(
-    trials: Trials, grasp: Grasp, number: int, strength: float, cancel: Cancel
-) -> End:
-    """The same trial here."""
-    draw = trials.draw(number)
-    start = _start(trials, grasp, draw)
-    if start is None:
-        return End(False, False, np.nan)
-    closed = trials.close(grasp.opening, start, draw, cancel)
-    if not closed.gripped:
-        return End(False, False, np.nan)
-    problem, pieces = trials.problem(closed, draw), wrenches(trials, number, draw.mass, strength)
-    rows = np.repeat(
-        [piece.wrenches[0] for piece in pieces],
-        [round(piece.duration / STEP) for piece in pieces],
-        axis=0,
-    )
-    found = capture_probability(
-        problem, disturbance=lambda random, times: rows, rollouts=1, cancel=cancel
-    )
-    return End(True, bool(found.captured == 1), np.nan)
+    def _pieces(self, mass: float) -> list[Edge]:
+        """Pieces of the disturbance: even within the bounds, each held for an even time of whole
+        steps of ours."""
+        protocol = self.trials.protocol
+        if self.strength == 0:
+            return [Edge(np.zeros((1, 6)), protocol.horizon)]
+        random = np.random.default_rng([self.trials.seed, self.number, 2])
+        per_weight = np.repeat([protocol.force, LEVER * protocol.torque], 3)
+        bounds = self.strength * mass * GRAVITY * per_weight
+        left, longest = round(protocol.horizon / STEP), round(protocol.duration / STEP)
+        pieces = []
+        while left > 0:
+            steps = min(left, int(random.integers(1, longest + 1)))
+            pieces.append(Edge(random.uniform(-1.0, 1.0, (1, 6)) * bounds, steps * STEP))
+            left -= steps
+        return pieces
 
 
 def _start(trials: Trials, grasp: Grasp, draw: Draw) -> NDArray[np.float64] | None:
-    """As Trials.start, and free of overlaps: contacts of MuJoCo throw off what begins in them."""
+    """As Trials.start, which lets rounded overlaps be, with the object moved out of them: contacts
+    of MuJoCo throw off what begins in one."""
     state = trials.start(grasp, draw).state
     if state is None:
         return None
-    scene, hand = trials.scene(grasp.opening, draw, gravity=False)
-    world, at = World(scene), scene.slice(hand.base)
-    turn = Rotation.from_quat(state[at][3:7])
-    away = turn.apply(np.array(hand.frame[:3, 2]))
-    for _ in range(MOST_BACK):
-        if overlap(world, hand, state) <= FREE:
+    scene, _ = trials.scene(grasp.opening, draw, gravity=False)
+    world, at = World(scene), scene.slice("object").start
+    for _ in range(MOST_NUDGES):
+        contacts = [c for c in world.contacts(state) if "object" in (c.body_a, c.body_b)]
+        deepest = min(contacts, key=lambda c: c.distance, default=None)
+        if deepest is None or deepest.distance >= -FREE:
             return state
+        sign = 1.0 if deepest.body_a == "object" else -1.0
         state = state.copy()
-        state[at.start : at.start + 3] -= BACK * away
+        state[at : at + 3] -= sign * deepest.distance * np.array(deepest.normal)
     return None
 
 
