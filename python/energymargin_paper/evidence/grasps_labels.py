@@ -142,24 +142,22 @@ class Contradiction:
 
 def of_robot(asked: Asked) -> list[Labelled]:
     """Grasped, and stable to the end of the shake."""
-    found = []
+    found, others = [], []
     for name in robot_objects(asked.data):
         grasps, thing = graspa(asked.data, name, FRICTION)
         belief, store = GraspBelief(pose=POSE), f"robot-{name}.h5"
         found.append(asked.scores(grasps, thing, "graspa", belief, store))
+        planners = grasps.columns["planner"]
+        means = [others_mean((values >= 1).astype(float), planners) for values in _labels(grasps)]
+        others.append([mean[:: asked.every] for mean in means])
     groups = np.repeat(np.arange(len(found)), [len(scores.grasps) for scores in found])
     columns = _joined([asked.baselines(scores) for scores in found])
-    planner = np.concatenate([scores.grasps.columns["planner"] for scores in found])
-    labels = {
-        "grasped": [(s.held_until(LIFTED), s.grasps.labels) for s in found],
-        "stable": [(s.probabilities, s.grasps.columns["stability"]) for s in found],
-    }
     result = []
-    for label, pairs in labels.items():
-        probabilities, values = (np.concatenate(each) for each in zip(*pairs, strict=True))
-        held = values >= 1
-        others = others_mean(held.astype(float), planner, groups)
-        result.append(Labelled(label, held, groups, probabilities, others, columns))
+    for k, label in enumerate(("grasped", "stable")):
+        chances = [(s.held_until(LIFTED), s.probabilities)[k] for s in found]
+        held = np.concatenate([_labels(s.grasps)[k] for s in found]) >= 1
+        mean = np.concatenate([each[k] for each in others])
+        result.append(Labelled(label, held, groups, np.concatenate(chances), mean, columns))
     return result
 
 
@@ -199,6 +197,11 @@ def _travel(scores: GraspScores, number: int) -> float:
         return np.inf
     at = problem.scene.unpack(problem.state)["joints"]["left"]["position"]
     return float(hand.opening / 2 - at)
+
+
+def _labels(grasps: GraspSet) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Grasped, and how far it stayed in the shake."""
+    return grasps.labels, grasps.columns["stability"]
 
 
 def _joined(columns: list[Columns]) -> Columns:

@@ -1,18 +1,19 @@
 """A trial of a grasp in MuJoCo: the same scene, start, motions and disturbance.
 
-The hand is a heavy body that a motor moves; its velocities change with each step of MuJoCo, so that
-no step has the whole change of one of ours.
+The hand's base is so heavy that nothing but its motor moves it. Its velocities change with each
+step of MuJoCo, so that no step has the whole change of one of ours.
 """
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Plan, Scene, World, capture_probability
+from energymargin._core import Cancel, Scene, World, capture_probability
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
@@ -24,8 +25,7 @@ from energymargin.scenes.mjcf_model import engine
 
 __all__ = ["SOFTNESSES", "End", "Engine", "Trial"]
 
-HEAVY = 1e3  # kg, of the hand's base, so that nothing moves it but its motor
-STRONG = 1e9  # N and N m, of that motor
+HEAVY = 1e4  # kg and kg m^2, of the hand's base
 FREE = 1e-6  # m, of an overlap that throws nothing off
 MOST_NUDGES = 100  # of an object out of an overlap
 
@@ -56,8 +56,8 @@ class End(NamedTuple):
 NOT_GRIPPED = End(False, False)
 
 
-class Heavy(Hand):
-    """A hand whose base is no kinematic body, which MJCF does not have, but a heavy one."""
+class Movable(Hand):
+    """A hand whose base is no kinematic body, which MJCF does not have, but one that moves."""
 
     def __init__(self, hand: Hand) -> None:
         """`hand`: the one that it is but for its base."""
@@ -65,7 +65,7 @@ class Heavy(Hand):
 
     def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
         """As Hand.add_to."""
-        return self.hand.add_to(_WithMotor(scene), force=force, opening=opening)  # type: ignore[arg-type]
+        return self.hand.add_to(_Movable(scene), force=force, opening=opening)  # type: ignore[arg-type]
 
     @property
     def force(self) -> float:
@@ -78,8 +78,8 @@ class Heavy(Hand):
         return self.hand.text
 
 
-class _WithMotor:
-    """A scene that makes heavy bodies of kinematic ones."""
+class _Movable:
+    """A scene that makes usual bodies of kinematic ones."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -88,8 +88,7 @@ class _WithMotor:
         return getattr(self._scene, name)
 
     def add_body(self, name: str, shape: Any, *, kinematic: bool = False, **more: Any) -> None:
-        given = more | {"mass": HEAVY} if kinematic else more
-        self._scene.add_body(name, shape, **given)
+        self._scene.add_body(name, shape, **more)
 
 
 class Trial(NamedTuple):
@@ -104,7 +103,7 @@ class Trial(NamedTuple):
 
     def there(self, how: Engine, cancel: Cancel) -> End:
         """In MuJoCo."""
-        trials = replace(self.trials, hand=Heavy(self.trials.hand))
+        trials = replace(self.trials, hand=Movable(self.trials.hand))
         draw = trials.draw(self.number)
         start = _start(trials, self.grasp, draw)
         if start is None:
@@ -115,7 +114,7 @@ class Trial(NamedTuple):
         problem = trials.problem(closed, draw)
         twin = _twin(problem.scene, closed.state, how)
         player = Player(problem, problem.captured, *twin, cancel)
-        player.start = Simulation(problem.scene, *twin, _fine(trials, closed, how.step))
+        player.start = Moved(problem.scene, *twin, _motion(trials, closed, how.step))
         played = player.play(self._pieces(draw.mass))
         return End(True, not played.escaped)
 
@@ -183,29 +182,64 @@ def _close(
     """The hand after it has closed in MuJoCo."""
     scene, hand = there.scene(opening, draw, gravity=there.protocol.gravity == "always")
     rows = max(2, round(there.hand.closing / how.step))
-    ways = {j: np.linspace(hand.start[j], end, rows) for j, end in hand.closed.items()}
     steps = rows + round(there.protocol.settle / how.step)
-    plan = Plan(
-        step=how.step,
-        targets={j: np.append(way, np.full(steps - rows, way[-1])) for j, way in ways.items()},
-        velocities={hand.base: np.zeros((steps, 6))},
-        limits={hand.base: (STRONG, STRONG)},
-    )
-    simulation = Simulation(scene, *_twin(scene, start, how), plan)
+    ways = {j: np.linspace(hand.start[j], end, rows) for j, end in hand.closed.items()}
+    ways = {j: np.append(way, np.full(steps - rows, way[-1])) for j, way in ways.items()}
+    motion = Motion(hand.base, np.zeros((steps, 6)), ways)
+    simulation = Moved(scene, *_twin(scene, start, how), motion)
     simulation.advance(steps)
     return there.closed(World(scene), hand, simulation.state())
 
 
-def _fine(there: Trials, closed: Closed, step: float) -> Plan:
-    """The plan of a closed hand with a row for each step of MuJoCo."""
+class Motion(NamedTuple):
+    """What a hand does, step by step of MuJoCo."""
+
+    base: str
+    velocities: NDArray[np.float64]
+    """Of the base, along the world's axes, (K, 6)."""
+    targets: dict[str, NDArray[np.float64]]
+    """By joint, (K,)."""
+
+
+def _motion(there: Trials, closed: Closed, step: float) -> Motion:
+    """That of a closed hand through the protocol."""
     hand = closed.hand
     rows = there.protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], step)
-    return Plan(
-        step=step,
-        targets={joint: np.full(len(rows), end) for joint, end in hand.closed.items()},
-        velocities={hand.base: rows},
-        limits={hand.base: (STRONG, STRONG)},
-    )
+    targets = {joint: np.full(len(rows), end) for joint, end in hand.closed.items()}
+    return Motion(hand.base, rows, targets)
+
+
+class Moved(Simulation):
+    """A simulation whose hand has a motion."""
+
+    def __init__(self, scene: Scene, model: Any, data: Any, motion: Motion) -> None:
+        """Makes the hand's base heavy in the model."""
+        super().__init__(scene, model, data)
+        self._base, self._motion = self.states.body_id(motion.base), motion
+        first = model.jnt_dofadr[model.body_jntadr[self._base]]
+        self._free = slice(first, first + 6)
+        model.dof_armature[self._free] = HEAVY
+        self._mujoco.mj_setConst(model, copy(data))
+
+    def advance(self, steps: int) -> None:
+        """As Simulation.advance, without the work."""
+        model, data, gain = self.model, self.data, HEAVY / self.model.opt.timestep
+        data.xfrc_applied[self.objects] = self._wrenches
+        velocity, force = data.qvel[self._free], data.qfrc_applied[self._free]
+        turn, wanted = data.xmat[self._base].reshape(3, 3), np.zeros(6)
+        velocities, last = self._motion.velocities, len(self._motion.velocities) - 1
+        before = data.time
+        for step in range(self.steps, self.steps + steps):
+            row = min(step, last)
+            for joint, targets in self._motion.targets.items():
+                data.actuator(joint).ctrl = targets[row]
+            wanted[:3] = velocities[row, :3]
+            wanted[3:] = velocities[row, 3:] @ turn  # in the body's frame
+            force[:] = gain * (wanted - velocity)
+            self._mujoco.mj_step(model, data)
+        if steps and not data.time > before:
+            raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
+        self.steps += steps
 
 
 def _twin(scene: Scene, state: NDArray[np.float64], how: Engine) -> tuple[Any, Any]:

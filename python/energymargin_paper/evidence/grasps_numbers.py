@@ -74,14 +74,14 @@ def within(scores: Numbers, labels: NDArray[np.bool_], groups: Groups) -> Figure
     return Figure(right.sum() / pairs.sum(), *np.nanquantile(shares, [TAIL, 1 - TAIL]))
 
 
-def others_mean(labels: Numbers, own: NDArray[np.str_], groups: Groups) -> Numbers:
-    """Mean label of the other planners' grasps of the same object, for each grasp: what is known
-    without geometry. NaN if there are none."""
+def others_mean(labels: Numbers, planners: NDArray[np.str_]) -> Numbers:
+    """Mean label of the other planners' grasps, for each grasp of an object: what is known without
+    geometry. NaN if there are none."""
     means = np.full(len(labels), np.nan)
-    for k in range(len(labels)):
-        others = (groups == groups[k]) & (own != own[k])
-        if others.any():
-            means[k] = labels[others].mean()
+    for planner in np.unique(planners):
+        own = planners == planner
+        if not own.all():
+            means[own] = labels[~own].mean()
     return means
 
 
