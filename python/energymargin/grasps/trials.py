@@ -178,8 +178,8 @@ class Trials:
                 "em.grasps.read"
             )
 
-    def start(self, grasp: Grasp, draw: Draw) -> Start:
-        """Where the hand begins to close, by a draw of its pose."""
+    def start(self, grasp: Grasp, draw: Draw, deep: float = DEEP) -> Start:
+        """Where the hand begins to close, by a draw of its pose; `deep`: overlaps that may be [m]."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
         placed = self._placed(grasp)
@@ -189,7 +189,7 @@ class Trials:
             pose = placed @ self._with_error(grasp.pose, error)
             state = _state(scene, hand, pose, placed)
             depth = _overlap(world, hand, state)
-            if depth <= DEEP:
+            if depth <= deep:
                 return Start(state, redrawn)
             if depth < deepest:
                 best, deepest = pose, depth
@@ -198,7 +198,7 @@ class Trials:
             back += BACK
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
-            if _overlap(world, hand, state) <= DEEP:
+            if _overlap(world, hand, state) <= deep:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
 
@@ -359,10 +359,12 @@ def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.
 
 
 def _overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
-    """The deepest of the hand with anything else [m]."""
-    own = set(hand.bodies)
-    contacts = [c for c in world.contacts(state) if len(own & {c.body_a, c.body_b}) == 1]
-    return max([0.0, *(-contact.distance for contact in contacts)])
+    """The deepest of the hand in anything else [m].
+
+    `World.contacts` would tell of the end of a step in which the drives close the fingers.
+    """
+    others = [body.name for body in world.scene.bodies if body.name not in hand.bodies]
+    return max(0.0, *(-world.distance(state, one, o) for one in hand.bodies for o in others))
 
 
 def _pose(error: NDArray[np.float64]) -> Pose:
