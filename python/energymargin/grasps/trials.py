@@ -179,7 +179,7 @@ class Trials:
             )
 
     def start(self, grasp: Grasp, draw: Draw, deep: float = DEEP) -> Start:
-        """Where the hand begins to close, by a draw of its pose; `deep`: overlaps that may be [m]."""
+        """Where the hand begins to close, by a draw of its pose, at most so `deep` in anything."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
         placed = self._placed(grasp)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Scene, World, capture_probability
+from energymargin._core import Cancel, Scene, capture_probability
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
@@ -21,13 +21,12 @@ from energymargin.grasps.trials import LEVER, STEP, Closed, Grasp, Trials
 from energymargin.mujoco import model_of
 from energymargin.mujoco.replay import Edge, Player
 from energymargin.mujoco.simulation import Simulation
-from energymargin.scenes.mjcf_model import engine
+from energymargin.scenes.mjcf_model import engine, name_of
 
 __all__ = ["SOFTNESSES", "End", "Engine", "Trial"]
 
 HEAVY = 1e4  # kg and kg m^2, of the hand's base
-FREE = 1e-6  # m, of an overlap that throws nothing off
-MOST_NUDGES = 100  # of an object out of an overlap
+FREE = 1e-6  # m, of an overlap at the start: contacts of MuJoCo throw off what begins in one
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Movable(Hand):
 
     def __init__(self, hand: Hand) -> None:
         """`hand`: the one that it is but for its base."""
-        self.hand, self.closing = hand, hand.closing
+        self.hand, self.closing, self.friction_rule = hand, hand.closing, hand.friction_rule
 
     def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
         """As Hand.add_to."""
@@ -101,11 +100,15 @@ class Trial(NamedTuple):
     strength: float = 0.0
     """Of the disturbance, as a share of the protocol's bounds."""
 
+    @property
+    def draw(self) -> Draw:
+        """What is not known, but for the pose."""
+        return self.trials.draw(self.number)
+
     def there(self, how: Engine, cancel: Cancel) -> End:
         """In MuJoCo."""
-        trials = replace(self.trials, hand=Movable(self.trials.hand))
-        draw = trials.draw(self.number)
-        start = _start(trials, self.grasp, draw)
+        trials, draw = replace(self.trials, hand=Movable(self.trials.hand)), self.draw
+        start = self.trials.start(self.grasp, draw, FREE).state
         if start is None:
             return NOT_GRIPPED
         closed = _close(trials, self.grasp.opening, start, draw, how)
@@ -120,8 +123,8 @@ class Trial(NamedTuple):
 
     def here(self, cancel: Cancel) -> End:
         """With our own engine."""
-        trials, draw = self.trials, self.trials.draw(self.number)
-        start = _start(trials, self.grasp, draw)
+        trials, draw = self.trials, self.draw
+        start = trials.start(self.grasp, draw, FREE).state
         if start is None:
             return NOT_GRIPPED
         closed = trials.close(self.grasp.opening, start, draw, cancel)
@@ -157,25 +160,6 @@ class Trial(NamedTuple):
         return pieces
 
 
-def _start(trials: Trials, grasp: Grasp, draw: Draw) -> NDArray[np.float64] | None:
-    """As Trials.start, which lets rounded overlaps be, with the object moved out of them: contacts
-    of MuJoCo throw off what begins in one."""
-    state = trials.start(grasp, draw).state
-    if state is None:
-        return None
-    scene, _ = trials.scene(grasp.opening, draw, gravity=False)
-    world, at = World(scene), scene.slice("object").start
-    for _ in range(MOST_NUDGES):
-        contacts = [c for c in world.contacts(state) if "object" in (c.body_a, c.body_b)]
-        deepest = min(contacts, key=lambda c: c.distance, default=None)
-        if deepest is None or deepest.distance >= -FREE:
-            return state
-        sign = 1.0 if deepest.body_a == "object" else -1.0
-        state = state.copy()
-        state[at : at + 3] -= sign * deepest.distance * np.array(deepest.normal)
-    return None
-
-
 def _close(
     there: Trials, opening: float, start: NDArray[np.float64], draw: Draw, how: Engine
 ) -> Closed:
@@ -183,12 +167,12 @@ def _close(
     scene, hand = there.scene(opening, draw, gravity=there.protocol.gravity == "always")
     rows = max(2, round(there.hand.closing / how.step))
     steps = rows + round(there.protocol.settle / how.step)
-    ways = {j: np.linspace(hand.start[j], end, rows) for j, end in hand.closed.items()}
+    ways = {j: np.linspace(*ends, rows) for j, ends in hand.targets.items()}
     ways = {j: np.append(way, np.full(steps - rows, way[-1])) for j, way in ways.items()}
     motion = Motion(hand.base, np.zeros((steps, 6)), ways)
     simulation = Moved(scene, *_twin(scene, start, how), motion)
     simulation.advance(steps)
-    return there.closed(World(scene), hand, simulation.state())
+    return there.closed(scene, hand, simulation.state(), simulation.pressed >= set(hand.fingers))
 
 
 class Motion(NamedTuple):
@@ -205,7 +189,7 @@ def _motion(there: Trials, closed: Closed, step: float) -> Motion:
     """That of a closed hand through the protocol."""
     hand = closed.hand
     rows = there.protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], step)
-    targets = {joint: np.full(len(rows), end) for joint, end in hand.closed.items()}
+    targets = {joint: np.full(len(rows), shut) for joint, (_, shut) in hand.targets.items()}
     return Motion(hand.base, rows, targets)
 
 
@@ -220,6 +204,17 @@ class Moved(Simulation):
         self._free = slice(first, first + 6)
         model.dof_armature[self._free] = HEAVY
         self._mujoco.mj_setConst(model, copy(data))
+
+    @property
+    def pressed(self) -> set[str]:
+        """Bodies that press on the object or on which it presses."""
+        bodies, force = set(), np.zeros(6)
+        for k, contact in enumerate(self.data.contact[: self.data.ncon]):
+            self._mujoco.mj_contactForce(self.model, self.data, k, force)
+            ends = self.model.geom_bodyid[[contact.geom1, contact.geom2]]
+            if force[0] > 0 and set(ends) & set(self.objects):
+                bodies |= {name_of(self.model, "body", int(end)) for end in ends}
+        return bodies
 
     def advance(self, steps: int) -> None:
         """As Simulation.advance, without the work."""
