@@ -118,7 +118,7 @@ class Trial(NamedTuple):
         twin = _twin(problem.scene, closed.state, how)
         player = Player(problem, problem.captured, *twin, cancel)
         player.start = Moved(problem.scene, *twin, _motion(trials, closed, how.step))
-        played = player.play(self._pieces(draw.mass))
+        played = player.play(self.pieces(draw.mass))
         return End(True, not played.escaped)
 
     def here(self, cancel: Cancel) -> End:
@@ -130,7 +130,7 @@ class Trial(NamedTuple):
         closed = trials.close(self.grasp.opening, start, draw, cancel)
         if not closed.gripped:
             return NOT_GRIPPED
-        pieces = self._pieces(draw.mass)
+        pieces = self.pieces(draw.mass)
         steps = [round(piece.duration / STEP) for piece in pieces]
         rows = np.repeat([piece.wrenches[0] for piece in pieces], steps, axis=0)
         found = capture_probability(
@@ -142,7 +142,7 @@ class Trial(NamedTuple):
         )
         return End(True, bool(found.captured == 1))
 
-    def _pieces(self, mass: float) -> list[Edge]:
+    def pieces(self, mass: float) -> list[Edge]:
         """Pieces of the disturbance: even within the bounds, each held for an even time of whole
         steps of ours."""
         protocol = self.trials.protocol

@@ -109,7 +109,9 @@ def scaled(probabilities: Numbers, labels: NDArray[np.bool_], groups: Groups) ->
 
 
 def overall(labels: NDArray[np.bool_], groups: Groups) -> float:
-    """Brier score of the share that holds of the other groups."""
+    """Brier score of the share that holds of the other groups; NaN if there are none."""
+    if len(np.unique(groups)) < 2:
+        return np.nan
     shares = [labels[groups != k].mean() for k in groups]
     return brier(np.array(shares), labels.astype(float))
 
