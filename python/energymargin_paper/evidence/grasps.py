@@ -57,7 +57,7 @@ class Settings:
     objects: tuple[str, ...] = setting(PAIRED, "Objects of a and d, separated by commas.")
     grasps: int = setting(40, "Grasps of each object of a.")
     draws: int = setting(8, "Trials of a grasp with noise, in both engines of a.")
-    friction: float = setting(0.3, "Coefficient of friction of a and d.")
+    friction: float = setting(0.4, "Coefficient of friction of a and d.")
     protocol: str = setting("shake", "Protocol of a.")
     every: int = setting(1, "Each so manieth recorded grasp of b and c.")
     rollouts: int = setting(30, "Trials of a grasp of b, c and, here, d.")

@@ -35,8 +35,8 @@ OF_ROBOT = {
     "YcbTennisBall": 0.058,
 }
 """Masses of the YCB objects [kg], as published with them."""
-PAIRED = ("YcbBanana", "YcbMustardBottle", "YcbHammer", "YcbPear", MUG)
-"""Objects of both engines: curved, upright, heavy and long, round, and hollow."""
+PAIRED = ("YcbBanana", "YcbChipsCan", "YcbCrackerBox", "YcbHammer", MUG)
+"""Objects of both engines: curved, round, boxy, heavy and long, and hollow."""
 REACHED = 0.01  # m; how far the object has to reach into the space between the fingers
 TRIES = 400  # candidates for each grasp that is sampled
 
