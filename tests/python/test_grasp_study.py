@@ -107,18 +107,21 @@ def job(number, thing="mug"):
 
 def test_the_tables_count_what_the_engines_say():
     alike, split = (True,) * 4, (True, True, False, True)
+    both, none = ((True, True),) * 2, ((False, False),) * 2
     ends = [
-        Ends(True, alike, True, (True, True), (True, False)),
-        Ends(False, alike, True, (False, False), (False, False)),
-        Ends(True, split, True, (True, True), (True, True)),
-        Ends(False, (False,) * 4, False, (False, False), (False, False)),
+        Ends((True, True), alike, True, both, ((True, False), (True, True))),
+        Ends((False, True), alike, True, none, none),
+        Ends((True, True), split, True, both, both),
+        Ends((False, False), (False,) * 4, False, none, none),
     ]
     text = engines_text({job(k): end for k, end in enumerate(ends)})
-    row = "| mug | 4 | 3 | 3 | 66.7% | 66.7% | 0.40 | 50.0% | 0.500 | 0.375 | 0.125 | 87.5% |"
+    row = "| mug | 4 | 3 | 3 | 66.7% | 66.7% | 0.40 | 100.0% | 1.00 | 100.0% |"
     assert row in text and row.replace("mug", "**all**") in text
+    ours = "0.500 | 0.125 | 87.5% | "
+    assert f"| mug | 8 | 0.375 | {3 * ours}".strip() in text
     noisy = {
-        job(0): Ends(drawn=(True, True), drawn_there=(True,) * 4),
-        job(1): Ends(drawn=(False, False), drawn_there=(False, False, False, True)),
+        job(0): Ends(drawn=((True, True),), drawn_there=((True,) * 4,)),
+        job(1): Ends(drawn=((False, False),), drawn_there=((False, False, False, True),)),
     }
     assert "| 2 | 8 | 0.625 | 0.500 | 0.1250 | 0.1250 | 0.2344 | 0.125 | 0.125 |" in noise_text(
         noisy

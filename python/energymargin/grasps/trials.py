@@ -104,6 +104,8 @@ class Trials:
     disturbance: Disturbance = UNIFORM
     colliding: str = "redraw"
     seed: int = 0
+    step: float = STEP
+    """Of the simulation [s]."""
 
     def __getstate__(self) -> dict[str, Any]:
         """All but the scenes that were built."""
@@ -217,11 +219,11 @@ class Trials:
     ) -> Closed:
         """The hand after it has closed."""
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
-        rows = max(2, round(self.hand.closing / STEP))
+        rows = max(2, round(self.hand.closing / self.step))
         ways = {name: np.linspace(*ends, rows) for name, ends in hand.targets.items()}
-        plan = Plan(step=STEP, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
+        plan = Plan(step=self.step, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
         world = World(scene, plan)
-        steps = rows + round(self.protocol.settle / STEP)
+        steps = rows + round(self.protocol.settle / self.step)
         done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
         pressed = {
             body
@@ -244,7 +246,7 @@ class Trials:
         """Whether a closed grasp holds through the protocol."""
         protocol, hand = self.protocol, closed.hand
         scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
-        rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], STEP)
+        rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], self.step)
         kept = {name: np.full(len(rows), shut) for name, (_, shut) in hand.targets.items()}
         captured = self._place(closed)
         if protocol.angle is not None:
@@ -258,7 +260,7 @@ class Trials:
             torque=(protocol.torque * weight * LEVER,) * 3,
             duration=protocol.duration,
             dwell=protocol.dwell,
-            plan=Plan(step=STEP, targets=kept, velocities={hand.base: rows}),
+            plan=Plan(step=self.step, targets=kept, velocities={hand.base: rows}),
         )
 
     def scene(self, opening: float, draw: Draw, *, gravity: bool) -> tuple[Scene, Fitted]:
@@ -283,7 +285,7 @@ class Trials:
 
     def _built(self, opening: float, force: float, gravity: bool) -> tuple[Scene, Fitted]:
         down = (0, 0, -GRAVITY if gravity else 0)
-        scene = Scene(gravity=down, friction_rule=self.hand.friction_rule)
+        scene = Scene(gravity=down, step=self.step, friction_rule=self.hand.friction_rule)
         hand = self.hand.add_to(scene, force=force, opening=opening)
         thing = self.object
         scene.add_body(

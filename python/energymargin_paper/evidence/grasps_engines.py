@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +25,9 @@ from energymargin_paper.evidence.grasps_numbers import kappa
 
 __all__ = ["Ends", "Job", "engines_text", "noise_text", "run_engines", "run_noise"]
 
-STEPS = (5e-4, 2.5e-4)  # s, of MuJoCo
-ENGINES = tuple(Engine(step, *soft) for step in STEPS for soft in SOFTNESSES)
+STEPS = (1 / 240, 1 / 960)  # s, of ours
+ENGINES = tuple(Engine(step, *soft) for step in (5e-4, 2.5e-4) for soft in SOFTNESSES)
+DRAWN_THERE = ENGINES[:: len(SOFTNESSES)]
 STRENGTH = 1.0  # of the disturbances, as a share of the protocol's bounds
 OF_NOISE = Engine(1e-3, *SOFTNESSES[0])  # of many trials
 THERE = 1_000_000  # draws of MuJoCo's trials under noise begin here, so that they are others
@@ -54,32 +55,38 @@ class Job:
 
 @dataclass(frozen=True)
 class Ends:
-    """Whether it was held, trial by trial; an empty list of what was not asked."""
+    """Whether it was held, trial by trial; empty of what was not asked."""
 
-    here: bool = False
-    """Without noise and disturbance."""
+    here: tuple[bool, ...] = ()
+    """Without noise and disturbance, at each of our STEPS."""
     there: tuple[bool, ...] = ()
     """The same in each of ENGINES."""
     gripped: bool = False
     """Whether the hand gripped in any of these."""
-    drawn: tuple[bool, ...] = ()
-    """With noise here."""
-    drawn_there: tuple[bool, ...] = ()
-    """With noise in MuJoCo."""
+    drawn: tuple[tuple[bool, ...], ...] = ()
+    """With noise here, at each of our STEPS."""
+    drawn_there: tuple[tuple[bool, ...], ...] = ()
+    """With noise in each of DRAWN_THERE."""
 
 
 def run_engines(folder: Path, job: Job, cancel: Cancel) -> Ends:
-    """A grasp in all engines, and the same draws of noise and disturbance in two."""
+    """A grasp in all engines, and the same draws of noise and disturbance in both."""
     grasps, trials = trials_of(folder, job.posed(LITTLE))
     grasp = sampled(grasps, trials, job.number)
-    likely = Trial(trials, grasp, -1)
-    here, there = likely.here(cancel), [likely.there(how, cancel) for how in ENGINES]
-    noisy = [Trial(trials, grasp, k, STRENGTH) for k in range(job.draws)]
-    drawn = [trial.here(cancel).held for trial in noisy]
-    drawn_there = [trial.there(ENGINES[0], cancel).held for trial in noisy]
-    gripped = any(end.gripped for end in (here, *there))
-    held = tuple(end.held for end in there)
-    return Ends(here.held, held, gripped, tuple(drawn), tuple(drawn_there))
+    steps = [replace(trials, step=step) for step in STEPS]
+    here = [Trial(each, grasp, -1).here(cancel) for each in steps]
+    there = [Trial(trials, grasp, -1).there(how, cancel) for how in ENGINES]
+    draws = range(job.draws)
+    drawn = [[Trial(e, grasp, k, STRENGTH).here(cancel).held for k in draws] for e in steps]
+    noisy = [Trial(trials, grasp, k, STRENGTH) for k in draws]
+    drawn_there = [[trial.there(how, cancel).held for trial in noisy] for how in DRAWN_THERE]
+    return Ends(
+        tuple(end.held for end in here),
+        tuple(end.held for end in there),
+        any(end.gripped for end in (*here, *there)),
+        tuple(map(tuple, drawn)),
+        tuple(map(tuple, drawn_there)),
+    )
 
 
 def run_noise(folder: Path, job: Job, cancel: Cancel) -> Ends:
@@ -87,28 +94,39 @@ def run_noise(folder: Path, job: Job, cancel: Cancel) -> Ends:
     grasps, trials = trials_of(folder, job.posed(MUCH))
     grasp = sampled(grasps, trials, job.number)
     ours, theirs = range(job.draws), range(THERE, THERE + job.trials)
-    drawn = [Trial(trials, grasp, k).here(cancel).held for k in ours]
-    there = [Trial(trials, grasp, k).there(OF_NOISE, cancel).held for k in theirs]
-    return Ends(drawn=tuple(drawn), drawn_there=tuple(there))
+    drawn = tuple(Trial(trials, grasp, k).here(cancel).held for k in ours)
+    there = tuple(Trial(trials, grasp, k).there(OF_NOISE, cancel).held for k in theirs)
+    return Ends(drawn=(drawn,), drawn_there=(there,))
 
 
 def engines_text(found: dict[Job, Ends]) -> str:
     """Agreement by object, and difference of probabilities."""
-    names = list(dict.fromkeys(job.object for job in found))
-    head = ["object", "grasps", "gripped", "MuJoCo of one mind", "held there", "alike", "kappa"]
-    head += ["of the gripped", "mean here", "mean there", "difference", "trials alike"]
-    parts = [[end for job, end in found.items() if job.object == name] for name in names]
-    rows = [_engines_row(name, ends) for name, ends in zip(names, parts, strict=True)]
-    rows.append(_engines_row("**all**", list(found.values())))
-    return markdown_table(head, rows, ["left", *["right"] * (len(head) - 1)])
+    groups = {job.object: [e for j, e in found.items() if j.object == job.object] for job in found}
+    groups["**all**"] = list(found.values())
+    ours = [f"{1e3 * step:.2g} ms" for step in STEPS]
+    head = ["object", "grasps", "gripped", "of one mind", "held there"]
+    head += [text for step in ours for text in (f"alike at {step}", "kappa")]
+    first = markdown_table(
+        [*head, f"of the gripped at {ours[-1]}"],
+        [_alike(name, ends) for name, ends in groups.items()],
+        ["left", *["right"] * len(head)],
+    )
+    head = ["object", "trials", "held there"]
+    head += [text for step in ours for text in (f"held at {step}", "difference", "alike")]
+    head += ["MuJoCo at half the step", "difference", "alike"]
+    second = markdown_table(
+        head,
+        [_drawn(name, ends) for name, ends in groups.items()],
+        ["left", *["right"] * (len(head) - 1)],
+    )
+    return f"{first}\n\n{second}"
 
 
 def noise_text(found: dict[Job, Ends]) -> str:
     """How well the belief's probabilities foresee MuJoCo's rates."""
     here = np.array([np.mean(end.drawn) for end in found.values()])
-    there = np.array([np.mean(end.drawn_there) for end in found.values()])
-    trials = len(next(iter(found.values())).drawn_there)
-    outcomes = np.array([end.drawn_there for end in found.values()], dtype=float)
+    outcomes = np.array([end.drawn_there[0] for end in found.values()], dtype=float)
+    trials, there = outcomes.shape[1], outcomes.mean(axis=1)
     spread = np.repeat(here, trials)
     # The rate of n trials is off by itself: their own variance is too small by 1/n.
     oracle = float(np.mean(there * (1 - there))) * trials / max(1, trials - 1)
@@ -124,24 +142,25 @@ def noise_text(found: dict[Job, Ends]) -> str:
     return markdown_table(head, [row], ["right"] * len(head))
 
 
-def _engines_row(name: str, ends: Sequence[Ends]) -> list[str]:
-    here, there = np.array([end.here for end in ends]), np.array([end.there for end in ends])
+def _alike(name: str, ends: Sequence[Ends]) -> list[str]:
+    here, there = (np.array([getattr(e, which) for e in ends]) for which in ("here", "there"))
     gripped = np.array([end.gripped for end in ends])
     one_mind = there.all(axis=1) | ~there.any(axis=1)
-    held = there[:, 0]
-    chosen, closer = one_mind, one_mind & gripped
-    row = [name, str(len(ends)), str(gripped.sum()), str(one_mind.sum())]
-    row += [_share(held[chosen]), _share(here[chosen] == held[chosen])]
-    row += [f"{kappa(here[chosen], held[chosen]):.2f}" if chosen.any() else "-"]
-    row += [_share(here[closer] == held[closer])]
-    if not ends[0].drawn:
-        return [*row, *["-"] * 4]
-    drawn, drawn_there = (
-        np.array([getattr(end, which) for end in ends]) for which in ("drawn", "drawn_there")
-    )
-    off = np.abs(drawn.mean(axis=1) - drawn_there.mean(axis=1)).mean()
-    row += [f"{drawn.mean():.3f}", f"{drawn_there.mean():.3f}", f"{off:.3f}"]
-    return [*row, _share(drawn == drawn_there)]
+    held, ours = there[one_mind, 0], here[one_mind].T
+    row = [name, str(len(ends)), str(gripped.sum()), str(one_mind.sum()), _share(held)]
+    for each in ours:
+        row += [_share(each == held), f"{kappa(each, held):.2f}" if held.size else "-"]
+    return [*row, _share((ours[-1] == held)[gripped[one_mind]])]
+
+
+def _drawn(name: str, ends: Sequence[Ends]) -> list[str]:
+    ours = np.array([end.drawn for end in ends])
+    first, *others = np.array([end.drawn_there for end in ends]).swapaxes(0, 1)
+    row = [name, str(first.size), f"{first.mean():.3f}"]
+    for each in (*ours.swapaxes(0, 1), *others):
+        off = np.abs(each.mean(axis=1) - first.mean(axis=1)).mean()
+        row += [f"{each.mean():.3f}", f"{off:.3f}", _share(each == first)]
+    return row
 
 
 def _share(values: NDArray[np.bool_]) -> str:

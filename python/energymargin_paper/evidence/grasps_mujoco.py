@@ -131,7 +131,7 @@ class Trial(NamedTuple):
         if not closed.gripped:
             return NOT_GRIPPED
         pieces = self.pieces(draw.mass)
-        steps = [round(piece.duration / STEP) for piece in pieces]
+        steps = [round(piece.duration / trials.step) for piece in pieces]
         rows = np.repeat([piece.wrenches[0] for piece in pieces], steps, axis=0)
         found = capture_probability(
             trials.problem(closed, draw),
