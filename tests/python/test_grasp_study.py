@@ -67,31 +67,21 @@ def test_the_same_pieces_of_a_disturbance_are_within_the_bounds_and_fill_the_hor
     assert all((a.wrenches == b.wrenches).all() for a, b in zip(pieces, again, strict=True))
 
 
-def test_pairs_within_a_group_do_not_see_other_groups():
-    groups = np.repeat([0, 1], 4)
-    labels = np.array([0, 0, 1, 1, 0, 0, 0, 1], dtype=bool)
-    scores = np.array([0.1, 0.2, 0.3, 0.4, 0.9, 0.8, 0.8, 0.85])  # right in 4 of 4 and 2 of 3
-    found = numbers.within(scores, labels, groups)
-    assert found.value == pytest.approx(6 / 7)
-    assert found.low == pytest.approx(2 / 3) and found.high == 1.0
-    assert numbers.area(scores, labels, groups).value < 6 / 7
-    assert numbers.paired(scores, scores, labels, groups) == (0.0, 0.0, 0.0)
-
-
 def test_others_mean_leaves_out_the_own_planner():
     means = numbers.others_mean(np.array([1.0, 0, 1, 1]), np.array(["a", "a", "b", "c"]))
     assert means.tolist() == pytest.approx([1.0, 1.0, 2 / 3, 2 / 3])
     assert np.isnan(numbers.others_mean(np.ones(2), np.array(["a", "a"]))).all()
 
 
-def test_what_is_learned_is_from_other_groups():
+def test_a_scaling_is_learned_from_other_groups():
     groups = np.repeat([0, 1, 2], 40)
     labels = np.tile([True, False], 60)
-    features = labels[:, None] + np.random.default_rng(0).normal(0, 0.1, (120, 1))
-    assert ((numbers.learned(features, labels, groups) > 0.5) == labels).all()
-    alone = np.where(groups == 2, ~labels, labels)  # the other way round in one group
-    found = numbers.learned(features, alone, groups)
-    assert ((found > 0.5) == labels)[groups == 2].all()
+    chances = np.where(labels, 0.6, 0.5)
+    assert numbers.share_brier(labels, groups) == pytest.approx(0.25)
+    assert numbers.scaled_brier(10 * chances, labels, groups) < 0.05
+    wrong = np.where(groups == 2, ~labels, labels)  # the other way round in one group
+    assert numbers.scaled_brier(10 * chances, wrong, groups) > 1 / 4
+    assert np.isnan(numbers.share_brier(labels, np.zeros(120, dtype=int)))
 
 
 def test_kappa_is_0_by_chance_and_1_if_all_is_alike():
@@ -170,7 +160,7 @@ def test_the_command_makes_all_parts_and_goes_on_from_its_runs(data, tmp_path):
     table = (folder / "grasps.md").read_text()
     parts = ("a. Two engines", "b. A real robot", "c. Another engine", "d. Success rates")
     assert all(f"## {part}" in table for part in parts)
-    assert "| grasped | probability | 1.000" in table
+    assert "### grasped" in table and "| probability | 1.00/1.00<br>" in table
     assert "FleX loses 2. In 1 of them" in table and "within 2 mm" in table
     lines = (folder / "engines.jsonl").read_text().splitlines()
     assert [json.loads(line)[0]["object"] for line in lines] == ["YcbTennisBall", "mug"]

@@ -38,7 +38,6 @@ from energymargin_paper.evidence.grasps_labels import (
     Labelled,
     of_engine,
     of_robot,
-    robot_table,
 )
 from energymargin_paper.jobs import Lines, resumed
 from energymargin_paper.study import Progress, Study, setting
@@ -85,7 +84,7 @@ class Grasps:
     settings: Settings
     engines: dict[Job, Ends] = field(default_factory=dict)
     robot: list[Labelled] = field(default_factory=list)
-    engine: tuple[Labelled, Contradiction] | None = None
+    engine: tuple[list[Labelled], Contradiction] | None = None
     noise: dict[Job, Ends] = field(default_factory=dict)
 
     def to_csv(self) -> str:
@@ -99,7 +98,7 @@ class Grasps:
             for job, end in found.items():
                 shares = (sum(held[0]) / len(held[0]) for held in (end.drawn, end.drawn_there))
                 rows.append((part, f"{job.object}, with noise", job.number, *shares))
-        labelled = [*self.robot, *([self.engine[0]] if self.engine else [])]
+        labelled = [*self.robot, *(self.engine[0] if self.engine else [])]
         for one in labelled:
             for k, probability in enumerate(one.probabilities):
                 rows.append(("b, c", one.label, k, probability, int(one.held[k])))
@@ -138,17 +137,18 @@ class Grasps:
                 f"rad, {s.rollouts} trials a grasp. *Other planners' mean* is the mean label of "
                 "the other planners' grasps of the same object, which no geometry tells.\n"
             )
-            yield robot_table(self.robot)
+            yield from (one.to_markdown() for one in self.robot)
         if self.engine:
-            labelled, odd = self.engine
+            labels, odd = self.engine
             yield "\n## c. Another engine\n"
             yield (
-                "ACRONYM's grasps of a mug, labelled by FleX; its friction, mass and inertia; "
-                f"belief of 2 mm and 0.02 rad, {s.rollouts} trials a grasp.\n"
+                "ACRONYM's grasps of a mug, labelled by FleX; its mass and inertia, and its "
+                "friction or a quarter of it; belief of 2 mm and 0.02 rad, "
+                f"{s.rollouts} trials a grasp.\n"
             )
-            yield robot_table([labelled])
+            yield from (one.to_markdown() for one in labels)
             yield (
-                f"- FleX loses {odd.lost}. In {odd.narrow} of them each finger closes on the mug "
+                f"FleX loses {odd.lost}. In {odd.narrow} of them each finger closes on the mug "
                 f"within 2 mm, so it is between them, and {odd.held} of these hold here."
             )
         if self.noise:
