@@ -37,6 +37,7 @@ OF_ROBOT = {
 """Masses of the YCB objects [kg], as published with them."""
 PAIRED = ("YcbBanana", "YcbChipsCan", "YcbCrackerBox", "YcbHammer", MUG)
 """Objects of both engines: curved, round, boxy, heavy and long, and hollow."""
+SLIPPED, TURNED = 0.03, float(np.radians(30))  # m and rad in the hand; what slides on is chaotic
 REACHED = 0.01  # m; how far the object has to reach into the space between the fingers
 TRIES = 400  # candidates for each grasp that is sampled
 
@@ -100,7 +101,9 @@ def trials_of(folder: Path, asked: Posed) -> tuple[GraspSet, Trials]:
     """The recorded grasps of an object, and trials without a table with poses that are off."""
     name, friction, protocol, noise, seed = asked
     grasps, thing = (graspa if name in OF_ROBOT else acronym)(folder, name, friction)
-    given: Protocol = replace(protocol_of(protocol), table=False, gravity="closed")
+    given: Protocol = replace(
+        protocol_of(protocol), table=False, gravity="closed", radius=SLIPPED, angle=TURNED
+    )
     errors = [uniform(-most, 2 * most) for most in noise]
     belief = GraspBelief(pose=[errors[0]] * 3 + [errors[1]] * 3)
     return grasps, Trials(preset("panda"), thing, given, belief, seed=seed)
