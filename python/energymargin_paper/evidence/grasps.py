@@ -120,7 +120,8 @@ class Grasps:
             yield (
                 f"Grasps near recorded ones whose open hand is free, by a Panda's hand; protocol "
                 f"`{s.protocol}` without a table, friction {s.friction:g}; lost is what slips "
-                "by 3 cm or turns by 30 degrees in the hand. MuJoCo runs at steps of 0.5 and 0.25 ms, each with its own contacts (`impratio` 10) and with stiff ones "
+                "by 3 cm or turns by 30 degrees in the hand. MuJoCo runs at steps of 0.5 and "
+                "0.25 ms, each with its own contacts (`impratio` 10) and with stiff ones "
                 "(`solimp` .99 .999 .0001, `impratio` 100). *Alike* is the share of the grasps "
                 "that are held or lost here, at our step or a quarter of it, as in MuJoCo where "
                 "its four runs are of one mind; *of the gripped* leaves out those that no engine "
