@@ -33,6 +33,7 @@ EVIDENCE = {
     "contact": "Whether grips hold and towers stand, and what moves keeps its momentum",
     "rare": "Rare losses by splitting, against known ones, and the effort of escape behind them",
     "models": "How many public robots and hands load at the first try, with links in place",
+    "grasps": "Grasps that others made: beside MuJoCo, a real robot and FleX",
     "engines": "Labels, escapes and probabilities in MuJoCo too",
 }
 STUDIES = PAPER | EVIDENCE

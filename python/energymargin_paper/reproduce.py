@@ -28,7 +28,8 @@ from energymargin_paper.commands import command, make
 
 __all__ = ["app", "everything"]
 
-TOGETHER = tuple(name for name in STUDIES if name != "published")  # which needs the authors' data
+OF_OTHERS = ("published", "grasps")  # which need data that are not here
+TOGETHER = tuple(name for name in STUDIES if name not in OF_OTHERS)
 STYLE = """
 body { font: 16px/1.5 sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; }
 table { border-collapse: collapse; font-size: 14px; margin: 1em 0; }
@@ -78,7 +79,9 @@ def everything(
     *,
     only: Annotated[
         str | None,
-        typer.Option(help="Which studies, separated by commas.", show_default="all but published"),
+        typer.Option(
+            help="Which studies, separated by commas.", show_default="all but published and grasps"
+        ),
     ] = None,
     threads: int | None = None,
     output: Annotated[

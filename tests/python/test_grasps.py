@@ -16,6 +16,7 @@ from energymargin.grasps import (
     Protocol,
     score,
 )
+from energymargin.grasps.hands import preset
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.trials import Trials
 
@@ -96,6 +97,17 @@ def test_a_hand_in_the_table_is_moved_back_along_its_approach_or_fails():
     with pytest.warns(em.PlausibilityWarning, match="found no place"):
         failed = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="fail")
     assert failed.losses(0) == {"collided": 2}
+
+
+@pytest.mark.parametrize(("gap", "back"), [(6e-3, 0.0), (3e-3, 0.0), (-2e-3, 0.018)])
+def test_only_a_hand_that_is_in_the_object_where_it_is_collides(gap, back):
+    # The drives would close a gap of 6 mm within a step. Fingers 40 mm from the axis are 1 mm deep
+    # in a ball of 42 mm where they end 9 mm before its middle, and reach 8.8 mm beyond it.
+    thing = GraspObject(em.Sphere(0.04 - gap), 0.05)
+    hold = Protocol([Motion("hold", 1.0)])
+    trials = Trials(preset("panda"), thing, hold, colliding="retreat")
+    start = trials.start(grasp_of(grasps(), 0), trials.draw(-1))
+    assert start.back == pytest.approx(back)
 
 
 def test_draws_that_collide_are_drawn_again():

@@ -120,6 +120,7 @@ def question(scores: GraspScores, effort: int | None) -> str:
         "disturbance": text_of(trials.disturbance),
         "colliding": trials.colliding,
         "seed": trials.seed,
+        "step": trials.step,
         "rollouts": scores.endings.shape[1],
         "effort": effort,
         "grasps": hashlib.sha256(rows).hexdigest(),

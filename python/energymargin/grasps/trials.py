@@ -106,6 +106,8 @@ class Trials:
     disturbance: Disturbance = UNIFORM
     colliding: str = "redraw"
     seed: int = 0
+    step: float = STEP
+    """Of the simulation [s]."""
 
     def __getstate__(self) -> dict[str, Any]:
         """All but the scenes that were built."""
@@ -184,8 +186,8 @@ class Trials:
                 "em.grasps.read"
             )
 
-    def start(self, grasp: Grasp, draw: Draw) -> Start:
-        """Where the hand begins to close, by a draw of its pose."""
+    def start(self, grasp: Grasp, draw: Draw, deep: float = DEEP) -> Start:
+        """Where the hand begins to close, by a draw of its pose, at most so `deep` in anything."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
         placed = self._placed(grasp)
@@ -195,7 +197,7 @@ class Trials:
             pose = placed @ self._with_error(grasp.pose, error)
             state = _state(scene, hand, pose, placed)
             depth = _overlap(world, hand, state)
-            if depth <= DEEP:
+            if depth <= deep:
                 return Start(state, redrawn)
             if depth < deepest:
                 best, deepest = pose, depth
@@ -204,7 +206,7 @@ class Trials:
             back += BACK
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
-            if _overlap(world, hand, state) <= DEEP:
+            if _overlap(world, hand, state) <= deep:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
 
@@ -223,29 +225,34 @@ class Trials:
     ) -> Closed:
         """The hand after it has closed."""
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
-        rows = max(2, round(self.hand.closing / STEP))
+        rows = max(2, round(self.hand.closing / self.step))
         ways = {name: np.linspace(*ends, rows) for name, ends in hand.targets.items()}
-        plan = Plan(step=STEP, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
+        plan = Plan(step=self.step, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
         world = World(scene, plan)
-        steps = rows + round(self.protocol.settle / STEP)
+        steps = rows + round(self.protocol.settle / self.step)
         done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
-        state = done.states[-1]
         pressed = {
             body
             for contact in done.contacts[-1]
             if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
             for body in (contact.body_a, contact.body_b)
         }
+        return self.closed(scene, hand, done.states[-1], pressed >= set(hand.fingers))
+
+    def closed(
+        self, scene: Scene, hand: Fitted, state: NDArray[np.float64], gripped: bool
+    ) -> Closed:
+        """A state of a scene as that of a hand that has closed."""
         bodies = scene.unpack(state)
         base, thing = _pose_of(bodies[hand.base]), _pose_of(bodies["object"])
         thing[:3, 3] += thing[:3, :3] @ self.object.center
-        return Closed(hand, state, pressed >= set(hand.fingers), base, np.linalg.inv(base) @ thing)
+        return Closed(hand, state, gripped, base, np.linalg.inv(base) @ thing)
 
     def problem(self, closed: Closed, draw: Draw) -> Problem:
         """Whether a closed grasp holds through the protocol."""
         protocol, hand = self.protocol, closed.hand
         scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
-        rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], STEP)
+        rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], self.step)
         kept = {name: np.full(len(rows), shut) for name, (_, shut) in hand.targets.items()}
         captured = self._place(closed)
         if protocol.angle is not None:
@@ -259,7 +266,7 @@ class Trials:
             torque=(protocol.torque * weight * LEVER,) * 3,
             duration=protocol.duration,
             dwell=protocol.dwell,
-            plan=Plan(step=STEP, targets=kept, velocities={hand.base: rows}),
+            plan=Plan(step=self.step, targets=kept, velocities={hand.base: rows}),
         )
 
     def scene(self, opening: float, draw: Draw, *, gravity: bool) -> tuple[Scene, Fitted]:
@@ -284,7 +291,7 @@ class Trials:
 
     def _built(self, opening: float, force: float, gravity: bool) -> tuple[Scene, Fitted]:
         down = (0, 0, -GRAVITY if gravity else 0)
-        scene = Scene(gravity=down, friction_rule=self.hand.friction_rule)
+        scene = Scene(gravity=down, step=self.step, friction_rule=self.hand.friction_rule)
         hand = self.hand.add_to(scene, force=force, opening=opening)
         thing = self.object
         scene.add_body(
@@ -360,10 +367,12 @@ def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.
 
 
 def _overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
-    """The deepest of the hand with anything else [m]."""
-    own = set(hand.bodies)
-    contacts = [c for c in world.contacts(state) if len(own & {c.body_a, c.body_b}) == 1]
-    return max([0.0, *(-contact.distance for contact in contacts)])
+    """The deepest of the hand in anything else [m].
+
+    `World.contacts` would tell of the end of a step in which the drives close the fingers.
+    """
+    others = [body.name for body in world.scene.bodies if body.name not in hand.bodies]
+    return max(0.0, *(-world.distance(state, one, o) for one in hand.bodies for o in others))
 
 
 def _pose(error: NDArray[np.float64]) -> Pose:

@@ -157,7 +157,9 @@ class Robot:
         twist = self._states.twist(data, body, self._mujoco.mjtObj.mjOBJ_BODY)
         axes = data.ximat[body].reshape(3, 3)
         inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
-        speed = wanted[:3] + np.cross(wanted[3:], data.xipos[body] - data.xpos[body])
+        speed = wanted[:3]
+        if wanted[3:].any():  # a product takes as long as a step of MuJoCo
+            speed = speed + np.cross(wanted[3:], data.xipos[body] - data.xpos[body])
         push = (speed - twist[3:]) / step - model.opt.gravity
         turn = inertia @ (wanted[3:] - twist[:3]) / step
         return np.concatenate([model.body_subtreemass[body] * push, turn])
