@@ -16,7 +16,7 @@ import numpy as np
 
 from energymargin._core import Cancel, Problem
 from energymargin.actions.profile import margin_profile
-from energymargin.checks import check_type, one_of, whole_number
+from energymargin.checks import check_type, one_of, positive_number, whole_number
 from energymargin.disturbances import Disturbance
 from energymargin.executors import Executor
 from energymargin.executors.choice import chosen_executor
@@ -27,7 +27,7 @@ from energymargin.grasps.hands import Hand, preset
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.score_file import ScoreFile
 from energymargin.grasps.scores import MISSING, GraspScores, grasp_of
-from energymargin.grasps.trials import COLLIDING, ENDINGS, Grasp, Outcome, Trials
+from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, Outcome, Trials
 from energymargin.limits import Limit
 from energymargin.parallel import run
 from energymargin.plausibility import PlausibilityWarning
@@ -61,6 +61,7 @@ def score(
     colliding: str = "redraw",
     effort: int | None = None,
     seed: int = 0,
+    step: float = STEP,
     store: str | Path | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
@@ -89,6 +90,8 @@ def score(
         effort: nodes of a search for the least effort of escape at the weakest moment of the
             undisturbed motion; None: none.
         seed: of all draws.
+        step: of the simulation [s]. Heavy objects that are shaken need a shorter one: what is held
+            at 1/240 s by fingers that sink a little into it may slip at 1/960 s.
         store: a file of scores, HDF5. What it has already is not made again.
         threads: None takes all cores that this process may use. Scores do not depend on them.
         executor: in place of threads, of `em.executors`.
@@ -114,6 +117,7 @@ def score(
         disturbance,
         colliding,
         whole_number("seed", seed, 0),
+        positive_number("step", step),
     )
     trials.check(grasps)
     limit, on = Limit(timeout, cancel), chosen_executor(executor, threads)

@@ -133,6 +133,10 @@ class Trials:
                 return outcome._replace(ending="not gripped")
             problem = self.problem(closed, draw)
             found = self._probability(problem, number, cancel)
+        except ValueError as error:
+            if "penetrate each other" not in str(error):
+                raise
+            return outcome._replace(ending="collided")  # the hand has closed into the object
         except RuntimeError as error:
             if "diverge" not in str(error):
                 raise
