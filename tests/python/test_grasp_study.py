@@ -110,8 +110,8 @@ def test_the_tables_count_what_the_engines_say():
     ours = "0.500 | 0.125 | 87.5% | "
     assert f"| mug | 8 | 0.375 | {3 * ours}".strip() in text
     noisy = {
-        job(0): Ends(drawn=((True, True),), drawn_there=((True,) * 4,)),
-        job(1): Ends(drawn=((False, False),), drawn_there=((False, False, False, True),)),
+        job(0): Ends(drawn=((True, True), (True, False)), drawn_there=((True,) * 4,)),
+        job(1): Ends(drawn=((False, False),) * 2, drawn_there=((False, False, False, True),)),
     }
     assert "| 2 | 8 | 0.625 | 0.500 | 0.1250 | 0.1250 | 0.2344 | 0.125 | 0.125 |" in noise_text(
         noisy

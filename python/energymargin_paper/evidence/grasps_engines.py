@@ -94,9 +94,10 @@ def run_noise(folder: Path, job: Job, cancel: Cancel) -> Ends:
     grasps, trials = trials_of(folder, job.posed(MUCH))
     grasp = sampled(grasps, trials, job.number)
     ours, theirs = range(job.draws), range(THERE, THERE + job.trials)
-    drawn = tuple(Trial(trials, grasp, k).here(cancel).held for k in ours)
+    steps = [replace(trials, step=step) for step in STEPS]
+    drawn = tuple(tuple(Trial(e, grasp, k).here(cancel).held for k in ours) for e in steps)
     there = tuple(Trial(trials, grasp, k).there(OF_NOISE, cancel).held for k in theirs)
-    return Ends(drawn=(drawn,), drawn_there=(there,))
+    return Ends(drawn=drawn, drawn_there=(there,))
 
 
 def engines_text(found: dict[Job, Ends]) -> str:
@@ -123,23 +124,23 @@ def engines_text(found: dict[Job, Ends]) -> str:
 
 
 def noise_text(found: dict[Job, Ends]) -> str:
-    """How well the belief's probabilities foresee MuJoCo's rates."""
-    here = np.array([np.mean(end.drawn) for end in found.values()])
+    """How well the belief's probabilities foresee MuJoCo's rates, at each of our STEPS."""
     outcomes = np.array([end.drawn_there[0] for end in found.values()], dtype=float)
     trials, there = outcomes.shape[1], outcomes.mean(axis=1)
-    spread = np.repeat(here, trials)
     # The rate of n trials is off by itself: their own variance is too small by 1/n.
     oracle = float(np.mean(there * (1 - there))) * trials / max(1, trials - 1)
-    share = float(there.mean())
-    head = ["grasps", "trials", "held there", "held here", "Brier", "of the oracle", "of the share"]
-    head += ["calibration error", "difference of rates"]
-    row = [str(len(found)), str(outcomes.size), f"{share:.3f}", f"{here.mean():.3f}"]
-    row += [f"{brier(spread, outcomes.ravel()):.4f}", f"{oracle:.4f}", f"{share * (1 - share):.4f}"]
-    row += [
-        f"{calibration_error(spread, outcomes.ravel()):.3f}",
-        f"{np.abs(here - there).mean():.3f}",
-    ]
-    return markdown_table(head, [row], ["right"] * len(head))
+    share, rows = float(there.mean()), []
+    for k, step in enumerate(STEPS):
+        here = np.array([np.mean(end.drawn[k]) for end in found.values()])
+        spread = np.repeat(here, trials)
+        row = [f"{1e3 * step:.2g} ms", str(len(found)), str(outcomes.size), f"{share:.3f}"]
+        row += [f"{here.mean():.3f}", f"{brier(spread, outcomes.ravel()):.4f}", f"{oracle:.4f}"]
+        row += [f"{share * (1 - share):.4f}"]
+        row += [f"{calibration_error(spread, outcomes.ravel()):.3f}"]
+        rows.append([*row, f"{np.abs(here - there).mean():.3f}"])
+    head = ["our step", "grasps", "trials there", "held there", "held here", "Brier"]
+    head += ["of the oracle", "of the share", "calibration error", "difference of rates"]
+    return markdown_table(head, rows, ["right"] * len(head))
 
 
 def _alike(name: str, ends: Sequence[Ends]) -> list[str]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Scene, capture_probability
+from energymargin._core import Cancel, Problem, Scene, capture_probability
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
@@ -114,7 +114,9 @@ class Trial(NamedTuple):
         closed = _close(trials, self.grasp.opening, start, draw, how)
         if not closed.gripped:
             return NOT_GRIPPED
-        problem = trials.problem(closed, draw)
+        problem = _problem(trials, closed, draw)
+        if problem is None:
+            return NOT_GRIPPED
         twin = _twin(problem.scene, closed.state, how)
         player = Player(problem, problem.captured, *twin, cancel)
         player.start = Moved(problem.scene, *twin, _motion(trials, closed, how.step))
@@ -130,11 +132,13 @@ class Trial(NamedTuple):
         closed = trials.close(self.grasp.opening, start, draw, cancel)
         if not closed.gripped:
             return NOT_GRIPPED
-        pieces = self.pieces(draw.mass)
+        problem, pieces = _problem(trials, closed, draw), self.pieces(draw.mass)
+        if problem is None:
+            return NOT_GRIPPED
         steps = [round(piece.duration / trials.step) for piece in pieces]
         rows = np.repeat([piece.wrenches[0] for piece in pieces], steps, axis=0)
         found = capture_probability(
-            trials.problem(closed, draw),
+            problem,
             disturbance=lambda random, times: rows,
             rollouts=1,
             threads=1,
@@ -158,6 +162,16 @@ class Trial(NamedTuple):
             pieces.append(Edge(random.uniform(-1.0, 1.0, (1, 6)) * bounds, steps * STEP))
             left -= steps
         return pieces
+
+
+def _problem(trials: Trials, closed: Closed, draw: Draw) -> Problem | None:
+    """Whether a closed grasp holds; None if the hand is squeezed into the object."""
+    try:
+        return trials.problem(closed, draw)
+    except ValueError as error:
+        if "penetrate" not in str(error):
+            raise
+        return None
 
 
 def _close(
