@@ -69,8 +69,8 @@ struct Watch {
   double bound = std::numeric_limits<double>::infinity();  //!< it ends with the step at which cost + effort reaches it
   std::vector<int> record{};                               //!< steps after which there is a Moment, ascending
   std::function<bool(const State&)> ends{};                //!< if set: whether it ends with a state
-  int look_every = 1;                                      //!< steps from one state that `ends` is asked to the next
-  int first = 0;                                           //!< steps of the plan, and of `look_every`, that are over
+  int check_every = 1;                                     //!< steps from one state that `ends` is asked to the next
+  int first = 0;                                           //!< steps of the plan, and of `check_every`, that are over
   const Plan* plan = nullptr;                              //!< if set: in place of the world's; it fits the scene
   bool audit = false;                                      //!< whether the energy is balanced
 };

@@ -198,7 +198,7 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
         ++next;
       }
       over = !(watch.cost + result.effort < watch.bound);
-      if (over || !watch.ends || (watch.first + result.steps) % watch.look_every != 0) continue;
+      if (over || !watch.ends || (watch.first + result.steps) % watch.check_every != 0) continue;
       simulation.read(result.state);
       over = watch.ends(result.state);
     }

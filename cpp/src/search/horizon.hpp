@@ -65,7 +65,7 @@ Rollout roll_out_to_horizon(World& world, const State& start, const std::vector<
                             const Limit& limit, const Ends& ends, const Plan* plan = nullptr) {
   int step = 0;
   Watch watch;
-  watch.look_every = timing.check;
+  watch.check_every = timing.check;
   watch.plan = plan;
   watch.ends = [&](const State& state) { return ends(state, step += timing.check); };
   Rollout rollout = world.rollout_unchecked(start, pushes, limit, watch);
@@ -104,7 +104,7 @@ class Horizon {
                  Watch watch = {}) const {
     bool outside = false;
     watch.first = time;
-    watch.look_every = timing_.check;
+    watch.check_every = timing_.check;
     if (captured_) watch.ends = [&](const State& state) { return outside = !(*captured_)(state); };
     Stretch stretch{world.rollout_unchecked(edge_start_(from), {{edge.wrenches, std::min(edge.steps, end() - time)}},
                                             limit, watch)};
@@ -153,7 +153,7 @@ class Horizon {
     if (steps <= 0) return true;
     Watch watch;
     watch.first = time;
-    watch.look_every = timing_.check;
+    watch.check_every = timing_.check;
     watch.ends = *captured_;
     try {
       const Rollout rollout = world.rollout_unchecked(edge_start_(state), {{rest_.wrenches, steps}}, limit, watch);
@@ -251,7 +251,7 @@ class Confirmation {
     if (horizon_) return horizon_->extend(world_, from, time, edge, limit);
     Watch watch;
     watch.ends = [this](const State& state) { return !captured_(state); };
-    watch.look_every = substeps_;
+    watch.check_every = substeps_;
     Stretch stretch{world_.rollout_unchecked(edge_start_(from), {edge}, limit, watch)};
     stretch.escaped = stretch.rollout.complete && !captured_(stretch.rollout.state);
     return stretch;

@@ -396,4 +396,5 @@ def _pose_of(body: dict[str, Any]) -> Pose:
 
 def _body(pose: Pose) -> dict[str, Any]:
     turned = Rotation.from_matrix(pose[:3, :3]).as_quat()
-    return {"position": pose[:3, 3], "orientation": turned}
+    meant = -turned if turned[0] > 0 else turned  # (1, 0, 0, 0) looks like one in another order
+    return {"position": pose[:3, 3], "orientation": meant}
