@@ -82,6 +82,7 @@ def grasps(
     accuracy: float | None = None,
     strength: float = 1.0,
     colliding: Literal["redraw", "retreat", "fail"] = "redraw",
+    step: float | None = None,
     seed: int = 0,
     effort: int | None = None,
     baselines: bool = False,
@@ -142,6 +143,7 @@ def grasps(
         strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
         colliding: What is done with a draw that puts the hand into the object: redraw its pose,
             retreat along the approach, or fail, which counts as lost.
+        step: Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much.
         seed: The same seed gives the same numbers, to the last bit.
     More figures:
         effort: Search for the least effort of escape at the weakest moment, with so many nodes.
@@ -158,6 +160,7 @@ def grasps(
         from energymargin.grasps import GraspObject, score
         from energymargin.grasps.files import WRITERS
         from energymargin.grasps.scoring import quiet
+        from energymargin.grasps.trials import STEP
 
         _import_extras(outputs, view)
     if write is not None:
@@ -191,6 +194,7 @@ def grasps(
             colliding=colliding,
             effort=effort,
             seed=seed,
+            step=STEP if step is None else step,
             store=store,
             executor=executor,
             progress=progress,

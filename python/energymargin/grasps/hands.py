@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Box, Compound, Mimic, Part, Scene
+from energymargin._core import Box, Compound, Mimic, Part, Scene, Surface
 from energymargin.checks import not_negative_number, one_of, positive_number
 
 SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force
@@ -69,6 +69,8 @@ class ParallelGripper(Hand):
         pad: a finger's width, across opening and approach, and length, along the approach [m].
         force: of each finger on what is between them [N].
         friction: coefficient of the fingers; that of a contact is its product with the object's.
+        torsional_friction: of the pads [m], as of `em.Surface`: soft ones resist a turn about the
+            line between them.
         tip: how far the fingers reach beyond the grasp frame, along the approach [m]; None: half
             the pad's length, so that the frame is midway between the pads.
         finger: length of the fingers, from their tips to the palm [m].
@@ -86,6 +88,7 @@ class ParallelGripper(Hand):
     pad: tuple[float, float] = (0.02, 0.02)
     force: float = 20.0
     friction: float = 1.0
+    torsional_friction: float = 0.0
     tip: float | None = None
     finger: float = 0.045
     thickness: float = 0.01
@@ -102,7 +105,8 @@ class ParallelGripper(Hand):
                 positive_number(f"{name}[{axis}]", number)
         for name in ("opening", "force", "finger", "thickness", "mass", "speed"):
             positive_number(name, getattr(self, name))
-        not_negative_number("friction", self.friction)
+        for name in ("friction", "torsional_friction"):
+            not_negative_number(name, getattr(self, name))
         if self.opening > 1:
             raise ValueError(
                 f"opening is {self.opening:g} m, expected at most 1 m: lengths are in metres"
@@ -128,16 +132,15 @@ class ParallelGripper(Hand):
             )
         depth = self.finger + self.palm[2] / 2 - self.reach
         palm = Compound([Part(Box(self.palm), position=(0, 0, -depth))])
-        scene.add_body(
-            "hand", palm, mass=1.0, friction=self.friction, role="effector", kinematic=True
-        )
+        rough: dict[str, Any] = {"friction": self.friction, "role": "effector"}
+        scene.add_body("hand", palm, mass=1.0, kinematic=True, **rough)
+        soft = Surface(torsional_friction=self.torsional_friction)
         start = min(wide, self.opening) / 2
         for side, sign in (("left", -1), ("right", 1)):
             place = (sign * self.thickness / 2, 0, self.reach - self.finger / 2)
-            shape = Compound(
-                [Part(Box((self.thickness, self.pad[0], self.finger)), position=place)]
-            )
-            scene.add_body(side, shape, mass=self.mass, friction=self.friction, role="effector")
+            finger = Box((self.thickness, self.pad[0], self.finger))
+            shape = Compound([Part(finger, place)])
+            scene.add_body(side, shape, mass=self.mass, surface=soft, **rough)
             joint: dict[str, Any] = {"mimic": Mimic("left")}
             if side == "left" or not self.coupled:
                 joint = {"start": start, **self._drive(force)}

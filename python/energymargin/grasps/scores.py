@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin._core import Problem
 from energymargin.checks import check_shape, share
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.trials import ENDINGS, STEP, Grasp, Trials
+from energymargin.grasps.trials import ENDINGS, Grasp, Trials
 from energymargin.reprs import Record
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
@@ -92,8 +92,8 @@ class GraspScores(Record, Summarized):
             found.append(
                 f"the contact solver did not converge in {100 * share_of:.1f} % of the steps"
             )
-        if self.lost_time.sum() > LOOSE * STEP * self.steps.sum():
-            share_of = self.lost_time.sum() / (STEP * self.steps.sum())
+        if self.lost_time.sum() > LOOSE * self.trials.step * self.steps.sum():
+            share_of = self.lost_time.sum() / (self.trials.step * self.steps.sum())
             found.append(
                 f"nothing moved in {100 * share_of:.1f} % of the time, as bodies would have passed "
                 "through each other: a grasp may look better than it is"

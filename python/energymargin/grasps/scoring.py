@@ -90,8 +90,8 @@ def score(
         effort: nodes of a search for the least effort of escape at the weakest moment of the
             undisturbed motion; None: none.
         seed: of all draws.
-        step: of the simulation [s]. Heavy objects that are shaken need a shorter one: what is held
-            at 1/240 s by fingers that sink a little into it may slip at 1/960 s.
+        step: of the simulation [s]. A longer one is faster, and holds too much: fingers sink a
+            little into the object, and their friction resists a turn more than it should.
         store: a file of scores, HDF5. What it has already is not made again.
         threads: None takes all cores that this process may use. Scores do not depend on them.
         executor: in place of threads, of `em.executors`.

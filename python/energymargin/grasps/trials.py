@@ -26,7 +26,7 @@ from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.scores import UNIFORM, capture_probability
 
-STEP = 1 / 240  # s
+STEP = 1 / 960  # s; at a longer one fingers sink in, and friction resists a turn too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
 DEEP = 1e-3  # m; an overlap that is not one of rounding
 REDRAWS = 20  # poses that are drawn for one trial

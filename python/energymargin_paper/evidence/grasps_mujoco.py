@@ -17,7 +17,7 @@ from energymargin._core import Cancel, Problem, Scene, capture_probability
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
-from energymargin.grasps.trials import LEVER, STEP, Closed, Grasp, Trials
+from energymargin.grasps.trials import LEVER, Closed, Grasp, Trials
 from energymargin.mujoco import model_of
 from energymargin.mujoco.replay import Edge, Player
 from energymargin.mujoco.simulation import Simulation
@@ -25,6 +25,7 @@ from energymargin.scenes.mjcf_model import engine, name_of
 
 __all__ = ["SOFTNESSES", "End", "Engine", "Trial"]
 
+STEP = 1 / 240  # s; pieces of a disturbance last for so many of these
 HEAVY = 1e4  # kg and kg m^2, of the hand's base
 FREE = 1e-6  # m, of an overlap at the start: contacts of MuJoCo throw off what begins in one
 
