@@ -35,7 +35,8 @@ def records():
             if not found.name.endswith("__main__"):
                 module = importlib.import_module(found.name)
                 for kind in vars(module).values():
-                    if dataclasses.is_dataclass(kind) and kind.__module__ == found.name:
+                    record = isinstance(kind, type) and dataclasses.is_dataclass(kind)
+                    if record and kind.__module__ == found.name:
                         yield kind
 
 

@@ -20,7 +20,7 @@ from energymargin.grasps.hands import Fitted, Hand
 XML_OF_MUJOCO = b"<mujoco"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HandFile(Hand):
     """A hand of a URDF or MJCF file, moved by its root as a kinematic body.
 

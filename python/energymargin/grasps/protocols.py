@@ -116,6 +116,10 @@ class Protocol:
         if self.table and self.gravity != "always":
             object.__setattr__(self, "gravity", "always")
 
+    def __hash__(self) -> int:
+        """Equal protocols have equal hashes."""
+        return hash(repr(self))
+
     @property
     def horizon(self) -> float:
         """Duration of all motions [s]."""
