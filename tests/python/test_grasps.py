@@ -81,6 +81,7 @@ def test_a_hand_that_closes_on_nothing_does_not_grip_and_one_inside_the_object_c
     wide = GraspObject(em.Box((0.1, 0.04, 0.04)), 0.2)
     scores = score(grasps(moved(y=0.06)), GRIPPER, cube(), rollouts=2)
     assert scores.losses(0) == {"not gripped": 2}
+    assert scores.steps[0] > 0  # those in which the hand closes
     assert np.isnan(scores.times).all()
     for colliding in ("redraw", "retreat", "fail"):
         with pytest.warns(em.PlausibilityWarning, match="are pose, frame and unit right"):
@@ -309,6 +310,10 @@ def test_what_cannot_be_is_refused(given, message):
         (lambda: GraspBelief(pose=POSE, about="origin"), "about is 'origin'"),
         (lambda: Protocol([]), "motions is empty"),
         (lambda: Protocol([Motion("hold", 1)], gravity="up"), "gravity is 'up'"),
+        (
+            lambda: Protocol([Motion("hold", 1)], gravity="closed", table=True),
+            "gravity is 'closed', expected 'always' with a table",
+        ),
         (lambda: Motion("shake", 0.1, 0.05, frequency=2.0), "two periods, 1 s"),
         (lambda: Motion("turn", 1.0, 1.0, (0, 0, 0)), "axis is .* length"),
         (lambda: replace(GRIPPER, opening=80.0), "lengths are in metres"),

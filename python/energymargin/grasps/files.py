@@ -25,7 +25,7 @@ from energymargin.grasps.grasp_set import (
     Source,
     check_poses,
 )
-from energymargin.grasps.objects import facts_of, object_poses, said_of
+from energymargin.grasps.object_poses import facts_of, object_poses, said_of
 from energymargin.replacing import replaced
 
 WRITERS: dict[str, Any] = {

@@ -77,7 +77,8 @@ class Protocol:
         angle: the object may turn so far in the hand [rad]; None: as far as it likes.
         touching: both sides of the hand have to touch it throughout; they may lose it for `dwell`.
         dwell: how long it has to be out to be lost [s].
-        gravity: acts "always", from when the hand has "closed" on, or "never".
+        gravity: acts "always", from when the hand has "closed" on, or "never". None: "always" with
+            a table, where nothing else can be, and else "closed".
         table: a table stands under the object, and is in the way of the hand.
         settle: how long the hand may take to come to rest after it has closed [s].
         force, torque: the largest disturbance along and about each axis, as multiples of the
@@ -92,7 +93,7 @@ class Protocol:
     angle: float | None = None
     touching: bool = True
     dwell: float = 0.05
-    gravity: str = "closed"
+    gravity: str | None = None
     table: bool = False
     settle: float = 0.15
     force: float = 0.5
@@ -106,15 +107,17 @@ class Protocol:
         for motion in self.motions:
             check_type("motions", motion, Motion, "Motions")
         object.__setattr__(self, "motions", tuple(self.motions))
-        one_of("gravity", self.gravity, GRAVITIES)
+        if self.gravity is None:
+            object.__setattr__(self, "gravity", "always" if self.table else "closed")
+        one_of("gravity", str(self.gravity), GRAVITIES)
+        if self.table and self.gravity != "always":
+            raise ValueError(f"gravity is {self.gravity!r}, expected 'always' with a table")
         for name in ("radius", "duration"):
             positive_number(name, getattr(self, name))
         for name in ("dwell", "settle", "force", "torque"):
             not_negative_number(name, getattr(self, name))
         if self.angle is not None:
             positive_number("angle", self.angle)
-        if self.table and self.gravity != "always":
-            object.__setattr__(self, "gravity", "always")
 
     def __hash__(self) -> int:
         """Equal protocols have equal hashes."""
@@ -144,7 +147,7 @@ class Protocol:
 
 
 HOLD = Protocol([Motion("hold", 1.0)])
-LIFT = Protocol([Motion("lift", 1.0, 0.2), Motion("hold", 0.5)], table=True, gravity="always")
+LIFT = Protocol([Motion("lift", 1.0, 0.2), Motion("hold", 0.5)], table=True)
 QUARTER = float(np.pi / 4)
 GRASPA = replace(
     LIFT,

@@ -68,7 +68,9 @@ class Outcome(NamedTuple):
     back: float = 0.0
     """How far the hand was moved back along its approach, out of what it was in [m]."""
     steps: int = 0
+    """Of the simulation, while the hand closes and later."""
     unconverged: int = 0
+    """Of these, steps whose contact solver did not converge."""
     lost_time: float = 0.0
     """In which nothing moved, as bodies would have passed through each other [s]."""
 
@@ -84,6 +86,10 @@ class Closed(NamedTuple):
     """The frame of the hand's base, (4, 4)."""
     thing: Pose
     """The object's axes about its centre of mass in the frame of the hand's base, (4, 4)."""
+    steps: int = 0
+    """Of the simulation until then; the next two as of Outcome."""
+    unconverged: int = 0
+    lost_time: float = 0.0
 
 
 class Start(NamedTuple):
@@ -129,6 +135,9 @@ class Trials:
         outcome = Outcome("diverged", np.nan, start.redrawn, start.back)
         try:
             closed = self.close(grasp.opening, start.state, draw, cancel)
+            outcome = outcome._replace(
+                steps=closed.steps, unconverged=closed.unconverged, lost_time=closed.lost_time
+            )
             if not closed.gripped:
                 return outcome._replace(ending="not gripped")
             problem = self.problem(closed, draw)
@@ -150,9 +159,9 @@ class Trials:
         return outcome._replace(
             ending=ending,
             time=time,
-            steps=found.steps,
-            unconverged=found.unconverged,
-            lost_time=found.lost_time,
+            steps=outcome.steps + found.steps,
+            unconverged=outcome.unconverged + found.unconverged,
+            lost_time=outcome.lost_time + found.lost_time,
         )
 
     def likely_problem(self, grasp: Grasp) -> Problem:
@@ -241,7 +250,10 @@ class Trials:
             if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
             for body in (contact.body_a, contact.body_b)
         }
-        return self.closed(scene, hand, done.states[-1], pressed >= set(hand.fingers))
+        closed = self.closed(scene, hand, done.states[-1], pressed >= set(hand.fingers))
+        return closed._replace(
+            steps=done.steps, unconverged=done.unconverged, lost_time=done.lost_time
+        )
 
     def closed(
         self, scene: Scene, hand: Fitted, state: NDArray[np.float64], gripped: bool
