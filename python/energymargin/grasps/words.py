@@ -49,7 +49,7 @@ def of_protocol(rules: Protocol) -> str:
         axis = f" along {one.frame} {one.axis}" if one.amount else ""
         words.append(f"{one.kind}{how}{axis} for {one.duration:.3g} s")
     gravity = {"always": "gravity acts", "closed": "gravity acts once closed"}
-    words.append(gravity.get(rules.gravity, "no gravity") + ", on a table" * rules.table)
+    words.append(gravity.get(str(rules.gravity), "no gravity") + ", on a table" * rules.table)
     return "; ".join(words)
 
 
