@@ -232,7 +232,7 @@ def test_complete_batches_count_after_a_cancel():
     last = 0
     whole = rare(block(), level=level, rollouts=100)
     last, calls[0] = calls[0] // 2, 0
-    part = rare(block(), level=level, rollouts=100, cancel=cancel)
+    part = rare(block(), level=level, rollouts=100, cancel=cancel, threads=1)
     assert whole.complete
     assert not part.complete
     assert 20 <= part.rollouts < 100
