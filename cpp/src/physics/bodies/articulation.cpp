@@ -217,4 +217,15 @@ void Articulation::put_back() {
   place_links();
 }
 
+std::vector<double> Articulation::loads(const btVector3& gravity) const {
+  std::vector<double> loads(count(), 0.0);
+  for (std::size_t i = free_ ? 0 : 1; i < links_.size(); ++i) {
+    const Link& link = links_[i];
+    const btVector3 force = gravity * link.mass + link.force;
+    const btVector3 arm = link.pose.getOrigin() - origin();
+    add(static_cast<int>(i), {arm.cross(force) + link.torque, force}, loads.data());
+  }
+  return loads;
+}
+
 }  // namespace energymargin

@@ -156,6 +156,9 @@ class Articulation {
     add(link, {(point - origin()).cross(impulse), impulse}, impulses);
   }
 
+  //! What gravity and the loads on the links are along the velocities.
+  std::vector<double> loads(const btVector3& gravity) const;
+
  private:
   using Matrix = std::vector<double>;
 

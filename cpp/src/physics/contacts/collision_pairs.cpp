@@ -43,11 +43,9 @@ std::vector<Interval> sorted_intervals(const std::vector<Bounds>& boxes, const s
   return intervals;
 }
 
-std::vector<Bounds> piece_bounds(const CollisionShape& body, const btTransform& pose) {
-  if (!body.shape->isCompound()) return {bounds_of(*body.shape, pose)};
-  std::vector<Bounds> bounds;
+void add_bounds(const CollisionShape& body, const btTransform& pose, std::vector<Bounds>& bounds) {
+  if (!body.shape->isCompound()) return bounds.push_back(bounds_of(*body.shape, pose));
   for (const ConvexPiece& piece : body.pieces) bounds.push_back(bounds_of(*piece.shape, piece.pose(pose)));
-  return bounds;
 }
 
 // The root of a compound's tree; null where there is nothing to choose from.
@@ -105,9 +103,9 @@ std::vector<PieceIndices> all_pieces(const CollisionShape& a, const CollisionSha
   return pieces;
 }
 
-NearPieces::NearPieces(const CollisionShape& a, const btTransform& pose_a, const CollisionShape& b,
-                       const btTransform& pose_b)
-    : in_world_a_(piece_bounds(a, pose_a)), in_world_b_(piece_bounds(b, pose_b)) {
+NearPieces::NearPieces(const CollisionShape& a, const btTransform& pose_a, const std::vector<Bounds>& in_world_a,
+                       const CollisionShape& b, const btTransform& pose_b, const std::vector<Bounds>& in_world_b)
+    : in_world_a_(in_world_a), in_world_b_(in_world_b) {
   const btTransform from_b = pose_a.inverse() * pose_b;
   for (const ConvexPiece& piece : a.pieces) in_a_.push_back(bounds_of(*piece.shape, piece.in_body));
   if (!b.shape->isCompound()) {
@@ -122,7 +120,12 @@ NearPieces::NearPieces(const CollisionShape& a, const btTransform& pose_a, const
 }
 
 CollisionPairs::CollisionPairs(const Scene& scene, const std::vector<btTransform>& poses)
-    : scene_(scene), filter_(scene), poses_(poses), travels_(poses.size()), all_kept_(poses.size() <= few_bodies) {
+    : scene_(scene),
+      filter_(scene),
+      poses_(poses),
+      piece_bounds_(poses.size()),
+      travels_(poses.size()),
+      all_kept_(poses.size() <= few_bodies) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     shapes_.push_back(&scene.collision_shape(i));
     bounds_.push_back(bounds_of(*shapes_[i]->shape, poses_[i]));
@@ -162,10 +165,18 @@ void CollisionPairs::update() {
   }
 }
 
+const std::vector<Bounds>& CollisionPairs::pieces_at(std::size_t body) {
+  std::vector<Bounds>& bounds = piece_bounds_[body];
+  if (bounds.empty()) add_bounds(*shapes_[body], poses_[body], bounds);
+  return bounds;
+}
+
 // `find` sets the gaps of pairs that it adds.
 void CollisionPairs::set_bounds() {
   for (std::size_t i = 0; i < poses_.size(); ++i) {
-    if (!scene_.bodies()[i].fixed()) bounds_[i] = bounds_of(*shapes_[i]->shape, poses_[i]);
+    if (scene_.bodies()[i].fixed()) continue;
+    bounds_[i] = bounds_of(*shapes_[i]->shape, poses_[i]);
+    piece_bounds_[i].clear();
   }
   for (CollisionPair& pair : pairs_) pair.gap = gap_of(bounds_[pair.a], bounds_[pair.b]);
   find(reaches_);
@@ -212,7 +223,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
   }
   pair.remembers = true;
   std::optional<NearPieces> near;
-  if (of_a.shape->isCompound()) near.emplace(of_a, poses_[a], of_b, poses_[b]);
+  if (of_a.shape->isCompound()) near.emplace(of_a, poses_[a], pieces_at(a), of_b, poses_[b], pieces_at(b));
   for (std::size_t k = 0; k < pair.order.size(); ++k) {
     const PieceIndices& at = pair.order[k];
     if (near && near->apart(at)) {
@@ -258,7 +269,12 @@ std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t 
   };
   const double within = std::min(reaches_[a], reaches_[b]) + reach;
   std::optional<NearPieces> near;
-  if (of_a.shape->isCompound() && reach == 0.0) near.emplace(of_a, poses_[a], of_b, poses_[b]);
+  std::vector<Bounds> bounds_a, bounds_b;
+  if (of_a.shape->isCompound() && reach == 0.0) {
+    add_bounds(of_a, poses_[a], bounds_a);
+    add_bounds(of_b, poses_[b], bounds_b);
+    near.emplace(of_a, poses_[a], bounds_a, of_b, poses_[b], bounds_b);
+  }
   std::vector<FacePoint> on_plane;
   for (const PieceIndices& at : all_pieces(of_a, of_b)) {
     if (near && (near->apart(at) || !near->meet(at))) continue;
@@ -302,7 +318,11 @@ double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, doubl
     if (pair.pieces.empty()) continue;
     const Sweep sweep_a = sweep(pair.a, velocities[pair.a], duration);
     const Sweep sweep_b = sweep(pair.b, velocities[pair.b], duration);
-    for (PiecePair& pieces : pair.pieces) share *= pieces.safe_share(sweep_a.first(share), sweep_b.first(share));
+    const std::vector<Bounds>&bounds_a = pieces_at(pair.a), &bounds_b = pieces_at(pair.b);
+    for (std::size_t i = 0; i < pair.pieces.size(); ++i) {
+      if (gap_of(bounds_a[i / bounds_b.size()], bounds_b[i % bounds_b.size()]) > motion) continue;
+      share *= pair.pieces[i].safe_share(sweep_a.first(share), sweep_b.first(share));
+    }
   }
   return share;
 }

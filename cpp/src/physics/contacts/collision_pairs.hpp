@@ -47,10 +47,12 @@ bool comes_first(const CollisionShape& b, const CollisionShape& a);
 //! All pieces of one shape with all of the other, in the order of Bullet's trees of compounds.
 std::vector<PieceIndices> all_pieces(const CollisionShape& a, const CollisionShape& b);
 
-//! Boxes around the pieces of a compound `a` and of another body as they stand.
+//! Boxes around the pieces of a compound `a` and of another body as they stand; those along the world's axes outlive
+//! it.
 class NearPieces {
  public:
-  NearPieces(const CollisionShape& a, const btTransform& pose_a, const CollisionShape& b, const btTransform& pose_b);
+  NearPieces(const CollisionShape& a, const btTransform& pose_a, const std::vector<Bounds>& in_world_a,
+             const CollisionShape& b, const btTransform& pose_b, const std::vector<Bounds>& in_world_b);
 
   //! Whether the boxes along the world's axes are apart.
   bool apart(const PieceIndices& pieces) const { return gap_of(in_world_a_[pieces.a], in_world_b_[pieces.b]) > 0.0; }
@@ -59,7 +61,8 @@ class NearPieces {
   bool meet(const PieceIndices& pieces) const { return gap_of(in_a_[pieces.a], b_in_a_[pieces.b]) <= 0.0; }
 
  private:
-  std::vector<Bounds> in_world_a_, in_world_b_, in_a_, b_in_a_;
+  const std::vector<Bounds>&in_world_a_, &in_world_b_;
+  std::vector<Bounds> in_a_, b_in_a_;
 };
 
 //! Two bodies whose bounds are, or have been, near each other.
@@ -114,15 +117,17 @@ class CollisionPairs {
   void add(std::size_t a, std::size_t b);
   void detect(CollisionPair& pair);
   static void drop(CollisionPair& pair);
+  const std::vector<Bounds>& pieces_at(std::size_t body);
   Sweep sweep(std::size_t body, const Velocity& velocity, double duration) const;
 
   const Scene& scene_;
   CollisionFilter filter_;
   const std::vector<btTransform>& poses_;
   std::vector<const CollisionShape*> shapes_;
-  std::vector<Bounds> bounds_;   // of the bodies
-  std::vector<double> reaches_;  // of their contacts [m]
-  std::vector<double> travels_;  // of their points in a substep, at most [m]
+  std::vector<Bounds> bounds_;                     // of the bodies
+  std::vector<std::vector<Bounds>> piece_bounds_;  // of those of the bodies that were asked for since `set_bounds`
+  std::vector<double> reaches_;                    // of their contacts [m]
+  std::vector<double> travels_;                    // of their points in a substep, at most [m]
   std::vector<CollisionPair> pairs_;
   bool all_kept_;
   std::vector<bool> found_;  // by a * (number of bodies) + b: that a sweep has found the pair since `forget`

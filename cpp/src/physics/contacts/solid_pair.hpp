@@ -75,9 +75,9 @@ class InnerShape {
     double most = direction.dot(*best);
     for (const btVector3* point = points_ + 1; point != points_ + count_; ++point) {
       const double along = direction.dot(*point);
-      if (along <= most) continue;
-      most = along;
-      best = point;
+      const bool farther = along > most;
+      most = farther ? along : most;
+      best = farther ? point : best;
     }
     return *best;
   }

@@ -27,9 +27,6 @@ inline void add_multiple(double factor, const double* __restrict row, int count,
   for (int j = 0; j < count; ++j) entries[j] += factor * row[j];
 }
 
-//! Numbers in the usual rows of the Jacobian of a contact on a free body.
-inline constexpr int contact_size = usual_rows * usual_count;
-
 //! Speeds along the rows.
 inline void add_speeds(const double* jacobian, const double* velocities, ContactVector& speeds) {
   for (std::size_t row = 0; row < 3; ++row) speeds[row] += dot(jacobian + row * usual_count, velocities, usual_count);
@@ -46,31 +43,32 @@ inline void take_contact(const double* __restrict jacobian, const double* __rest
   }
 }
 
-//! slope x rows: nothing that friction does presses.
-inline void answer_contact(const ContactResponse& response, const double* __restrict rows, double* __restrict answer) {
+//! slope x rows of `count` velocities: nothing that friction does presses.
+[[gnu::always_inline]] inline void answer_contact(const ContactResponse& response, const double* __restrict rows,
+                                                  int count, double* __restrict answer) {
   const ContactVector &x = response.slope[0], &y = response.slope[1], &normal = response.slope[2];
   if (response.regime == Regime::sticks) {
-    for (int j = 0; j < usual_count; ++j) {
+    for (int j = 0; j < count; ++j) {
       answer[j] = x[0] * rows[j];
-      answer[usual_count + j] = y[1] * rows[usual_count + j];
-      answer[2 * usual_count + j] = normal[2] * rows[2 * usual_count + j];
+      answer[count + j] = y[1] * rows[count + j];
+      answer[2 * count + j] = normal[2] * rows[2 * count + j];
     }
     return;
   }
-  for (int j = 0; j < usual_count; ++j) {
-    const double along_x = rows[j], along_y = rows[usual_count + j], along_normal = rows[2 * usual_count + j];
+  for (int j = 0; j < count; ++j) {
+    const double along_x = rows[j], along_y = rows[count + j], along_normal = rows[2 * count + j];
     answer[j] = x[0] * along_x + x[1] * along_y + x[2] * along_normal;
-    answer[usual_count + j] = y[0] * along_x + y[1] * along_y + y[2] * along_normal;
-    answer[2 * usual_count + j] = normal[2] * along_normal;
+    answer[count + j] = y[0] * along_x + y[1] * along_y + y[2] * along_normal;
+    answer[2 * count + j] = normal[2] * along_normal;
   }
 }
 
-//! entries += along' x rows
-inline void add_contact_row(const double* __restrict along, const double* __restrict rows, double* __restrict entries) {
-  const double x = along[0], y = along[usual_count], normal = along[2 * usual_count];
-  for (int j = 0; j < usual_count; ++j) {
-    entries[j] += x * rows[j] + y * rows[usual_count + j] + normal * rows[2 * usual_count + j];
-  }
+//! entries += column' x rows of `count` velocities; `step` is the number of columns.
+[[gnu::always_inline]] inline void add_contact_row(const double* __restrict column, int step,
+                                                   const double* __restrict rows, int count,
+                                                   double* __restrict entries) {
+  const double x = column[0], y = column[step], normal = column[2 * step];
+  for (int j = 0; j < count; ++j) entries[j] += x * rows[j] + y * rows[count + j] + normal * rows[2 * count + j];
 }
 
 }  // namespace energymargin

@@ -175,13 +175,16 @@ void NewtonSolver::add_contact_block(const ContactRows& rows) {
     const double* const along = numbers_.data() + of_left;
     const double* const jacobian = numbers_.data() + of_right;
     const auto count = static_cast<std::size_t>(rows.law.rows);
-    if (from.count == usual_count && to.count == usual_count && count == usual_rows) {
-      double answer[contact_size];
-      answer_contact(rows.response, jacobian, answer);
-      for (int i = 0; i < usual_count; ++i) {
-        add_contact_row(along + i, answer, matrix_.row(islands_.row(left) + i) + islands_.row(right));
-      }
-      return;
+    if (count == usual_rows) {
+      changes_.resize(usual_rows * static_cast<std::size_t>(to.count));
+      const auto add = [&](int columns) {
+        answer_contact(rows.response, jacobian, columns, changes_.data());
+        for (int i = 0; i < from.count; ++i) {
+          add_contact_row(along + i, from.count, changes_.data(), columns,
+                          matrix_.row(islands_.row(left) + i) + islands_.row(right));
+        }
+      };
+      return to.count == usual_count ? add(usual_count) : add(to.count);
     }
     for (std::size_t row = 0; row < count; ++row) {
       changes_.assign(static_cast<std::size_t>(to.count), 0.0);

@@ -24,6 +24,9 @@ constexpr double shorter_step = 0.6;
 constexpr double most_given = 0.01;
 constexpr double most_harder = 20.0;
 
+// What gives way by less than this is not moved back [m/s].
+constexpr double least_given = 2e-4;
+
 }  // namespace
 
 bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
@@ -202,13 +205,17 @@ void NewtonSolver::balance(const Island& island) {
   }
 }
 
-// How the velocities would answer if bodies in each other were asked to part by their `recovery` faster, while
-// everything that presses or sticks goes on doing so. It moves them, and speeds up nothing.
+// How the velocities would answer if bodies in each other were asked to part by their `recovery` faster, and those that
+// press by as much as the softness lets them give way, while everything that presses or sticks goes on doing so. It
+// moves them, and speeds up nothing.
 void NewtonSolver::recover(const Island& island) {
   const auto penetrates = [](const auto& rows) { return rows.recovery != 0.0; };
   const bool any =
       std::any_of(island.contacts.begin(), island.contacts.end(),
-                  [&](std::size_t k) { return penetrates(contacts_[k]); }) ||
+                  [&](std::size_t k) {
+                    const ContactRows& rows = contacts_[k];
+                    return penetrates(rows) || rows.law.normal_softness * rows.impulse[2] > least_given;
+                  }) ||
       std::any_of(island.limited.begin(), island.limited.end(), [&](std::size_t k) { return penetrates(limited_[k]); });
   if (!any) return;
   for (const int i : island.movers) std::fill_n(residual_.begin() + begin(i), count(i), 0.0);
@@ -227,7 +234,16 @@ void NewtonSolver::recover(const Island& island) {
     FrictionLaw law = rows.law;
     if (!sticks) law.friction = 0.0;
     respond_as(presses ? Regime::sticks : Regime::open, law, {}, rows.response);
-    if (presses) press(rows, 2, 1.0 / rows.law.normal_softness * asked);
+    if (!presses) continue;
+    const double borne = law.compliant ? 0.0 : 1.0;
+    for (int row = 0; row < law.rows; ++row) {
+      const double impulse = borne * rows.impulse[static_cast<std::size_t>(row)];
+      if (row == normal_row) {
+        press(rows, row, impulse + asked / law.normal_softness);
+      } else if (sticks) {
+        press(rows, row, impulse);
+      }
+    }
   }
   for (const std::size_t k : island.limited) {
     LimitedRow& row = limited_[k];

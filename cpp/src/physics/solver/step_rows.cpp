@@ -287,14 +287,24 @@ void StepEquations::add_damping_work(double duration) {
 
 // Recovery moves bodies and leaves their velocities alone.
 void StepEquations::add_recovery_work(double duration) {
+  double work = 0.0;
   for (const FreeBody& body : bodies_.free()) {
     const Motion::OfBody& loaded = audit.before->bodies[body.body];
     for (std::size_t row = 0; row < body.axes.size(); ++row) {
       const int axis = body.axes[row];
       const double load = axis < 3 ? loaded.force[axis] : loaded.torque[axis - 3];
-      audit.work.overlap -= load * solver_.recovery(body.mover)[row] * duration;
+      work += load * solver_.recovery(body.mover)[row];
     }
   }
+  for (std::size_t i = 0; i < trees_.size(); ++i) {
+    if (trees_[i].mover < 0) continue;
+    const std::size_t skipped = tree(i).prescribed();
+    const std::vector<double> loads = tree(i).loads(to_bullet(scene_.gravity()));
+    for (std::size_t k = skipped; k < loads.size(); ++k) {
+      work += loads[k] * solver_.recovery(trees_[i].mover)[k - skipped];
+    }
+  }
+  audit.work.overlap -= work * duration;
 }
 
 }  // namespace energymargin
