@@ -78,6 +78,18 @@ class LongCall {
     return run([&](const Limit& limit) { return options.limit = limit, metric(problem, options); });
   }
 
+  //! The same on this thread: for one that calls Python often, which Ctrl-C ends there.
+  template <typename Result, typename Options>
+  Result run_here(Result (*metric)(const Problem&, const Options&), const Problem& problem, Options& options) {
+    options.limit = limit_;
+    Result result = [&] {
+      const py::gil_scoped_release release;
+      return metric(problem, options);
+    }();
+    report();
+    return result;
+  }
+
  private:
   template <typename Job>
   static auto start(const Job& job) {

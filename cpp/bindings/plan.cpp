@@ -27,8 +27,8 @@ or that are not finite.)";
 
 using Limits = std::map<std::string, std::pair<Given<double>, Given<double>>>;
 
-Plan plan_of(const Given<double>& step, const Rows& wrenches, const Rows& targets, const Rows& velocities,
-             const Limits& limits) {
+Plan plan_rows(const Given<double>& step, const Rows& wrenches, const Rows& targets, const Rows& velocities,
+               const Limits& limits) {
   Plan plan = plan_of_rows("wrenches", wrenches, targets);
   plan.step = given("step", step);
   for (const auto& [body, rows] : velocities) {
@@ -43,8 +43,126 @@ Plan plan_of(const Given<double>& step, const Rows& wrenches, const Rows& target
       throw std::invalid_argument("limits has '" + body + "', expected bodies of `velocities` only");
     }
   }
+  return plan;
+}
+
+Plan plan_of(const Given<double>& step, const Rows& wrenches, const Rows& targets, const Rows& velocities,
+             const Limits& limits) {
+  Plan plan = plan_rows(step, wrenches, targets, velocities, limits);
   validate(plan);
   return plan;
+}
+
+constexpr const char* feedback_doc =
+    R"doc(A plan that the robot corrects by what it observes: u = u_plan(t) + K(t) (x_ref(t) - x).
+
+It is a Plan, and goes where a plan goes. A correction acts from one control time to the next; each control time is at the
+step of the scene that is nearest to it. With a Feedback the last row of the plan stays, so that one row is enough.
+
+Args:
+    gains: K, shape (m, n), or (R, m, n) with one a control time, the last of which stays.
+    observed: names of the n numbers x. Of a joint: its position "j" or velocity "j.velocity". Of a body: "b.x", "b.y", "b.z"
+        [m], "b.rx", "b.ry", "b.rz" (rotation vector [rad]), "b.vx" to "b.vz" [m/s], "b.wx" to "b.wz" [rad/s]. Of two bodies:
+        the normal force in the last step, "force(a, b)" [N].
+    corrected: names of the m numbers u. A joint's target "j"; of a wrench "b.fx" to "b.fz" [N], "b.tx" to "b.tz" [N m], at the
+        centre of mass; of a velocity "b.vx" to "b.wz" of a free body.
+    states: x_ref, shape (n,), or (R, n) with a row a control time, the last of which stays; None: zero.
+    targets, wrenches, velocities: u_plan, as of Plan. Wrenches and velocities that are left out are zero.
+    motors: as the `limits` of Plan.
+    period: between two control times [s].
+    delay: control periods from an observation to its correction.
+    limits: (low, high) of u, each (m,), infinite where there is none.
+    start: of the law's time that is over as the plan begins [s].
+    step: of a row of the plan [s]; None: the period.
+
+Raises ValueError on bad shapes, names and numbers.)doc";
+
+Eigen::VectorXd limit(const std::string& name, const GivenArray& numbers, std::size_t count) {
+  return vector(name, numbers.value, static_cast<Eigen::Index>(count));
+}
+
+std::vector<Eigen::MatrixXd> gains_of(const GivenArray& given, Eigen::Index m, Eigen::Index n) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given.value);
+  if (!array) throw std::invalid_argument("gains is no array of numbers, expected shape (m, n) or (R, m, n)");
+  const bool many = array.ndim() == 3;
+  const auto size = [&](int axis) { return array.shape(axis + (many ? 1 : 0)); };
+  if ((array.ndim() != 2 && !many) || size(0) != m || size(1) != n) {
+    throw std::invalid_argument("gains is of shape " + py::str(given.value.attr("shape")).cast<std::string>() +
+                                ", expected (" + std::to_string(m) + ", " + std::to_string(n) +
+                                "), corrected by observed, or one a control time");
+  }
+  std::vector<Eigen::MatrixXd> gains;
+  for (py::ssize_t i = 0; i < (many ? array.shape(0) : 1); ++i) {
+    gains.emplace_back(Eigen::Map<const States>(array.data() + i * m * n, m, n));
+  }
+  return gains;
+}
+
+struct PlanWithFeedback : Plan {};
+
+PlanWithFeedback feedback_of(const GivenArray& gains, std::vector<std::string> observed,
+                             std::vector<std::string> corrected, const std::optional<GivenArray>& states,
+                             const Rows& wrenches, const Rows& targets, const Rows& velocities, const Limits& motors,
+                             const Given<double>& period, const Given<int>& delay,
+                             const std::optional<std::pair<GivenArray, GivenArray>>& limits, const Given<double>& start,
+                             const std::optional<Given<double>>& step) {
+  const auto m = static_cast<Eigen::Index>(corrected.size()), n = static_cast<Eigen::Index>(observed.size());
+  Feedback law;
+  law.gains = gains_of(gains, m, n);
+  law.observed = std::move(observed);
+  law.corrected = std::move(corrected);
+  law.period = given("period", period);
+  law.delay = count("delay", delay, 0);
+  law.start = given("start", start);
+  law.references = Eigen::MatrixXd::Zero(1, n);
+  if (states) {
+    const auto array = py::array::ensure(states->value);
+    law.references = array && array.ndim() == 1 ? States(vector("states", states->value, n).transpose())
+                                                : matrix("states", *states, -1, n);
+  }
+  if (limits) {
+    law.low = limit("limits[0]", limits->first, law.corrected.size());
+    law.high = limit("limits[1]", limits->second, law.corrected.size());
+  }
+  return {with_feedback(plan_rows(step.value_or(period), wrenches, targets, velocities, motors), std::move(law))};
+}
+
+// A user's function of (time, number, observations, seeds, memory), which returns (actions, memory).
+using ActFunction = py::typing::Callable<py::tuple(double, int, py::array_t<double>, py::array, py::array_t<double>)>;
+
+struct PlanWithPolicy : Plan {};
+
+PlanWithPolicy policy_of(const ActFunction& act, std::vector<std::string> observed, std::vector<std::string> commanded,
+                         const Given<double>& period, const Given<int>& delay, const Given<int>& memory,
+                         const std::optional<std::pair<GivenArray, GivenArray>>& limits, std::string name) {
+  const std::shared_ptr<ActFunction> held(new ActFunction(act), [](const ActFunction* last) {
+    const py::gil_scoped_acquire acquire;
+    delete last;
+  });
+  auto policy = std::make_shared<Policy>();
+  policy->name = std::move(name);
+  policy->memory = count("memory", memory, 0);
+  policy->act = [held](const PolicyQuestion& asked, States& remembered, States& actions) {
+    const py::gil_scoped_acquire acquire;
+    const py::array_t<std::uint64_t> seeds(static_cast<py::ssize_t>(asked.seeds.size()), asked.seeds.data());
+    const py::tuple answer =
+        (*held)(asked.time, asked.number, py::cast(asked.observations), seeds, py::cast(remembered));
+    actions = answer[0].cast<States>();
+    remembered = answer[1].cast<States>();
+  };
+  Feedback law;
+  law.period = given("period", period);
+  law.delay = count("delay", delay, 0);
+  law.observed = std::move(observed);
+  law.corrected = std::move(commanded);
+  if (limits) {
+    law.low = limit("limits[0]", limits->first, law.corrected.size());
+    law.high = limit("limits[1]", limits->second, law.corrected.size());
+  }
+  Plan plan;
+  plan.step = law.period;
+  plan.policy = std::move(policy);
+  return {with_feedback(std::move(plan), std::move(law))};
 }
 
 using RowsByName = py::typing::Dict<py::str, py::object>;
@@ -66,6 +184,23 @@ RowsByName limits_of(const Plan& plan) {
     if (servo.force && servo.torque) limits[py::str(servo.body)] = py::make_tuple(*servo.force, *servo.torque);
   }
   return limits;
+}
+
+py::object law_of(const Plan& plan) {
+  if (!plan.feedback) return py::none();
+  const Feedback& law = *plan.feedback;
+  py::list gains;
+  for (const Eigen::MatrixXd& gain : law.gains) gains.append(gain);
+  py::dict arguments;
+  arguments["gains"] = py::module_::import("numpy").attr("array")(gains);
+  arguments["observed"] = law.observed;
+  arguments["corrected"] = law.corrected;
+  arguments["states"] = law.references;
+  arguments["period"] = law.period;
+  arguments["delay"] = law.delay;
+  arguments["limits"] = law.low.size() == 0 ? py::object(py::none()) : py::make_tuple(law.low, law.high);
+  arguments["start"] = law.start;
+  return arguments;
 }
 
 }  // namespace
@@ -90,6 +225,8 @@ void bind_plan(py::module_& module) {
       .def_property_readonly("velocities", &velocities_of, "By body, shape (K, 6) [m/s, rad/s].")
       .def_property_readonly("limits", &limits_of,
                              "Of motors, where the plan has them: by body, (force [N], torque [N m]).")
+      .def_property_readonly("feedback", &law_of,
+                             "The arguments of a Feedback that are not of its plan; None: a plan alone.")
       .def(
           "fine_rows", [](const Plan& plan, const Given<double>& step) { return fine_rows(plan, given("step", step)); },
           py::arg("step"),
@@ -110,6 +247,16 @@ void bind_plan(py::module_& module) {
                   "A plan from JSON text. Raises ValueError that names the place and what was expected.")
       .def(py::pickle([](const Plan& plan) { return py::str(to_json(plan)); },
                       [](const py::str& text) { return plan_from_json(text); }));
+  py::class_<PlanWithFeedback, Plan>(module, "Feedback", feedback_doc)
+      .def(py::init(&feedback_of), py::arg("gains"), py::kw_only(), py::arg("observed"), py::arg("corrected"),
+           py::arg("states") = py::none(), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
+           py::arg("velocities") = Rows{}, py::arg("motors") = Limits{}, py::arg("period"), py::arg("delay") = 0,
+           py::arg("limits") = py::none(), py::arg("start") = 0.0, py::arg("step") = py::none())
+      .def(py::pickle([](const PlanWithFeedback& plan) { return py::str(to_json(plan)); },
+                      [](const py::str& text) { return PlanWithFeedback{plan_from_json(text)}; }));
+  py::class_<PlanWithPolicy, Plan>(module, "PolicyPlan", "A plan whose robot is asked what to do; em.Policy makes it.")
+      .def(py::init(&policy_of), py::arg("act"), py::kw_only(), py::arg("observed"), py::arg("commanded"),
+           py::arg("period"), py::arg("delay"), py::arg("memory"), py::arg("limits"), py::arg("name"));
 }
 
 }  // namespace energymargin::binding

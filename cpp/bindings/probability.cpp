@@ -123,7 +123,8 @@ CaptureProbability score_probability(const Problem& problem, const Keywords& key
   } else {
     options.disturbance = disturbance_of(problem, model, options);
     options.rollout_counter = call.counter();
-    p = call.run(&capture_probability, problem, options);
+    const bool asks = problem.plan && problem.plan->policy;  // Python, where Ctrl-C ends it
+    p = asks ? call.run_here(&capture_probability, problem, options) : call.run(&capture_probability, problem, options);
   }
   if (warns) warn(p.warnings, problem.scene);
   return p;

@@ -19,6 +19,7 @@ from energymargin._core import (
     Cylinder as Cylinder,
     EscapeEffort as EscapeEffort,
     EscapeEnergy as EscapeEnergy,
+    Feedback as Feedback,
     ForceScore as ForceScore,
     ForceWeights as ForceWeights,
     Inertial as Inertial,
@@ -95,6 +96,7 @@ if typing.TYPE_CHECKING:
         ScoreTable as ScoreTable,
         score as score,
     )
+    from energymargin.policies import Policy as Policy
     from energymargin.searches import SearchSettings as SearchSettings
 
     __version__: str
@@ -116,6 +118,7 @@ NAMES = {
     "meshes": ["mesh"],
     "monitor": ["Monitor"],
     "plausibility": ["PlausibilityWarning"],
+    "policies": ["Policy"],
     "scoring": ["ScoreError", "ScoreTable", "score"],
     "searches": ["SearchSettings"],
 }

@@ -1,10 +1,13 @@
 #pragma once
 // What a robot does over time.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "energymargin/feedback.hpp"
+#include "energymargin/policy.hpp"
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
 
@@ -39,6 +42,10 @@ struct Plan {
   std::vector<Drive> wrenches{};
   std::vector<Targets> targets{};
   std::vector<Servo> velocities{};
+  std::optional<Feedback> feedback{};  //!< with it the last row stays
+
+  //! What the feedback corrects it commands instead, at the feedback's control times.
+  std::shared_ptr<const Policy> policy{};
 
   //! K, 0 if it does nothing.
   int rows() const;
@@ -54,6 +61,10 @@ void validate(const Plan& plan, const std::string& wrenches = "wrenches");
 
 //! Limits that are unset become twice what holds a body and its links [N], and that at its radius [N m].
 Servo with_default_limits(const Scene& scene, Servo servo);
+
+//! A plan and its corrections: where a wrench or a velocity is corrected, and the plan has none, rows of zeros are
+//! added. Throws std::invalid_argument.
+Plan with_feedback(Plan plan, Feedback feedback);
 
 //! The same plan with a row for each step [s] of a scene: each row begins at the step that is nearest to its time.
 Plan fine_rows(const Plan& plan, double step);

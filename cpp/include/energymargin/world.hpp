@@ -72,6 +72,7 @@ struct Watch {
   int check_every = 1;                                     //!< steps from one state that `ends` is asked to the next
   int first = 0;                                           //!< steps of the plan, and of `check_every`, that are over
   const Plan* plan = nullptr;                              //!< if set: in place of the world's; it fits the scene
+  const Eigen::VectorXd* commands = nullptr;               //!< of the plan's policy
   bool audit = false;                                      //!< whether the energy is balanced
 };
 
@@ -115,6 +116,9 @@ class World {
 
   const Scene& scene() const;
   const StateLayout& layout() const;
+
+  //! Numbers that the states of `rollout_unchecked` have behind those of the scene: what a Feedback remembers.
+  int memory() const;
 
   //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums.
   //! `audit` also balances the energy, and changes no bit. The robot goes on where its plan is after `time` [s]. Throws

@@ -10,6 +10,7 @@
 #include "base/thread_pool.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
+#include "metrics/together.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin {
@@ -51,7 +52,9 @@ class Estimator {
 
   CaptureProbability estimate() {
     if (options_.undisturbed) {
-      undisturbed_ = run({no_push(problem_, timing_.horizon)}, nullptr, 0);
+      const std::vector<Push> none{no_push(problem_, timing_.horizon)};
+      undisturbed_ =
+          problem_.plan && problem_.plan->policy ? run_together({{none}}, {0}).front() : run(none, nullptr, 0);
       if (!undisturbed_->complete) options_.limit.require();
       if (undisturbed_->diverged) throw Diverged("the undisturbed future");
     }
@@ -73,6 +76,7 @@ class Estimator {
     const std::size_t first = futures_.size();
     futures_.resize(static_cast<std::size_t>(wanted));
     complete_.resize(futures_.size(), 0);
+    if (problem_.plan && problem_.plan->policy) return roll_together(first);
     pool_.run(futures_.size() - first, [&](std::size_t i, std::size_t thread) {
       if (options_.limit.reached()) return;
       const std::size_t number = first + i, index = options_.first + number;
@@ -81,6 +85,68 @@ class Estimator {
       complete_[number] = futures_[number].complete ? 1 : 0;
       if (options_.rollout_counter) ++*options_.rollout_counter;
     });
+  }
+
+  // The same rollouts, which a policy is asked about together.
+  void roll_together(std::size_t first) {
+    std::vector<Draw> draws;
+    std::vector<std::uint64_t> numbers;
+    for (std::size_t number = first; number < futures_.size(); ++number) {
+      numbers.push_back(options_.first + number);
+      draws.push_back(draw(options_.disturbance, problem_, timing_.horizon, options_.seed, numbers.back()));
+    }
+    std::vector<Future> futures = run_together(std::move(draws), numbers);
+    for (std::size_t i = 0; i < futures.size(); ++i) {
+      complete_[first + i] = futures[i].complete ? 1 : 0;
+      futures_[first + i] = std::move(futures[i]);
+    }
+    if (options_.rollout_counter) *options_.rollout_counter += static_cast<int>(futures.size());
+  }
+
+  std::vector<Future> run_together(std::vector<Draw> draws, const std::vector<std::uint64_t>& numbers) {
+    std::vector<std::vector<search::Exit>> exits(draws.size(),
+                                                 std::vector<search::Exit>(sets_.size(), search::Exit(timing_.dwell)));
+    std::vector<Together> rollouts(draws.size());
+    for (std::size_t i = 0; i < draws.size(); ++i) {
+      rollouts[i].pushes = std::move(draws[i].pushes);
+      rollouts[i].plan = std::move(draws[i].plan);
+      rollouts[i].number = numbers[i];
+      rollouts[i].ends = [this, &exits, i](const State& state, int step) { return check(exits[i], state, step); };
+    }
+    const auto world = [this](std::size_t thread) -> World& {
+      if (!worlds_[thread]) worlds_[thread].emplace(world_of(problem_));
+      return *worlds_[thread];
+    };
+    PolicyRollouts(problem_, timing_, options_.seed).run(rollouts, pool_, world, options_.limit);
+    std::vector<Future> futures(draws.size());
+    for (std::size_t i = 0; i < futures.size(); ++i) {
+      const Together& of = rollouts[i];
+      Future& future = futures[i];
+      future.complete = of.complete;
+      future.diverged = of.diverged;
+      future.counts = of.counts;
+      future.effort = of.effort;
+      close(exits[i], of.complete && of.steps == timing_.horizon, of.state, future);
+    }
+    return futures;
+  }
+
+  // Whether a rollout may end, as its exits tell it.
+  bool check(std::vector<search::Exit>& exits, const State& state, int step) const {
+    bool all_left = true;
+    for (std::size_t i = 0; i < sets_.size(); ++i) {
+      if (!exits[i].left()) exits[i].check(sets_[i](state), step);
+      all_left = all_left && exits[i].left();
+    }
+    return all_left && !success_ && !rate_;
+  }
+
+  void close(std::vector<search::Exit>& exits, bool at_horizon, const State& state, Future& future) const {
+    if (at_horizon) {
+      for (search::Exit& exit : exits) exit.end();
+      future.success = success_ && (*success_)(state);
+    }
+    for (const search::Exit& exit : exits) future.exits.push_back(exit.left() ? exit.since() : -1);
   }
 
   // The complete rollouts up to the first that is not.
@@ -100,28 +166,16 @@ class Estimator {
 
   Future follow(World& world, const std::vector<Push>& pushes, const Plan* plan) const {
     std::vector<search::Exit> exits(sets_.size(), search::Exit(timing_.dwell));
-    const bool runs_to_horizon = success_ || rate_;
-    const auto ends = [&](const State& state, int step) {
-      bool all_left = true;
-      for (std::size_t i = 0; i < sets_.size(); ++i) {
-        if (!exits[i].left()) exits[i].check(sets_[i](state), step);
-        all_left = all_left && exits[i].left();
-      }
-      return all_left && !runs_to_horizon;
-    };
+    const auto ends = [&](const State& state, int step) { return check(exits, state, step); };
     Future future;
+    Rollout rollout;
     if (!ends(problem_.state, 0)) {
-      const Rollout rollout =
-          search::roll_out_to_horizon(world, problem_.state, pushes, timing_, options_.limit, ends, plan);
+      rollout = search::roll_out_to_horizon(world, problem_.state, pushes, timing_, options_.limit, ends, plan);
       future.complete = rollout.complete;
       future.counts = rollout;
       future.effort = rollout.effort;
-      if (rollout.complete && rollout.steps == timing_.horizon) {
-        for (search::Exit& exit : exits) exit.end();
-        future.success = success_ && (*success_)(rollout.state);
-      }
     }
-    for (const search::Exit& exit : exits) future.exits.push_back(exit.left() ? exit.since() : -1);
+    close(exits, rollout.complete && rollout.steps == timing_.horizon, rollout.state, future);
     return future;
   }
 

@@ -164,7 +164,7 @@ class ReplicaSimulator {
       track_.coordinates.insert(track_.coordinates.end(), coordinates.begin(), coordinates.end());
     }
     if (nearness_.forecast) return (*nearness_.forecast)(track_, left);
-    const double now = distance_ ? (*distance_)(state) : options_.level(state);
+    const double now = distance_ ? (*distance_)(state) : options_.level(state.head(problem_.state.size()));
     if (std::isnan(now)) reject("level", "not a number", "a number for every state");
     const double gain = left < last_check_ ? now - last_ : 0.0;
     if (left < last_check_) gains_.push_back(gain);

@@ -31,13 +31,13 @@ class TouchingPair {
     return ask(state, [this](Simulation& simulation) {
       double left = scene_.stepping().step;
       for (int substeps = 0; left > 0.0; ++substeps) left -= simulation.advance(left, substeps).duration;
-      double missing = set_.force;
+      double force = 0.0;
       for (const Contact& contact : simulation.contacts()) {
         const bool of_pair = contact.body_a == set_.body ? contact.body_b == set_.other
                                                          : contact.body_a == set_.other && contact.body_b == set_.body;
-        if (of_pair) missing -= contact.normal_force;
+        if (of_pair) force += contact.normal_force;
       }
-      return missing;
+      return set_.force - force;
     });
   }
 

@@ -7,13 +7,13 @@
 
 #include "base/check.hpp"
 #include "physics/auditor.hpp"
+#include "physics/robot.hpp"
 #include "physics/simulation.hpp"
 
 namespace energymargin {
 namespace {
 
 constexpr int steps_between_checks = 16;  // of the limit: a step takes from 3 us to, in large scenes, some ms
-constexpr double unlimited = std::numeric_limits<double>::infinity();  // force and torque, of a kinematic body
 
 void validate_simulation(const Plan& besides, int steps, const std::vector<int>& record) {
   require_at_least("steps", steps, 1);
@@ -46,42 +46,6 @@ std::vector<Load> loads_of(const Push& push, const Simulation& simulation) {
 }
 
 }  // namespace
-
-// Does in each step what a plan says, which fits the scene.
-class Robot {
- public:
-  Robot(const Scene& scene, const Plan& plan) : plan_(fine_rows(plan, scene.stepping().step)) {
-    for (const Drive& drive : plan.wrenches) wrench_bodies_.push_back(scene.index(drive.body));
-    for (const Targets& targets : plan.targets) joints_.push_back(scene.control_index(targets.joint));
-    for (Servo& servo : plan_.velocities) {
-      servo = with_default_limits(scene, servo);
-      servo_bodies_.push_back(scene.index(servo.body));
-    }
-  }
-
-  // Loads the simulation with what acts in a step of the plan. Behind its end nothing acts but the last targets.
-  void act(Simulation& simulation, int step) const {
-    const int last = plan_.rows() - 1;
-    for (std::size_t i = 0; i < joints_.size(); ++i) {
-      simulation.set_target(joints_[i], plan_.targets[i].positions[std::min(step, last)]);
-    }
-    if (step > last) return;
-    for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
-      const auto wrench = plan_.wrenches[i].wrenches.row(step);
-      simulation.actuate({wrench_bodies_[i], vector(wrench.data()), vector(wrench.data() + 3)});
-    }
-    for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
-      const Servo& servo = plan_.velocities[i];
-      const auto velocity = servo.velocities.row(step);
-      simulation.add_motor(servo_bodies_[i], velocity.head<3>(), velocity.tail<3>(), servo.force.value_or(unlimited),
-                           servo.torque.value_or(unlimited));
-    }
-  }
-
- private:
-  Plan plan_;
-  std::vector<std::size_t> wrench_bodies_, servo_bodies_, joints_;
-};
 
 // The robot follows `plan`, which fits the scene, unless it is null.
 struct Engine {
@@ -138,6 +102,7 @@ World& World::operator=(World&&) noexcept = default;
 
 const Scene& World::scene() const { return engine_->simulation.scene(); }
 const StateLayout& World::layout() const { return engine_->simulation.layout(); }
+int World::memory() const { return engine_->robot ? static_cast<int>(engine_->robot->memory()) : 0; }
 
 Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit, const Limit& limit,
                        double time) {
@@ -163,6 +128,7 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   watch.first = engine_->simulation.whole_steps(time);
   Rollout result = rollout_unchecked(state, {push(wrenches, steps)}, limit, watch);
   if (!result.complete) limit.require();
+  result.state.conservativeResize(layout().dimension());
   result.energy = engine_->energy(result.state);
   return result;
 }
@@ -176,7 +142,15 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
   Rollout result;
   std::optional<Robot> other;
   if (watch.plan) other.emplace(simulation.scene(), *watch.plan);
-  const std::optional<Robot>& robot = other ? other : engine_->robot;
+  std::optional<Robot>& robot = other ? other : engine_->robot;
+  if (robot) {
+    robot->restore(state, simulation.layout().dimension());
+    robot->take(watch.commands);
+  }
+  const auto read = [&](State& now) {
+    simulation.read(now);
+    if (robot) robot->append(simulation, now);
+  };
   auto next = watch.record.begin();
   bool over = false;
   for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
@@ -194,16 +168,16 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
       ++result.steps;
       if (next != watch.record.end() && *next == result.steps) {
         result.recorded.push_back({result.steps, result.effort, {}});
-        simulation.read(result.recorded.back().state);
+        read(result.recorded.back().state);
         ++next;
       }
       over = !(watch.cost + result.effort < watch.bound);
       if (over || !watch.ends || (watch.first + result.steps) % watch.check_every != 0) continue;
-      simulation.read(result.state);
+      read(result.state);
       over = watch.ends(result.state);
     }
   }
-  simulation.read(result.state);
+  read(result.state);
   if (!std::isfinite(result.effort)) throw Diverged("the effort");
   if (auditor) {
     result.audit = auditor->audit();
@@ -234,10 +208,11 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
   const double step = scene().stepping().step;
   Rollout whole;
   simulation.restore(state);
+  if (engine_->robot) engine_->robot->restore(state, layout().dimension());
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_checks == 0) limit.require();
     simulation.unload();
-    for (const std::optional<Robot>* robot : {&std::as_const(engine_->robot), &std::as_const(second)}) {
+    for (std::optional<Robot>* robot : {&engine_->robot, &second}) {
       if (*robot) (*robot)->act(simulation, i - 1);
     }
     engine_->step({}, whole, nullptr);

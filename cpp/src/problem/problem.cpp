@@ -70,7 +70,7 @@ void require_clock(const Problem& problem) {
   if (problem.effector == Effector::drive) {
     reject("effector", "\"drive\" with a plan", "\"coast\": the plan says what the effector does");
   }
-  if (problem.horizon && problem.plan->duration() < *problem.horizon - 0.5 * step) {
+  if (problem.horizon && !problem.plan->feedback && problem.plan->duration() < *problem.horizon - 0.5 * step) {
     reject("plan", text(problem.plan->duration()) + " s",
            "at least as long as the horizon, " + text(*problem.horizon) + " s");
   }

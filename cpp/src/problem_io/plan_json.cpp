@@ -89,6 +89,52 @@ Wrenches read_rows(const JsonNode& node, int columns) {
   return read_packed(node, columns);
 }
 
+std::vector<std::string> read_names(const JsonNode& node) {
+  std::vector<std::string> names;
+  for (const JsonNode& item : node.items()) names.push_back(item.text());
+  if (names.empty()) node.fail("a list of at least one name");
+  return names;
+}
+
+Eigen::VectorXd read_limits(const JsonNode& node, std::size_t count) {
+  return Eigen::Map<const Eigen::VectorXd>(node.numbers(count, true).data(), static_cast<Eigen::Index>(count));
+}
+
+Feedback read_feedback(const JsonNode& node) {
+  node.allow_keys({"period", "observed", "corrected", "gains", "references", "delay", "low", "high", "start"});
+  Feedback feedback{node["period"].number(), read_names(node["observed"]), read_names(node["corrected"])};
+  const auto n = static_cast<Eigen::Index>(feedback.observed.size());
+  const auto m = static_cast<Eigen::Index>(feedback.corrected.size());
+  const Wrenches gains = read_rows(node["gains"], static_cast<int>(m * n));
+  for (Eigen::Index row = 0; row < gains.rows(); ++row) {
+    feedback.gains.push_back(Eigen::Map<const States>(gains.row(row).data(), m, n));
+  }
+  feedback.references = read_rows(node["references"], static_cast<int>(n));
+  if (node.has("delay")) feedback.delay = node["delay"].integer();
+  if (node.has("low")) feedback.low = read_limits(node["low"], feedback.corrected.size());
+  if (node.has("high")) feedback.high = read_limits(node["high"], feedback.corrected.size());
+  if (node.has("start")) feedback.start = node["start"].number();
+  return feedback;
+}
+
+OrderedJson write(const Feedback& feedback) {
+  OrderedJson json = {{"period", feedback.period}, {"observed", feedback.observed}, {"corrected", feedback.corrected}};
+  const auto count = static_cast<Eigen::Index>(feedback.gains.size());
+  Wrenches gains(count, feedback.gains.front().size());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const States gain = feedback.gains[static_cast<std::size_t>(i)];
+    gains.row(i) = Eigen::Map<const Eigen::RowVectorXd>(gain.data(), gain.size());
+  }
+  json["gains"] = pack(gains);
+  json["references"] = pack(feedback.references);
+  if (feedback.delay != 0) json["delay"] = feedback.delay;
+  for (const auto& [name, limits] : {std::pair{"low", &feedback.low}, {"high", &feedback.high}}) {
+    for (const double limit : *limits) json[name].push_back(problem_io::write(limit));
+  }
+  if (feedback.start != 0.0) json["start"] = feedback.start;
+  return json;
+}
+
 Plan read_parts(const JsonNode& node, const Scene* scene) {
   const auto body = [scene](const JsonNode& name) { return scene ? read_body_name(name, *scene) : name.text(); };
   const auto joint = [scene](const JsonNode& name) {
@@ -96,7 +142,7 @@ Plan read_parts(const JsonNode& node, const Scene* scene) {
     const bool none = scene->joints().empty();
     return read_name(name, scene->joints(), none ? "no targets: the scene has no joints" : "one of the joints ");
   };
-  node.allow_keys({"step", "wrenches", "targets", "velocities"});
+  node.allow_keys({"step", "wrenches", "targets", "velocities", "feedback"});
   Plan plan{node["step"].number()};
   for_each_item(node, "wrenches", [&](const JsonNode& drive) {
     drive.allow_keys({"body", "rows"});
@@ -112,6 +158,7 @@ Plan read_parts(const JsonNode& node, const Scene* scene) {
     if (servo.has("force")) plan.velocities.back().force = servo["force"].number();
     if (servo.has("torque")) plan.velocities.back().torque = servo["torque"].number();
   });
+  if (node.has("feedback")) plan.feedback = read_feedback(node["feedback"]);
   return plan;
 }
 
@@ -128,6 +175,8 @@ Plan read_plan(const JsonNode& node, const Scene* scene) {
 Plan read_plan(const Json& json) { return read_plan(JsonNode(json, "plan"), nullptr); }
 
 OrderedJson write(const Plan& plan) {
+  if (plan.policy)
+    reject("plan", "the Policy '" + plan.policy->name + "'", "a Plan or a Feedback: code has no file format");
   OrderedJson json = {{"step", plan.step}};
   for (const Drive& drive : plan.wrenches) {
     json["wrenches"].push_back({{"body", drive.body}, {"rows", pack(drive.wrenches)}});
@@ -141,6 +190,7 @@ OrderedJson write(const Plan& plan) {
     if (servo.torque) motor["torque"] = *servo.torque;
     json["velocities"].push_back(motor);
   }
+  if (plan.feedback) json["feedback"] = write(*plan.feedback);
   return json;
 }
 

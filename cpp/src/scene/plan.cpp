@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "base/check.hpp"
+#include "scene/feedback.hpp"
 
 namespace energymargin {
 namespace {
@@ -88,11 +89,19 @@ void validate(const Plan& plan, const std::string& wrenches) {
     if (servo.force) require_not_negative(named("limits", servo.body) + " force", *servo.force);
     if (servo.torque) require_not_negative(named("limits", servo.body) + " torque", *servo.torque);
   }
+  if (plan.feedback) validate(*plan.feedback, plan);
 }
 
 void validate(const Plan& plan, const Scene& scene, const std::string& wrenches) {
   validate(plan, wrenches);
   require_step(plan, scene);
+  if (plan.feedback) {
+    for (const std::string& name : plan.feedback->observed) observed(scene, name);
+    if (!(plan.feedback->period > (1.0 - rounding) * scene.stepping().step)) {
+      reject("period of the feedback", text(plan.feedback->period),
+             "at least a step of the scene, of " + text(scene.stepping().step) + " s");
+    }
+  }
   for (const Drive& drive : plan.wrenches) {
     const Body& body = scene.body(drive.body);
     if (body.fixed()) reject(named(wrenches, drive.body), "on a fixed body", "a body that can move");

@@ -125,17 +125,18 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   space_ = std::make_shared<CostSpace>(problem, stream(seed, streams::states));
   simulations_ = std::make_unique<Simulations>(problem, captured, threads);
   if (simulations_->horizon) horizon_ = simulations_->horizon->end();
-  const StateLayout layout(problem.scene);
   if (captured) {
     captured_.emplace(*captured, problem.scene);
     problem_ = problem;
     problem_->captured = *captured;
   }
   if (captured && problem.within) within_.emplace(*problem.within, problem.scene);
-  tree_.states.resize(0, layout.dimension());
+  dimension_ = problem.state.size();
+  tree_.states.resize(0, dimension_ + simulations_->worlds[0]->memory());
   tree_.controls.resize(0, wrench_axes * static_cast<Eigen::Index>(objects_.size()));
   make_room(std::min(nodes, first_room) + 1);
-  tree_.states.row(0) = problem.state.transpose();
+  tree_.states.row(0).setZero();
+  tree_.states.row(0).head(dimension_) = problem.state.transpose();
   tree_.costs[0] = 0.0;
   tree_.parents[0] = -1;
   tree_.controls.row(0).setZero();
@@ -307,6 +308,7 @@ std::optional<bool> BoundedProblem::confirm(int node) {
 
 Tree BoundedProblem::take_tree(std::optional<int> nodes) {
   make_room(nodes.value_or(nodes_) + 1);
+  tree_.states.conservativeResize(Eigen::NoChange, dimension_);
   return std::move(tree_);
 }
 

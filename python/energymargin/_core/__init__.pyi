@@ -9,7 +9,7 @@ import numpy.typing
 import typing
 from . import regions
 from . import disturbances
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LEAST_GYRATION', 'Loop', 'LowerBound', 'MOST_GYRATION', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Surface', 'Survival', 'Tendon', 'TendonJoint', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'too_many_diverged', 'warn_of_steps']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'Feedback', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LEAST_GYRATION', 'Loop', 'LowerBound', 'MOST_GYRATION', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'PolicyPlan', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Surface', 'Survival', 'Tendon', 'TendonJoint', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'too_many_diverged', 'warn_of_steps']
 class Cancelled(RuntimeError):
     """
     A Cancel ended a long call that had no result yet.
@@ -973,6 +973,11 @@ class Plan:
         Of all rows [s].
         """
     @property
+    def feedback(self) -> typing.Any:
+        """
+        The arguments of a Feedback that are not of its plan; None: a plan alone.
+        """
+    @property
     def limits(self) -> dict[str, typing.Any]:
         """
         Of motors, where the plan has them: by body, (force [N], torque [N m]).
@@ -1002,6 +1007,43 @@ class Plan:
         """
         By body, shape (K, 6) [N, N m].
         """
+class Feedback(Plan):
+    """
+    A plan that the robot corrects by what it observes: u = u_plan(t) + K(t) (x_ref(t) - x).
+    
+    It is a Plan, and goes where a plan goes. A correction acts from one control time to the next; each control time is at the
+    step of the scene that is nearest to it. With a Feedback the last row of the plan stays, so that one row is enough.
+    
+    Args:
+        gains: K, shape (m, n), or (R, m, n) with one a control time, the last of which stays.
+        observed: names of the n numbers x. Of a joint: its position "j" or velocity "j.velocity". Of a body: "b.x", "b.y", "b.z"
+            [m], "b.rx", "b.ry", "b.rz" (rotation vector [rad]), "b.vx" to "b.vz" [m/s], "b.wx" to "b.wz" [rad/s]. Of two bodies:
+            the normal force in the last step, "force(a, b)" [N].
+        corrected: names of the m numbers u. A joint's target "j"; of a wrench "b.fx" to "b.fz" [N], "b.tx" to "b.tz" [N m], at the
+            centre of mass; of a velocity "b.vx" to "b.wz" of a free body.
+        states: x_ref, shape (n,), or (R, n) with a row a control time, the last of which stays; None: zero.
+        targets, wrenches, velocities: u_plan, as of Plan. Wrenches and velocities that are left out are zero.
+        motors: as the `limits` of Plan.
+        period: between two control times [s].
+        delay: control periods from an observation to its correction.
+        limits: (low, high) of u, each (m,), infinite where there is none.
+        start: of the law's time that is over as the plan begins [s].
+        step: of a row of the plan [s]; None: the period.
+    
+    Raises ValueError on bad shapes, names and numbers.
+    """
+    def __getstate__(self) -> str:
+        ...
+    def __init__(self, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, step: float | None = None) -> None:
+        ...
+    def __setstate__(self, arg0: str) -> None:
+        ...
+class PolicyPlan(Plan):
+    """
+    A plan whose robot is asked what to do; em.Policy makes it.
+    """
+    def __init__(self, act: collections.abc.Callable[[float, int, numpy.typing.NDArray[numpy.float64], numpy.ndarray, numpy.typing.NDArray[numpy.float64]], tuple], *, observed: collections.abc.Sequence[str], commanded: collections.abc.Sequence[str], period: float, delay: int, memory: int, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None, name: str) -> None:
+        ...
 class Contact:
     """
     One point where two bodies touch, and the forces there over the last step.

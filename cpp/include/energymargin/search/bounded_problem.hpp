@@ -166,6 +166,7 @@ class BoundedProblem {
   std::vector<StepCounts> counts_;  // up to each node
   int nodes_ = 0;
   int diverged_ = 0;
+  Eigen::Index dimension_ = 0;  // of the scene's states; those of the tree have the robot's memory behind it
   std::set<int> discarded_;
   mutable std::exception_ptr failure_;
   std::shared_ptr<const void> quiet_;

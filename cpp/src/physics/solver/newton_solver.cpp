@@ -24,8 +24,8 @@ constexpr double shorter_step = 0.6;
 constexpr double most_given = 0.01;
 constexpr double most_harder = 20.0;
 
-// What gives way by less than this is not moved back [m/s].
-constexpr double least_given = 2e-4;
+// What gives way by more than this is moved back; overlap stops less [m/s].
+constexpr double most_given_way = 1e-3;
 
 }  // namespace
 
@@ -214,7 +214,7 @@ void NewtonSolver::recover(const Island& island) {
       std::any_of(island.contacts.begin(), island.contacts.end(),
                   [&](std::size_t k) {
                     const ContactRows& rows = contacts_[k];
-                    return penetrates(rows) || rows.law.normal_softness * rows.impulse[2] > least_given;
+                    return penetrates(rows) || rows.law.normal_softness * rows.impulse[2] > most_given_way;
                   }) ||
       std::any_of(island.limited.begin(), island.limited.end(), [&](std::size_t k) { return penetrates(limited_[k]); });
   if (!any) return;
@@ -235,7 +235,8 @@ void NewtonSolver::recover(const Island& island) {
     if (!sticks) law.friction = 0.0;
     respond_as(presses ? Regime::sticks : Regime::open, law, {}, rows.response);
     if (!presses) continue;
-    const double borne = law.compliant ? 0.0 : 1.0;
+    const double gives = law.normal_softness * rows.impulse[2];
+    const double borne = law.compliant || !(gives > most_given_way) ? 0.0 : 1.0 - most_given_way / gives;
     for (int row = 0; row < law.rows; ++row) {
       const double impulse = borne * rows.impulse[static_cast<std::size_t>(row)];
       if (row == normal_row) {

@@ -1,0 +1,32 @@
+#pragma once
+// A robot that is asked what to do.
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "energymargin/types.hpp"
+
+namespace energymargin {
+
+//! What a policy is asked at one control time of many rollouts.
+struct PolicyQuestion {
+  double time = 0.0;                        //!< since the problem's state [s]
+  int number = 0;                           //!< of the control time, from 0
+  const States& observations;               //!< a row a rollout: of named numbers, or else whole states
+  const std::vector<std::uint64_t>& seeds;  //!< of each rollout's own random numbers
+};
+
+//! Rollouts go on together from one control time to the next, and are asked about in blocks of `block` rows, so that
+//! the bits of an answer depend neither on how many there are nor on threads. What it commands and when is in the
+//! Feedback of its plan. It has no file format.
+struct Policy {
+  static constexpr int block = 32;
+
+  std::string name;
+  Eigen::Index memory = 0;  //!< numbers that a rollout remembers from one control time to the next; at first zeros
+  std::function<void(const PolicyQuestion&, States& memory, States& actions)> act;
+};
+
+}  // namespace energymargin

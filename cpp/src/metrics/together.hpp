@@ -1,0 +1,159 @@
+#pragma once
+// Rollouts of a problem whose robot follows a policy, from one control time to the next.
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "base/thread_pool.hpp"
+#include "energymargin/random.hpp"
+#include "scene/feedback.hpp"
+#include "search/horizon.hpp"
+
+namespace energymargin {
+
+//! One of the rollouts that go on together.
+struct Together {
+  std::vector<Push> pushes;
+  std::optional<Plan> plan;                          // in place of the problem's
+  std::function<bool(const State&, int step)> ends;  // asked at each check time
+  std::uint64_t number = 0;                          // of its own random numbers
+
+  State state{};
+  int steps = 0;
+  double effort = 0.0;
+  StepCounts counts{};
+  bool over = false, complete = true, diverged = false;
+};
+
+//! The law of a problem's policy.
+class PolicyRollouts {
+ public:
+  PolicyRollouts(const Problem& problem, const Timing& timing, std::uint64_t seed)
+      : problem_(problem),
+        timing_(timing),
+        seed_(seed),
+        law_(*problem.plan->feedback),
+        policy_(*problem.plan->policy),
+        observer_(problem.scene, law_.observed) {}
+
+  //! Goes on until all are over. `world(thread)` has the problem's plan. Block b has the rollouts whose number is from
+  //! b * Policy::block on.
+  template <typename WorldOf>
+  void run(std::vector<Together>& rollouts, ThreadPool& pool, const WorldOf& world, const Limit& limit) {
+    const auto count = static_cast<Eigen::Index>(rollouts.size());
+    const auto commands = static_cast<Eigen::Index>(law_.corrected.size());
+    memory_ = States::Zero(count, policy_.memory);
+    queue_.assign(static_cast<std::size_t>(law_.delay) + 1, States::Zero(count, commands));
+    for (Together& rollout : rollouts) {
+      rollout.state = problem_.state;
+      rollout.over = rollout.ends(rollout.state, 0);
+    }
+    int step = 0;
+    for (int number = 0; step < timing_.horizon; ++number) {
+      const int next = std::min(first_step(number + 1), timing_.horizon);
+      if (limit.reached()) return stop(rollouts);
+      if (std::all_of(rollouts.begin(), rollouts.end(), [](const Together& each) { return each.over; })) return;
+      ask(rollouts, number);
+      pool.run(rollouts.size(), [&](std::size_t i, std::size_t thread) {
+        if (!rollouts[i].over)
+          go_on(rollouts[i], world(thread), step, next, queue_.front().row(static_cast<Eigen::Index>(i)), limit);
+      });
+      step = next;
+    }
+  }
+
+ private:
+  static constexpr double rounding = 1e-6;  // of a step
+
+  int first_step(int number) const {
+    const double steps = number * law_.period / problem_.scene.stepping().step;
+    return static_cast<int>(std::floor(steps + 0.5 + rounding));
+  }
+
+  static void stop(std::vector<Together>& rollouts) {
+    for (Together& rollout : rollouts) rollout.complete = rollout.complete && rollout.over;
+  }
+
+  // The oldest answers act first.
+  void ask(const std::vector<Together>& rollouts, int number) {
+    std::rotate(queue_.begin(), queue_.begin() + 1, queue_.end());
+    States& actions = queue_.back();
+    for (std::size_t first = 0; first < rollouts.size();) {
+      const auto place = static_cast<std::size_t>(rollouts[first].number % Policy::block);
+      const std::size_t count = std::min(static_cast<std::size_t>(Policy::block) - place, rollouts.size() - first);
+      const auto begin = rollouts.begin() + static_cast<std::ptrdiff_t>(first);
+      const auto is_over = [](const Together& each) { return each.over; };
+      if (!std::all_of(begin, begin + static_cast<std::ptrdiff_t>(count), is_over)) {
+        ask_block(rollouts, first, count, place, number, actions);
+      }
+      first += count;
+    }
+  }
+
+  // Rows without a rollout repeat the first one's.
+  void ask_block(const std::vector<Together>& rollouts, std::size_t first, std::size_t count, std::size_t place,
+                 int number, States& actions) {
+    States observations(Policy::block, observer_.size()), memory(Policy::block, policy_.memory);
+    States answers = States::Zero(Policy::block, actions.cols());
+    std::vector<std::uint64_t> seeds(Policy::block);
+    for (std::size_t row = 0; row < static_cast<std::size_t>(Policy::block); ++row) {
+      const std::size_t i = row >= place && row < place + count ? first + row - place : first;
+      const auto at = static_cast<Eigen::Index>(row);
+      observations.row(at) = observer_(rollouts[i].state);
+      memory.row(at) = memory_.row(static_cast<Eigen::Index>(i));
+      seeds[row] = stream(seed_, rollouts[i].number);
+    }
+    policy_.act({number * law_.period, number, observations, seeds}, memory, answers);
+    const auto begin = static_cast<Eigen::Index>(place), rows = static_cast<Eigen::Index>(count);
+    memory_.middleRows(static_cast<Eigen::Index>(first), rows) = memory.middleRows(begin, rows);
+    actions.middleRows(static_cast<Eigen::Index>(first), rows) = answers.middleRows(begin, rows);
+  }
+
+  void go_on(Together& rollout, World& world, int step, int next, const Eigen::VectorXd& commands, const Limit& limit) {
+    Watch watch;
+    watch.first = step;
+    watch.check_every = timing_.check;
+    watch.plan = rollout.plan ? &*rollout.plan : nullptr;
+    watch.commands = &commands;
+    int check = step / timing_.check * timing_.check;
+    watch.ends = [&](const State& state) { return rollout.over = rollout.ends(state, check += timing_.check); };
+    try {
+      const Rollout part = world.rollout_unchecked(rollout.state, between(rollout.pushes, step, next), limit, watch);
+      rollout.state = part.state;
+      rollout.steps += part.steps;
+      rollout.effort += part.effort;
+      rollout.counts += part;
+      rollout.complete = part.complete;
+      if (part.complete && rollout.steps == timing_.horizon && check != timing_.horizon)
+        rollout.ends(part.state, timing_.horizon);
+      rollout.over = rollout.over || !part.complete;
+    } catch (const Diverged&) {
+      rollout.diverged = rollout.over = true;
+    }
+  }
+
+  static std::vector<Push> between(const std::vector<Push>& pushes, int from, int to) {
+    std::vector<Push> part;
+    int begin = 0;
+    for (const Push& push : pushes) {
+      const int first = std::max(begin, from), last = std::min(begin + push.steps, to);
+      if (first < last) part.push_back({push.wrenches, last - first});
+      begin += push.steps;
+    }
+    return part;
+  }
+
+  const Problem& problem_;
+  Timing timing_;
+  std::uint64_t seed_;
+  const Feedback& law_;
+  const Policy& policy_;
+  Observer observer_;
+  States memory_;
+  std::vector<States> queue_;  // answers, those that act now first
+};
+
+}  // namespace energymargin

@@ -1,0 +1,214 @@
+#pragma once
+// What a robot does in each step: as its plan says, and as its feedback corrects it.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/check.hpp"
+#include "energymargin/plan.hpp"
+#include "physics/simulation.hpp"
+#include "scene/feedback.hpp"
+
+namespace energymargin {
+
+//! The corrections of a Feedback. Their memory goes with the state of a rollout, behind the scene's numbers: whether
+//! there was a control time, the corrections that act, those that are to act later, and the forces of the last step.
+class Corrections {
+ public:
+  Corrections(const Scene& scene, const Feedback& feedback)
+      : feedback_(feedback), step_(scene.stepping().step), observer_(scene, {}) {
+    for (const std::string& name : feedback.observed) {
+      observed_.push_back(observed(scene, name));
+      if (observed_.back().kind == Observed::Kind::force) ++forces_;
+    }
+    memory_.resize(1 + size() * (feedback.delay + 1) + forces_);
+  }
+
+  Eigen::Index memory() const { return memory_.size(); }
+
+  //! A state without memory begins with a control time.
+  void restore(const State& state, Eigen::Index dimension) {
+    has_moved_ = false;
+    if (state.size() == dimension)
+      memory_.setZero();
+    else
+      memory_ = state.tail(memory_.size());
+  }
+  void append(const Simulation& simulation, State& state) {
+    if (forces_ > 0 && has_moved_) memory_.tail(forces_) = measured(simulation);
+    state.conservativeResize(state.size() + memory_.size());
+    state.tail(memory_.size()) = memory_;
+  }
+
+  //! Those of a step.
+  const double* at(const Simulation& simulation, int step) {
+    const double now = control_time(step);
+    if (memory_[0] == 0.0 || control_time(step - 1) != now) observe(simulation, std::max(0.0, now));
+    memory_[0] = 1.0;
+    has_moved_ = true;
+    return memory_.data() + 1;
+  }
+
+ private:
+  static constexpr double rounding = 1e-6;  // of a step
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(feedback_.corrected.size()); }
+
+  // Number of the last control time up to a step.
+  double control_time(int step) const {
+    return std::ceil(((step + 0.5 - rounding) * step_ + feedback_.start) / feedback_.period) - 1.0;
+  }
+
+  void observe(const Simulation& simulation, double time) {
+    simulation.read(state_);
+    const auto row = [time](std::size_t count) { return static_cast<Eigen::Index>(std::min(time, count - 1.0)); };
+    const Eigen::Index queued = size() * feedback_.delay;
+    const auto at = row(static_cast<std::size_t>(feedback_.references.rows()));
+    const Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(simulation);
+    auto queue = memory_.segment(1, queued + size());  // the oldest first
+    if (queued > 0) queue.head(queued) = queue.tail(queued).eval();
+    queue.tail(size()) = feedback_.gains[static_cast<std::size_t>(row(feedback_.gains.size()))] * error;
+  }
+
+  Eigen::VectorXd numbers(const Simulation& simulation) {
+    Eigen::VectorXd values(static_cast<Eigen::Index>(observed_.size()));
+    const Eigen::VectorXd forces = has_moved_ ? measured(simulation) : Eigen::VectorXd(memory_.tail(forces_));
+    Eigen::Index force = 0;
+    for (std::size_t i = 0; i < observed_.size(); ++i) {
+      const bool presses = observed_[i].kind == Observed::Kind::force;
+      values[static_cast<Eigen::Index>(i)] = presses ? forces[force++] : observer_(state_, observed_[i]);
+    }
+    return values;
+  }
+
+  Eigen::VectorXd measured(const Simulation& simulation) const {
+    Eigen::VectorXd forces = Eigen::VectorXd::Zero(forces_);
+    Eigen::Index force = 0;
+    for (const Observed& of : observed_) {
+      if (of.kind == Observed::Kind::force) forces[force++] = simulation.normal_force(of.index, of.other);
+    }
+    return forces;
+  }
+
+  const Feedback feedback_;
+  double step_;
+  Observer observer_;
+  std::vector<Observed> observed_;
+  Eigen::Index forces_ = 0;
+  Eigen::VectorXd memory_;
+  State state_;             // scratch
+  bool has_moved_ = false;  // since `restore`: then forces are those of the simulation
+};
+
+//! Does in each step what a plan says, which fits the scene.
+class Robot {
+ public:
+  Robot(const Scene& scene, const Plan& plan) : plan_(fine_rows(plan, scene.stepping().step)) {
+    for (const Drive& drive : plan.wrenches) wrench_bodies_.push_back(scene.index(drive.body));
+    for (const Targets& targets : plan.targets) joints_.push_back(scene.control_index(targets.joint));
+    for (Servo& servo : plan_.velocities) {
+      servo = with_default_limits(scene, servo);
+      servo_bodies_.push_back(scene.index(servo.body));
+    }
+    if (!plan.feedback) return;
+    if (!plan.policy) corrections_.emplace(scene, *plan.feedback);
+    for (const std::string& name : plan.feedback->corrected) corrected_.push_back(place_of(corrected(name)));
+  }
+
+  //! Numbers that a state has behind the scene's.
+  Eigen::Index memory() const { return corrections_ ? corrections_->memory() : 0; }
+
+  void restore(const State& state, Eigen::Index dimension) {
+    if (corrections_) corrections_->restore(state, dimension);
+  }
+  void append(const Simulation& simulation, State& state) {
+    if (corrections_) corrections_->append(simulation, state);
+  }
+
+  //! What a policy commands until the next call; null: it was not asked.
+  void take(const Eigen::VectorXd* commands) { commands_ = commands; }
+
+  //! Loads the simulation with what acts in a step of the plan. Behind its end nothing acts but the last targets, or
+  //! with a feedback the last row.
+  void act(Simulation& simulation, int step) {
+    const int last = plan_.rows() - 1;
+    const int row = std::min(step, last);
+    take_row(row);
+    if (plan_.feedback) correct(simulation, step);
+    for (std::size_t i = 0; i < joints_.size(); ++i) simulation.set_target(joints_[i], targets_[i]);
+    if (step > last && !plan_.feedback) return;
+    for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
+      const double* const wrench = wrenches_[i].data();
+      simulation.actuate({wrench_bodies_[i], vector(wrench), vector(wrench + 3)});
+    }
+    for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
+      const Servo& servo = plan_.velocities[i];
+      simulation.add_motor(servo_bodies_[i], velocities_[i].head<3>(), velocities_[i].tail<3>(),
+                           servo.force.value_or(unlimited), servo.torque.value_or(unlimited));
+    }
+  }
+
+ private:
+  static constexpr double unlimited = std::numeric_limits<double>::infinity();  // force and torque, of a kinematic body
+
+  struct Place {
+    Corrected::Kind kind;
+    std::size_t index;  // among those of its kind in the plan
+    int axis;
+  };
+
+  Place place_of(const Corrected& number) const {
+    const auto index = [&number](const auto& parts, auto name) {
+      return static_cast<std::size_t>(
+          std::find_if(parts.begin(), parts.end(), [&](const auto& part) { return part.*name == number.of; }) -
+          parts.begin());
+    };
+    switch (number.kind) {
+      case Corrected::Kind::target:
+        return {number.kind, index(plan_.targets, &Targets::joint), 0};
+      case Corrected::Kind::wrench:
+        return {number.kind, index(plan_.wrenches, &Drive::body), number.axis};
+      default:
+        return {number.kind, index(plan_.velocities, &Servo::body), number.axis};
+    }
+  }
+
+  void take_row(int row) {
+    targets_.resize(joints_.size());
+    wrenches_.resize(wrench_bodies_.size());
+    velocities_.resize(servo_bodies_.size());
+    for (std::size_t i = 0; i < joints_.size(); ++i) targets_[i] = plan_.targets[i].positions[row];
+    for (std::size_t i = 0; i < wrenches_.size(); ++i) wrenches_[i] = plan_.wrenches[i].wrenches.row(row);
+    for (std::size_t i = 0; i < velocities_.size(); ++i) velocities_[i] = plan_.velocities[i].velocities.row(row);
+  }
+
+  void correct(const Simulation& simulation, int step) {
+    if (!corrections_ && !commands_) {
+      reject("plan", "a Policy",
+             "a Plan or a Feedback here: a Policy is asked by capture_probability alone, without rare");
+    }
+    const double* const corrections = corrections_ ? corrections_->at(simulation, step) : commands_->data();
+    const Feedback& feedback = *plan_.feedback;
+    for (std::size_t i = 0; i < corrected_.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      const Place& place = corrected_[i];
+      double& number = place.kind == Corrected::Kind::target   ? targets_[place.index]
+                       : place.kind == Corrected::Kind::wrench ? wrenches_[place.index][place.axis]
+                                                               : velocities_[place.index][place.axis];
+      number += corrections[i];
+      if (feedback.low.size() > 0) number = std::clamp(number, feedback.low[at], feedback.high[at]);
+    }
+  }
+
+  Plan plan_;
+  std::vector<std::size_t> wrench_bodies_, servo_bodies_, joints_;
+  std::optional<Corrections> corrections_;
+  std::vector<Place> corrected_;
+  const Eigen::VectorXd* commands_ = nullptr;
+  std::vector<double> targets_;                                     // of a step
+  std::vector<Eigen::Matrix<double, 6, 1>> wrenches_, velocities_;  // of a step
+};
+
+}  // namespace energymargin
