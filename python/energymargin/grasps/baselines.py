@@ -104,9 +104,8 @@ def _features(trials: Trials, grasp: Grasp, surface: Points, area: float) -> dic
     found["clearance"] = _clearance(scene, hand, state)
     found["between"] = area * _between(scene, hand, state, surface)
     try:
-        start = trials.start(grasp, draw)
-        closed = None if start.state is None else trials.close(grasp.opening, start.state, draw)
-        if closed is not None and closed.gripped:
+        closed = trials.grip(grasp, draw)
+        if not closed.ending:
             found |= _grip(trials, closed, draw)
     except (ValueError, RuntimeError):  # as in its trials, whose `errors` say why
         pass

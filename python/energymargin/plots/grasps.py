@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from energymargin._core import Scene
 from energymargin.checks import check_type, whole_number
 from energymargin.grasps.scores import GraspScores, grasp_of
+from energymargin.grasps.trials import NO_GRIP
 from energymargin.outlines import Plan, view_of
 from energymargin.plots.scenes import draw_bodies, set_plane
 from energymargin.plots.styles import LOST_COLOR, axes_or_new, draw_legend, folded, light_grid
@@ -102,12 +103,10 @@ def _seen(scores: GraspScores, number: int) -> _Seen:
     trials, grasp = scores.trials, grasp_of(scores.grasps, number)
     draw = trials.draw(-1)
     scene, hand = trials.scene(grasp.opening, draw, gravity=False)
-    start = trials.start(grasp, draw)
-    state, what = trials.open_state(grasp, draw), "the hand is in the object or the table"
-    if start.state is not None:
-        closed = trials.close(grasp.opening, start.state, draw)
-        state, what = closed.state, "gripped" if closed.gripped else "closed beside the object"
-    return _Seen(scene, _turned(scene, state, hand.base, hand.frame, trials.protocol.table), what)
+    closed = trials.grip(grasp, draw)
+    what = f"the hand {NO_GRIP[closed.ending]}" if closed.ending else "gripped"
+    turned = _turned(scene, closed.state, hand.base, hand.frame, trials.protocol.table)
+    return _Seen(scene, turned, what)
 
 
 def _turned(
