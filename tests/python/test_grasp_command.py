@@ -148,6 +148,25 @@ def test_after_a_timeout_the_grasps_are_shown_that_are_finished(folder):
     assert 0 < count < 40 and f"{40 - count} of 40 grasps were not scored" in done.stdout
 
 
+def test_a_timeout_before_the_first_grasp_says_that_nothing_is_finished(folder):
+    done = run_here("grasps", "forty.csv", *FEW, "--timeout", 1e-6, "-o", "late.csv", cwd=folder)
+    assert done.returncode == 124 and not done.stdout, done.stderr
+    last = "nothing is finished: the time was over before a grasp has its score"
+    assert done.stderr.splitlines()[-1] == last and not (folder / "late.csv").exists()
+
+
+def test_grasps_none_of_which_has_a_score_make_pages_that_say_so(folder):
+    weightless = '{"preset": "panda", "mass": 1e-300, "force": 1e300}'
+    outputs = [word for name in ("n.csv", "n.md", "n.png", "n.html") for word in ("-o", name)]
+    command = ["grasps", "three.csv", *FEW, "--hand", weightless, *outputs, "--write", "w.csv"]
+    done = run_here(*command, "--baselines", "--view", "worst", cwd=folder)
+    assert "Wrote n.html" in done.stderr and "w.csv is not written" in done.stderr, done.stderr
+    assert done.returncode == 2 and "none of the 3 grasps has a trial that counts" in done.stderr
+    assert "| 1 | beside | - | - | 2 diverged | 0 |" in (folder / "n.md").read_text()
+    page = (folder / "n.html").read_text()
+    assert "No grasp has a score." in page and "Pictures" not in page
+
+
 def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on(folder):
     command = ["grasps", "forty.csv", *LIGHT, "--rollouts", "40", "-o", "part.h5"]
     process = subprocess.Popen(
@@ -367,9 +386,16 @@ def test_a_page_of_grasps_needs_no_network_and_has_their_pictures(scores, chromi
         em.report.write_grasps(scores, Path("g.pdf"))
 
 
-def test_a_grasp_is_seen_in_the_browser_until_ctrl_c(folder, chromium):
+@pytest.mark.parametrize(
+    ("which", "told", "seen"),
+    [
+        ("middle", "", "Undisturbed future"),
+        ("worst", "hand of beside does not close on the object: what you see is the", "Not scored"),
+    ],
+)
+def test_a_grasp_is_seen_in_the_browser_until_ctrl_c(folder, chromium, which, told, seen):
     process = subprocess.Popen(
-        [COMMAND, "grasps", "three.csv", *FEW, "--view", "middle"],
+        [COMMAND, "grasps", "three.csv", *FEW, "--view", which],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -378,12 +404,14 @@ def test_a_grasp_is_seen_in_the_browser_until_ctrl_c(folder, chromium):
     try:
         said = ""
         while "Ctrl-C ends it" not in said:
-            said = process.stderr.readline()
-            assert said, "it ended"
+            line = process.stderr.readline()
+            assert line, "it ended"
+            said += line
+        assert told in said
         address = re.search(r"http://127\.0\.0\.1:\d+/[\w-]+/", said)[0]
         with watched_page(chromium) as (page, wrong):
             page.goto(address)
-            page.get_by_text("Undisturbed future").wait_for(timeout=60e3)
+            page.get_by_text(seen).wait_for(timeout=60e3)
             assert wrong == []
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)
