@@ -452,7 +452,7 @@ _DRAWN = "in {:.0%} of the trials the hand began in the object or the table: pos
 
 def grasp_scores(scores: GraspScores) -> Summary:
     """The ranked grasps: all of a few, of many the best, the most doubtful and the worst."""
-    order = scores.order[scores.counted[scores.order] > 0]
+    order = scores.ranked
     n, trials = scores.endings.shape
     places, ends, times = np.arange(len(order)), scores.interval(), scores.mean_time
     if len(order) > MOST_ROWS:
@@ -466,7 +466,7 @@ def grasp_scores(scores: GraspScores) -> Summary:
         "holds": [f"{scores.probabilities[k]:.2f}" for k in order[places]],
         "95 % interval": [f"{a:.2f} to {b:.2f}" for a, b in ends[order[places]]],
         "for": [f"{times[k]:.2g} s" for k in order[places]],
-        "lost": [_how_lost(scores, int(k)) for k in order[places]],
+        "lost": [scores.how_lost(k) for k in order[places]],
         "effort": [f"{scores.efforts[k]:.2g} J" for k in order[places]],
         "label": [f"{scores.grasps.labels[k]:g}" for k in order[places]],
     }
@@ -522,10 +522,6 @@ def _against_labels(scores: GraspScores) -> str:
     lost = found.grasps - found.held
     within = f"AUC {cell.auc:.2f} ({low:.2f} to {high:.2f})"
     return f"{within} against the labels: {found.held} held, {lost} lost"
-
-
-def _how_lost(scores: GraspScores, k: int) -> str:
-    return ", ".join(f"{n} {how}" for how, n in scores.losses(k).items() if how != "held")
 
 
 def _counted(number: int, thing: str) -> str:

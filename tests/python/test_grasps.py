@@ -371,9 +371,27 @@ def test_a_table_ranks_the_grasps_and_says_how_each_is_lost():
     assert scores.efforts[1] > 0
     assert np.isnan(scores.efforts[0])
     assert scores.to_csv().count("\n") == 4
+    assert (scores.best, scores.worst) == (1, 0)
     assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
     with pytest.raises(ValueError, match="does not close on the object"):
         scores.problem(0)
+
+
+def test_grasps_none_of_which_has_a_score_have_no_best():
+    with pytest.warns(em.PlausibilityWarning, match="4 of 4 trials diverged"):
+        scores = score(
+            grasps(moved(), moved(z=0.01)),
+            replace(GRIPPER, mass=1e-300, force=1e300),
+            cube(),
+            rollouts=2,
+        )
+    for which in ("best", "doubtful", "worst"):
+        with pytest.raises(ValueError, match="none of the 2 grasps has a trial that counts"):
+            getattr(scores, which)
+    assert scores.ranked.tolist() == [] and np.isnan(scores.probabilities).all()
+    assert "2 grasps, 2 trials" in scores.to_markdown()
+    with pytest.raises(ValueError, match="scores is empty"):
+        em.grasps.compare({})
 
 
 # Motions

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -51,11 +51,7 @@ OF_OBJECT = {
     "scale=0.001": "--mesh-scale 0.001",
     "object= of em.grasps.read": "--object-pose",
 }
-CHOICES: dict[str, Callable[[GraspScores], int]] = {
-    "best": lambda scores: int(scores.order[0]),
-    "doubtful": lambda scores: scores.doubtful,
-    "worst": lambda scores: int(scores.order[-1]),
-}
+CHOICES = ("best", "doubtful", "worst")
 
 
 def grasps(
@@ -168,7 +164,10 @@ def grasps(
     disturbance, known = Uniform(strength), chosen_belief(belief)
     tried = chosen_hand(hand), chosen_protocol(protocol)
     found = _read(file, most, frame=frame, object=object_pose, where=where or [], scale=scale)
-    seen = None if view is None else _viewed(found, view)
+    if view is not None and view not in (*found.names, *CHOICES):
+        raise ValueError(
+            f"--view is {view!r}, expected {', '.join(CHOICES)}, or a name as {found.names[0]}"
+        )
     _require_said(found, file, object, mass if density is None else density)
     given = {"density": density, "accuracy": accuracy}
     thing = GraspObject.of(
@@ -209,8 +208,8 @@ def grasps(
         if cancel.is_set:
             raise KeyboardInterrupt
         raise typer.Exit(TIMED_OUT)
-    if seen is not None:
-        _view(scores, seen(scores))
+    if view is not None:
+        _view(scores, view)
 
 
 def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
@@ -355,9 +354,12 @@ def _write(
             figure = plot_grasps(scores).get_figure(root=True)
             assert figure is not None
             figure.savefig(path)
-    if grasps is not None:
+    if grasps is not None and not (scores.counted > 0).any():
+        warn(f"{grasps} is not written: no grasp has a score")
+    elif grasps is not None:
         _write_grasps(scores, columns, grasps)
-    for path in (*outputs, *filter(None, [grasps])):
+        outputs = [*outputs, grasps]
+    for path in outputs:
         say(f"Wrote {escape(str(path))}")
 
 
@@ -385,23 +387,27 @@ def _say_stopped(scores: GraspScores, store: Path | None) -> None:
         say(f"{done} and kept in {escape(str(store))}; the same command goes on from there.")
 
 
-def _viewed(grasps: GraspSet, which: str) -> Callable[[GraspScores], int]:
-    """What finds the number of the grasp of --view. Raises ValueError on a name that is not
-    there."""
-    if which in grasps.names:
-        return lambda _: grasps.names.index(which)
-    if which not in CHOICES:
-        raise ValueError(
-            f"--view is {which!r}, expected {', '.join(CHOICES)}, or a name as {grasps.names[0]}"
-        )
-    return CHOICES[which]
-
-
-def _view(scores: GraspScores, number: int) -> None:
+def _view(scores: GraspScores, which: str) -> None:
+    """Shows a grasp, by its name or one of CHOICES, until Ctrl-C: once the hand has closed, or else
+    open."""
+    from energymargin.grasps.scores import grasp_of
+    from energymargin.grasps.scoring import quiet
+    from energymargin.grasps.trials import NO_GRIP
     from energymargin.viewer import view
 
-    with view(scores.problem(number)) as viewer:
-        serve(viewer, "127.0.0.1", open_browser=False)
+    names, trials = scores.grasps.names, scores.trials
+    grasp = grasp_of(
+        scores.grasps, names.index(which) if which in names else getattr(scores, which)
+    )
+    draw = trials.draw(-1)
+    with quiet():
+        closed = trials.grip(grasp, draw)
+    if closed.ending:
+        why = f"the hand of {names[grasp.number]} {NO_GRIP[closed.ending]}"
+        say(escape(f"{why}: what you see is the open hand, where the grasp says"))
+    shown = trials.open_problem(grasp) if closed.ending else trials.problem(closed, draw)
+    with view(shown) as viewer:
+        serve(viewer, "127.0.0.1", open_browser=False, score=not closed.ending)
 
 
 def _markdown(scores: GraspScores) -> str:

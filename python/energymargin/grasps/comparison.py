@@ -111,6 +111,8 @@ def compare(
     Raises ValueError on columns that do not go together, and if all labels are alike.
     """
     check_type("scores", scores, Mapping, "GraspScores by object, as {'mug': scores}")
+    if not scores:
+        raise ValueError("scores is empty, expected GraspScores by object, as {'mug': scores}")
     whole_number("draws", draws, 1)
     given = {name: baselines(one) for name, one in scores.items()} if columns is None else columns
     known = {name: one.grasps.labels for name, one in scores.items()} if labels is None else labels

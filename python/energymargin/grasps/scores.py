@@ -135,14 +135,35 @@ class GraspScores(Record, Summarized):
         return self.trials.protocol.horizon
 
     @property
+    def ranked(self) -> NDArray[np.int64]:
+        """Numbers of the grasps that have a score, in their order."""
+        return self.order[self.counted[self.order] > 0]
+
+    @property
+    def best(self) -> int:
+        """Number of the grasp that holds best. Raises ValueError if none has a score, as the next
+        two do."""
+        return int(self._some[0])
+
+    @property
     def doubtful(self) -> int:
         """Number of the grasp whose probability is nearest to a half."""
-        return int(np.nanargmin(np.abs(self.probabilities - 0.5)))
+        some = np.sort(self._some)
+        return int(some[np.abs(self.probabilities[some] - 0.5).argmin()])
+
+    @property
+    def worst(self) -> int:
+        """Number of the grasp that holds worst."""
+        return int(self._some[-1])
 
     def losses(self, number: int) -> dict[str, int]:
         """How often a grasp ended in which way, the commonest first."""
         made = [ENDINGS[code] for code in self.endings[number] if code != MISSING]
         return dict(Counter(made).most_common())
+
+    def how_lost(self, number: int) -> str:
+        """The same in words, without the trials in which it was held."""
+        return ", ".join(f"{n} {how}" for how, n in self.losses(number).items() if how != "held")
 
     def problem(self, number: int) -> Problem:
         """The problem of a grasp once the hand has closed, as is believed most: for a viewer, an
@@ -186,16 +207,32 @@ class GraspScores(Record, Summarized):
         total = np.where(counts, capped, 0.0).sum(axis=1)
         return np.where(self.counted > 0, total / np.maximum(self.counted, 1), np.nan)
 
+    @property
+    def _some(self) -> NDArray[np.int64]:
+        if len(self.ranked) == 0:
+            why = f", as {next(iter(self.errors.values()))}" if self.errors else ""
+            raise ValueError(
+                f"none of the {len(self.grasps)} grasps has a trial that counts{why}: expected one "
+                "at least"
+            )
+        return self.ranked
+
     def _row(self, rank: int, k: int, figures: NDArray[np.float64]) -> tuple[str, ...]:
         """`figures`: the probability, and the ends of its interval."""
         name, label = self.grasps.names[k], self.grasps.labels[k]
         said = "" if np.isnan(label) else f"{label:g}"
-        probability, low, high = figures
-        if np.isnan(probability):
-            return str(rank), name, "-", "-", self.errors.get(k, "not made"), said
-        lost = [f"{n} {how}" for how, n in self.losses(k).items() if how != "held"]
-        within = f"{low:.2f} to {high:.2f}"
-        return str(rank), name, f"{probability:.2f}", within, ", ".join(lost), said
+        lost = self.how_lost(k)
+        if np.isnan(figures[0]):
+            return str(rank), name, "-", "-", lost or self.errors.get(k, "not made"), said
+        probability, within = "{:.2f}", "{:.2f} to {:.2f}"
+        return (
+            str(rank),
+            name,
+            probability.format(figures[0]),
+            within.format(*figures[1:]),
+            lost,
+            said,
+        )
 
 
 def grasp_of(grasps: GraspSet, number: int) -> Grasp:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import combinations, islice
+from itertools import combinations, islice, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -179,6 +179,24 @@ class Trials:
             why = NO_GRIP[closed.ending]
             raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
         return self.problem(closed, draw)
+
+    def open_problem(self, grasp: Grasp) -> Problem:
+        """The open hand where the grasp says, to be seen: it passes through whatever is there."""
+        draw = self.draw(-1)
+        scene, hand = self._built(grasp.opening, draw.force, gravity=False)
+        for one, other in product(hand.bodies, (body.name for body in scene.bodies)):
+            if other not in hand.bodies:
+                scene.disable_collisions(one, other)
+        closed = self.closed(scene, hand, self.open_state(grasp, draw), "not gripped")
+        place = regions.Ball("object", closed.thing[:3, 3], self.protocol.radius, hand.base)
+        weight = (draw.mass * GRAVITY,) * 3
+        return Problem(
+            *(scene, closed.state),
+            captured=place,
+            force=weight,
+            torque=weight,
+            duration=self.protocol.duration,
+        )
 
     def check(self, grasps: GraspSet) -> None:
         """Raises ValueError if numbers do not go together: units, openings, a frame elsewhere."""

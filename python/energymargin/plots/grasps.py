@@ -39,7 +39,7 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     """
     check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
     axes = axes_or_new(ax, *SIZE)
-    scored = scores.order[scores.counted[scores.order] > 0]
+    scored = scores.ranked
     ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
     low, high = scores.interval()[scored].T
     kinds = np.array([_kind(label) for label in scores.grasps.labels[scored]])
