@@ -86,7 +86,10 @@ def test_a_hand_that_closes_on_nothing_does_not_grip_and_one_inside_the_object_c
     assert scores.steps[0] > 0  # those in which the hand closes
     assert np.isnan(scores.times).all()
     for colliding in ("redraw", "retreat", "fail"):
-        with pytest.warns(em.PlausibilityWarning, match="are pose, frame and unit right"):
+        with pytest.warns(
+            em.PlausibilityWarning,
+            match=r"order of .*0.1 x 0.04 x 0.04 m, fit into an opening of 0.08 m\?",
+        ):
             inside = score(grasps(), GRIPPER, wide, rollouts=2, colliding=colliding)
         assert set(inside.losses(0)) <= {"collided", "not gripped"}
 
@@ -313,6 +316,10 @@ def test_wrong_units_frames_and_openings_are_named():
         score(grasps(openings=np.array([0.12])), GRIPPER, cube())
     with pytest.raises(ValueError, match=r"mass is 200 kg.*grams"):
         cube(200.0)
+    with pytest.warns(em.PlausibilityWarning, match=r"mass is 30 kg.*grams"):
+        cube(30.0)
+    with pytest.warns(em.PlausibilityWarning, match="closed beside the object: are frame, unit"):
+        score(grasps(moved(y=0.05)), GRIPPER, cube(), rollouts=2)
 
 
 @pytest.mark.parametrize(

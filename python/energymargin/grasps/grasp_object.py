@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Inertial, mass_properties
+from energymargin._core import Inertial, Scene, World, mass_properties
 from energymargin.checks import not_negative_number, positive_number
 from energymargin.grasps.grasp_set import ObjectFacts
 from energymargin.grasps.shapes import digest
@@ -30,7 +30,7 @@ class GraspObject:
         inertial: centre of mass and inertia, of an object of `mass`; None: those of the shape, of
             even density.
 
-    Raises ValueError on numbers that cannot be.
+    Raises ValueError on numbers that cannot be, and warns of a density that no solid has.
     """
 
     shape: Any
@@ -46,6 +46,9 @@ class GraspObject:
             raise ValueError(
                 f"mass is {self.mass:g} kg, expected at most {HEAVY:g} kg: grams take 0.001"
             )
+        scene = Scene()
+        scene.add_body("object", self.shape, mass=self.mass, inertial=self.inertial)
+        World(scene)  # warns of a mass that cannot be, as one in grams
 
     @staticmethod
     def load(
@@ -135,6 +138,11 @@ class GraspObject:
     def corners(self) -> NDArray[np.float64]:
         """Points whose hull holds the object, in its frame [m], (k, 3)."""
         return np.concatenate(shape_parts(self.shape))
+
+    @property
+    def size_text(self) -> str:
+        """Its sides along its axes, in words."""
+        return f"{' x '.join(f'{side:.3g}' for side in np.ptp(self.corners, axis=0))} m"
 
     @property
     def text(self) -> dict[str, Any]:

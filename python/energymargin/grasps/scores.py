@@ -19,7 +19,7 @@ from energymargin.table_text import csv_text
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
 MISSING = -1  # in place of an ending
-MANY = 0.2  # share of the trials
+MANY, MOST = 0.2, 0.8  # shares of the trials
 LOOSE = 0.01  # share of the steps
 
 
@@ -76,15 +76,17 @@ class GraspScores(Record, Summarized):
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the scores."""
         made = int((self.endings != MISSING).sum())
-        found = []
-        for what, number in (
-            ("the hand was inside the object or the table, and moved back", (self.back > 0).sum()),
-            ("the hand found no place", (self.endings == ENDINGS.index("collided")).sum()),
-        ):
-            if number > MANY * made:
-                found.append(
-                    f"in {number} of {made} trials {what}: are pose, frame and unit right?"
-                )
+        missed, collided = (ENDINGS.index(which) for which in ("not gripped", "collided"))
+        places = [
+            f"in {number} of {made} trials the hand {what}"
+            for what, number, many in (
+                ("was inside the object or the table, and moved back", (self.back > 0).sum(), MANY),
+                ("found no place", (self.endings == collided).sum(), MANY),
+                ("closed beside the object", (self.endings == missed).sum(), MOST),
+            )
+            if number > many * made
+        ]
+        found = [f"{'; '.join(places)}: {self._doubts()}"] if places else []
         if diverged := int((self.endings == DIVERGED).sum()):
             found.append(f"{diverged} of {made} trials diverged, and do not count")
         if self.unconverged.sum() > LOOSE * self.steps.sum():
@@ -206,6 +208,15 @@ class GraspScores(Record, Summarized):
         counts = (self.endings != MISSING) & (self.endings != DIVERGED)
         total = np.where(counts, capped, 0.0).sum(axis=1)
         return np.where(self.counted > 0, total / np.maximum(self.counted, 1), np.nan)
+
+    def _doubts(self) -> str:
+        """What is likely wrong if the hand is not where the object is."""
+        asked = self.trials
+        open = np.nanmax(self.grasps.openings, initial=-1.0)
+        wide = open if open > 0 else getattr(asked.hand, "opening", None)
+        into = "into it" if wide is None else f"into an opening of {wide:.3g} m"
+        frame = "are frame, unit and order of the quaternions (x, y, z, w) right"
+        return f"{frame}, and does the object, {asked.object.size_text}, fit {into}?"
 
     @property
     def _some(self) -> NDArray[np.int64]:
