@@ -370,11 +370,10 @@ def test_parts_of_a_question_that_cannot_be_are_refused(make, message):
 def test_a_table_ranks_the_grasps_and_says_how_each_is_lost():
     three = grasps(moved(y=0.06), moved(), moved(y=0.015), labels=np.array([0.0, 1.0, np.nan]))
     scores = score(three, GRIPPER, cube(0.2), "shake", rollouts=6, effort=50)
-    rows = scores.rows()
-    assert rows[0][1] == "1"
-    assert rows[-1][1] == "0"
-    assert rows[-1][4] == "6 not gripped"
-    assert rows[0][5] == "1"
+    table = scores.table()
+    assert (table["grasp"][0], table["label"][0]) == ("1", "1")
+    assert (table["grasp"][-1], table["lost"][-1]) == ("0", "6 not gripped")
+    assert scores.table([2])["rank"] == ["3"]
     assert scores.efforts[1] > 0
     assert np.isnan(scores.efforts[0])
     assert scores.to_csv().count("\n") == 4

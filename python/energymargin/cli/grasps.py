@@ -48,6 +48,8 @@ OF_FILE = {
     "need object=": "need --object-pose",
 }
 OF_OBJECT = {
+    "mesh is None": "--object is not given",
+    "mass is None and density is None": "--mass is not given",
     "scale=0.001": "--mesh-scale 0.001",
     "object= of em.grasps.read": "--object-pose",
 }
@@ -168,16 +170,17 @@ def grasps(
         raise ValueError(
             f"--view is {view!r}, expected {', '.join(CHOICES)}, or a name as {found.names[0]}"
         )
-    _require_said(found, file, object, mass if density is None else density)
-    given = {"density": density, "accuracy": accuracy}
-    thing = GraspObject.of(
-        found.object,
-        mesh=object,
-        mass=mass,
-        friction=friction,
-        scale=mesh_scale,
-        **{name: value for name, value in given.items() if value is not None},
-    )
+    _require_one_object(found, file)
+    with _arguments_as_options(OF_OBJECT):
+        thing = GraspObject.of(
+            found.object,
+            mesh=object,
+            mass=mass,
+            density=density,
+            friction=friction,
+            scale=mesh_scale,
+            **({} if accuracy is None else {"accuracy": accuracy}),
+        )
     _say_read(file, found, thing)
     with (
         _cancelled_by_interrupt() as cancel,
@@ -264,20 +267,13 @@ def _read(
     return found[np.linspace(0, len(found) - 1, most).round().astype(int)]
 
 
-def _require_said(grasps: GraspSet, file: Path, object: Path | None, mass: float | None) -> None:
-    """Raises ValueError unless there is one object, whose mesh and mass are known."""
+def _require_one_object(grasps: GraspSet, file: Path) -> None:
     objects = list(dict.fromkeys(grasps.columns.get("object", ())))
     if len(objects) > 1:
         raise ValueError(
             f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
             f"object={objects[0]}"
         )
-    facts = grasps.object
-    if object is None and (facts is None or facts.mesh is None):
-        raise ValueError(f"--object is not given, and {file} names none: expected a mesh or a URDF")
-    urdf = object is not None and object.suffix.lower() == ".urdf"
-    if mass is None and not urdf and (facts is None or facts.mass is None):
-        raise ValueError(f"--mass is not given, and {file} has none: expected it in kg")
 
 
 def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
@@ -381,10 +377,9 @@ def _write_grasps(scores: GraspScores, more: dict[str, Column], path: Path) -> N
 
 def _say_stopped(scores: GraspScores, store: Path | None) -> None:
     done = f"{(scores.counted > 0).sum()} of {len(scores.grasps)} grasps are scored"
-    if store is None:
-        say(f"{done}, and kept in no file: with -o scores.h5 the same command can go on")
-    else:
-        say(f"{done} and kept in {escape(str(store))}; the same command goes on from there.")
+    none = ", and kept in no file: with -o scores.h5 the same command can go on"
+    kept = f" and kept in {store}; the same command goes on from there."
+    say(escape(done + (none if store is None else kept)))
 
 
 def _view(scores: GraspScores, which: str) -> None:
@@ -412,6 +407,6 @@ def _view(scores: GraspScores, which: str) -> None:
 
 def _markdown(scores: GraspScores) -> str:
     """The table of all grasps, and what was asked."""
-    head = ("rank", "grasp", "holds", "95 % interval", "lost", "label")
-    parts = (summary(scores.trials).to_markdown(), markdown_table(head, scores.rows()))
-    return "\n".join((*parts, ""))
+    table = scores.table()
+    ranked = markdown_table(list(table), zip(*table.values(), strict=True))
+    return "\n".join((summary(scores.trials).to_markdown(), ranked, ""))

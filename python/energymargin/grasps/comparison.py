@@ -15,6 +15,7 @@ from energymargin.evaluation.bootstrap import (
     Interval,
     auc_ap_draws,
     bootstrap_weights,
+    central,
     ranked,
 )
 from energymargin.evaluation.labelled import Compared
@@ -28,7 +29,6 @@ from energymargin.table_text import csv_text
 LABELS, PROBABILITY = "labels", "probability"
 LEARNED, LEARNED_TOO = "learned", "learned with probability"
 HELD = 0.5  # labels of at least this count as held
-TAILS = (0.025, 0.975)
 FEWEST_OBJECTS = 3  # of a learned score: it learns from two at least
 
 Columns = Mapping[str, ArrayLike]
@@ -216,8 +216,8 @@ def _compared(
             drawn_within = (weights @ right) / (weights @ pairs) if not of_one else drawn_aucs
         ahead = found[PROBABILITY].cell.auc - cell.auc if found else 0.0
         found[name] = ComparedScore(
-            *(cell, float(within), _interval(drawn_within)),
-            *(ahead, _interval(first - drawn_aucs) if found else None),
+            *(cell, float(within), central(drawn_within)),
+            *(ahead, central(first - drawn_aucs) if found else None),
         )
     return found
 
@@ -231,11 +231,3 @@ def _pairs(values: Any, held: Any, groups: Any) -> tuple[NDArray[np.float64], ND
         right.append((one > other).sum() + 0.5 * (one == other).sum())
         pairs.append(one.size * other.size)
     return np.array(right, dtype=float), np.array(pairs, dtype=float)
-
-
-def _interval(values: NDArray[np.float64]) -> Interval | None:
-    there = values[~np.isnan(values)]
-    if len(there) == 0:
-        return None
-    low, high = np.quantile(there, TAILS)
-    return float(low), float(high)

@@ -94,6 +94,7 @@ class GraspObject:
         *,
         mesh: str | Path | None = None,
         mass: float | None = None,
+        density: float | None = None,
         friction: float | None = None,
         scale: float | None = None,
         **options: Any,
@@ -104,20 +105,24 @@ class GraspObject:
             facts: what the file says.
             mesh: its mesh file.
             mass: [kg]; its centre of mass and inertia are then those of the shape.
+            density: in place of the mass [kg/m^3].
             friction: coefficient.
             scale: what makes metres of the mesh's numbers.
-            options: of `em.mesh`, as accuracy; and density.
+            options: of `em.mesh`, as accuracy.
 
         Raises ValueError on what neither the file nor the call says, and OSError on the mesh.
         """
         said = ObjectFacts() if facts is None else facts
         path = said.mesh if mesh is None else Path(mesh)
         if path is None:
-            raise ValueError("object has no mesh in the file of grasps, expected mesh='its path'")
-        own = mass is None and "density" not in options
+            raise ValueError(
+                "mesh is None, and the file of grasps names none: expected a mesh or a URDF"
+            )
+        own = mass is None and density is None
         known = GraspObject.load(
             path,
             mass=said.mass if own else mass,
+            density=density,
             friction=said.friction if friction is None else friction,
             scale=said.scale if scale is None else scale,
             **options,

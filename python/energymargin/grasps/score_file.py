@@ -12,17 +12,13 @@ import h5py
 import numpy as np
 
 from energymargin.disturbances import text_of
-from energymargin.grasps.scores import GraspScores
+from energymargin.grasps.scores import ARRAYS, GraspScores
 from energymargin.grasps.trials import ENDINGS
 from energymargin.locks import Lock
 from energymargin.replacing import replaced
 from energymargin.searches import algorithm
 
 SAVE = 2.0  # s between two writes
-ARRAYS = (
-    *("endings", "times", "back", "redrawn", "likely", "efforts"),
-    *("seconds", "steps", "unconverged", "lost_time"),
-)
 
 
 class ScoreFile:

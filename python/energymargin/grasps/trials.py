@@ -34,6 +34,7 @@ from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.scenes.corners import smallest_half_extent
+from energymargin.scenes.poses import pose
 from energymargin.scores import UNIFORM, capture_probability
 
 STEP = 1 / 960  # s; at a longer one fingers sink in, and friction resists a turn too much
@@ -230,7 +231,7 @@ class Trials:
             redrawn += 1
             pose = placed @ self._with_error(grasp.pose, error)
             state = _state(scene, hand, pose, placed)
-            depth = _overlap(world, hand, state)
+            depth = -clearance(world, hand, state)
             if depth <= deep:
                 return Start(state, redrawn)
             if depth < deepest:
@@ -240,7 +241,7 @@ class Trials:
             back += BACK
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
-            if _overlap(world, hand, state) <= deep:
+            if -clearance(world, hand, state) <= deep:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
 
@@ -303,7 +304,10 @@ class Trials:
     def closed(self, scene: Scene, hand: Fitted, state: NDArray[np.float64], ending: str) -> Closed:
         """A state of a scene as that of a hand that has closed."""
         bodies = scene.unpack(state)
-        base, thing = _pose_of(bodies[hand.base]), _pose_of(bodies["object"])
+        base, thing = (
+            pose(bodies[name]["position"], bodies[name]["orientation"])
+            for name in (hand.base, "object")
+        )
         thing[:3, 3] += thing[:3, :3] @ self.object.center
         return Closed(hand, state, ending, base, np.linalg.inv(base) @ thing)
 
@@ -425,13 +429,13 @@ def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.
     return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
 
 
-def _overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
-    """The deepest of the hand in anything else [m].
+def clearance(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
+    """From the hand to all else, negative in it [m].
 
     `World.contacts` would tell of the end of a step in which the drives close the fingers.
     """
     others = [body.name for body in world.scene.bodies if body.name not in hand.bodies]
-    return max(0.0, *(-world.distance(state, one, o) for one in hand.bodies for o in others))
+    return min(world.distance(state, one, other) for one in hand.bodies for other in others)
 
 
 def _is_sunk(world: World, hand: Fitted, state: NDArray[np.float64]) -> bool:
@@ -450,13 +454,6 @@ def _pose(error: NDArray[np.float64]) -> Pose:
     pose = np.eye(4)
     pose[:3, 3] = error[:3]
     pose[:3, :3] = Rotation.from_rotvec(error[3:]).as_matrix()
-    return pose
-
-
-def _pose_of(body: dict[str, Any]) -> Pose:
-    pose = np.eye(4)
-    pose[:3, 3] = body["position"]
-    pose[:3, :3] = Rotation.from_quat(body["orientation"]).as_matrix()
     return pose
 
 

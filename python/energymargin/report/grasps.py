@@ -23,7 +23,6 @@ from energymargin.searches import algorithm
 from energymargin.summary import summary
 
 SIZE = (10.0, 4.0)  # inch, of the probabilities by rank
-HEAD = ("rank", "grasp", "holds", "95 % interval", "how it is lost, of all trials", "label")
 MOST_ROWS = 2000  # of the table of all grasps
 
 
@@ -57,7 +56,7 @@ def write_grasps(
     check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
     output = Path(output)
     check_suffix(output)
-    found, rows = summary(scores), scores.rows()
+    found, table = summary(scores), scores.table()
     with remembered_interrupts(), replaced(output) as file:
         figure = Figure(figsize=SIZE, layout="constrained")
         plot_grasps(scores, figure.subplots())
@@ -68,9 +67,9 @@ def write_grasps(
             "about": summary(scores.trials),
             "ranking": svg(figure),
             "cards": list(_cards(scores, progress)),
-            "head": HEAD,
-            "rows": rows[:MOST_ROWS],
-            "more": len(rows) - MOST_ROWS,
+            "head": list(table),
+            "rows": list(zip(*table.values(), strict=True))[:MOST_ROWS],
+            "more": len(scores.grasps) - MOST_ROWS,
             "algorithm": algorithm(),
         }
         file.write_text(rendered("grasps.html", page), encoding="utf-8")
