@@ -266,6 +266,23 @@ def test_what_is_wrong_is_named_before_anything_is_scored(folder, change, words)
     )
 
 
+def test_quaternions_in_another_order_and_a_hand_that_is_too_narrow_are_doubted(folder):
+    right, doubt = (0.7071068, 0, 0, 0.7071068), "order of the quaternions (x, y, z, w) right"
+    for name, quaternion in (("right", right), ("swapped", (right[3], *right[:3]))):
+        row = ",".join(map(str, (0, 0.03, -0.02, *quaternion)))
+        (folder / f"{name}.csv").write_text(f"x,y,z,qx,qy,qz,qw\n{row}\n")
+    said = [
+        " ".join(run_here("grasps", f"{name}.csv", *FEW, *words, cwd=folder).stdout.split())
+        for name, words in (
+            ("right", ()),
+            ("swapped", ()),
+            ("right", ("--hand", '{"opening": 0.04}')),
+        )
+    ]
+    assert [doubt in text for text in said] == [False, True, True]
+    assert "object, 0.05 x 0.08 x 0.06 m, fit into an opening of 0.04 m?" in said[2]
+
+
 def test_an_object_that_is_not_told_is_asked_for_by_the_option(folder):
     refused(run_here("grasps", "three.csv", *LIGHT[:2], cwd=folder), "--object is not given")
     refused(run_here("grasps", "three.csv", *LIGHT[:4], cwd=folder), "--mass is not given")

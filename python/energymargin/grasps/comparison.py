@@ -19,7 +19,7 @@ from energymargin.evaluation.bootstrap import (
     ranked,
 )
 from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.table import Cell, cell_of, csv_fields
+from energymargin.evaluation.table import CELL_COLUMNS, Cell, cell_of, csv_fields
 from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
 from energymargin.grasps.scores import GraspScores
 from energymargin.reprs import Record
@@ -67,16 +67,16 @@ class GraspComparison(Record, Summarized):
     def to_csv(self) -> str:
         """One line a score, in full precision."""
         ends = ("within", "within_low", "within_high", "ahead", "ahead_low", "ahead_high")
-        cell = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
+        none = ("", "")
         rows = [
-            [
+            (
                 *(name, *csv_fields(one.cell)),
-                *(one.within, *(one.within_interval or ("", ""))),
-                *(one.ahead, *(one.ahead_interval or ("", ""))),
-            ]
+                *(one.within, *(one.within_interval or none)),
+                *(one.ahead, *(one.ahead_interval or none)),
+            )
             for name, one in self.scores.items()
         ]
-        return csv_text(("score", *cell, *ends), rows)
+        return csv_text(("score", *CELL_COLUMNS, *ends), rows)
 
 
 def compare(

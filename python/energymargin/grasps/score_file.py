@@ -6,11 +6,11 @@ import hashlib
 import json
 import time
 from pathlib import Path
-from types import TracebackType
 
 import h5py
 import numpy as np
 
+from energymargin.closing import Closing
 from energymargin.disturbances import text_of
 from energymargin.grasps.scores import ARRAYS, GraspScores
 from energymargin.grasps.trials import ENDINGS
@@ -21,7 +21,7 @@ from energymargin.searches import algorithm
 SAVE = 2.0  # s between two writes
 
 
-class ScoreFile:
+class ScoreFile(Closing):
     """The file of some scores, which it fills with what it has already. It is written every two
     seconds, and at the end of the `with` block."""
 
@@ -39,16 +39,7 @@ class ScoreFile:
             self._lock.close()
             raise
 
-    def __enter__(self) -> ScoreFile:
-        """Itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """Writes what there is."""
         try:
             self.save()

@@ -383,11 +383,9 @@ class Trials:
 
     def _with_error(self, pose: Pose, error: NDArray[np.float64]) -> Pose:
         """A grasp's pose with an error, which turns it about the grasp or the centre of mass."""
-        if self.belief.about == "grasp":
-            return np.asarray(pose @ _pose(error))
-        center = np.linalg.inv(pose) @ [*self.object.center, 1.0]
         around = np.eye(4)
-        around[:3, 3] = center[:3]
+        if self.belief.about == "center_of_mass":
+            around[:3, 3] = (np.linalg.inv(pose) @ [*self.object.center, 1.0])[:3]
         return np.asarray(pose @ around @ _pose(error) @ np.linalg.inv(around))
 
     def _place(self, closed: Closed) -> Region:
