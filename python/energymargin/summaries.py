@@ -452,31 +452,21 @@ _DRAWN = "in {:.0%} of the trials the hand began in the object or the table: pos
 
 def grasp_scores(scores: GraspScores) -> Summary:
     """The ranked grasps: all of a few, of many the best, the most doubtful and the worst."""
-    order = scores.order[scores.counted[scores.order] > 0]
     n, trials = scores.endings.shape
-    places, ends, times = np.arange(len(order)), scores.interval(), scores.mean_time
+    order = scores.ranked
+    ranks = np.arange(len(order))
     if len(order) > MOST_ROWS:
         third = MOST_ROWS // 3
         doubt = np.abs(scores.probabilities[order] - 0.5)[third:-third]
         doubtful = third + np.sort(np.argsort(doubt, kind="stable")[:third])
-        places = np.concatenate([places[:third], doubtful, places[-third:]])
-    columns: dict[str, list[str]] = {
-        "rank": [str(place + 1) for place in places],
-        "grasp": [scores.grasps.names[k] for k in order[places]],
-        "holds": [f"{scores.probabilities[k]:.2f}" for k in order[places]],
-        "95 % interval": [f"{a:.2f} to {b:.2f}" for a, b in ends[order[places]]],
-        "for": [f"{times[k]:.2g} s" for k in order[places]],
-        "lost": [_how_lost(scores, int(k)) for k in order[places]],
-        "effort": [f"{scores.efforts[k]:.2g} J" for k in order[places]],
-        "label": [f"{scores.grasps.labels[k]:g}" for k in order[places]],
-    }
-    shown = {name: column for name, column in columns.items() if not _unknown(column)}
+        ranks = np.concatenate([ranks[:third], doubtful, ranks[-third:]])
+    table = scores.table(ranks.tolist())
     lead = f"{_counted(n, 'grasp')}, {_counted(trials, 'trial')} of {scores.horizon:g} s each"
-    lead += "; the best, the most doubtful and the worst" * (len(places) < len(order))
+    lead += "; the best, the most doubtful and the worst" * (len(ranks) < len(order))
     notes = [_sentence(note) for note in _grasp_notes(scores) if note]
     picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
-    rows = list(zip(*shown.values(), strict=True))
-    return Summary("", rows, tuple(shown), notes, lead=lead, picture=picture)
+    rows = list(zip(*table.values(), strict=True))
+    return Summary("", rows, tuple(table), notes, lead=lead, picture=picture)
 
 
 def trials(asked: Trials) -> Summary:
@@ -524,13 +514,5 @@ def _against_labels(scores: GraspScores) -> str:
     return f"{within} against the labels: {found.held} held, {lost} lost"
 
 
-def _how_lost(scores: GraspScores, k: int) -> str:
-    return ", ".join(f"{n} {how}" for how, n in scores.losses(k).items() if how != "held")
-
-
 def _counted(number: int, thing: str) -> str:
     return f"{number} {thing}{'s' * (number != 1)}"
-
-
-def _unknown(column: list[str]) -> bool:
-    return all(text in ("nan", "nan J") for text in column)

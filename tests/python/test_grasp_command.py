@@ -148,6 +148,25 @@ def test_after_a_timeout_the_grasps_are_shown_that_are_finished(folder):
     assert 0 < count < 40 and f"{40 - count} of 40 grasps were not scored" in done.stdout
 
 
+def test_a_timeout_before_the_first_grasp_says_that_nothing_is_finished(folder):
+    done = run_here("grasps", "forty.csv", *FEW, "--timeout", 1e-6, "-o", "late.csv", cwd=folder)
+    assert done.returncode == 124 and not done.stdout, done.stderr
+    last = "nothing is finished: the time was over before a grasp has its score"
+    assert done.stderr.splitlines()[-1] == last and not (folder / "late.csv").exists()
+
+
+def test_grasps_none_of_which_has_a_score_make_pages_that_say_so(folder):
+    weightless = '{"preset": "panda", "mass": 1e-300, "force": 1e300}'
+    outputs = [word for name in ("n.csv", "n.md", "n.png", "n.html") for word in ("-o", name)]
+    command = ["grasps", "three.csv", *FEW, "--hand", weightless, *outputs, "--write", "w.csv"]
+    done = run_here(*command, "--baselines", "--view", "worst", cwd=folder)
+    assert "Wrote n.html" in done.stderr and "w.csv is not written" in done.stderr, done.stderr
+    assert done.returncode == 2 and "none of the 3 grasps has a trial that counts" in done.stderr
+    assert "| 1 | beside | 2 diverged | 0 |" in (folder / "n.md").read_text()
+    page = (folder / "n.html").read_text()
+    assert "No grasp has a score." in page and "Pictures" not in page
+
+
 def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on(folder):
     command = ["grasps", "forty.csv", *LIGHT, "--rollouts", "40", "-o", "part.h5"]
     process = subprocess.Popen(
@@ -245,6 +264,23 @@ def test_what_is_wrong_is_named_before_anything_is_scored(folder, change, words)
         run_here("grasps", "three.csv", *(w for pair in given.items() for w in pair), cwd=folder),
         *words,
     )
+
+
+def test_quaternions_in_another_order_and_a_hand_that_is_too_narrow_are_doubted(folder):
+    right, doubt = (0.7071068, 0, 0, 0.7071068), "order of the quaternions (x, y, z, w) right"
+    for name, quaternion in (("right", right), ("swapped", (right[3], *right[:3]))):
+        row = ",".join(map(str, (0, 0.03, -0.02, *quaternion)))
+        (folder / f"{name}.csv").write_text(f"x,y,z,qx,qy,qz,qw\n{row}\n")
+    said = [
+        " ".join(run_here("grasps", f"{name}.csv", *FEW, *words, cwd=folder).stdout.split())
+        for name, words in (
+            ("right", ()),
+            ("swapped", ()),
+            ("right", ("--hand", '{"opening": 0.04}')),
+        )
+    ]
+    assert [doubt in text for text in said] == [False, True, True]
+    assert "object, 0.05 x 0.08 x 0.06 m, fit into an opening of 0.04 m?" in said[2]
 
 
 def test_an_object_that_is_not_told_is_asked_for_by_the_option(folder):
@@ -346,7 +382,7 @@ def test_a_picture_has_the_closed_hand_above_the_object_from_two_sides(scores, n
     fingers = np.concatenate([p.get_xy() for p in patches(figure.axes[0], green)])
     inner = np.abs(fingers[fingers[:, 1] < 0, 0]).min()
     assert inner == pytest.approx(0.025 if name == "middle" else 0.0, abs=2e-3)
-    title = {"beside": "closed beside the object", "middle": "gripped"}[name]
+    title = {"beside": "the hand does not close on the object", "middle": "gripped"}[name]
     assert figure.get_suptitle() == f"{name}: {title}"
     with pytest.raises(ValueError, match="number is 3, expected 0 to 2"):
         em.plots.figure_grasp(scores, 3)
@@ -367,9 +403,16 @@ def test_a_page_of_grasps_needs_no_network_and_has_their_pictures(scores, chromi
         em.report.write_grasps(scores, Path("g.pdf"))
 
 
-def test_a_grasp_is_seen_in_the_browser_until_ctrl_c(folder, chromium):
+@pytest.mark.parametrize(
+    ("which", "told", "seen"),
+    [
+        ("middle", "", "Undisturbed future"),
+        ("worst", "hand of beside does not close on the object: what you see is the", "Not scored"),
+    ],
+)
+def test_a_grasp_is_seen_in_the_browser_until_ctrl_c(folder, chromium, which, told, seen):
     process = subprocess.Popen(
-        [COMMAND, "grasps", "three.csv", *FEW, "--view", "middle"],
+        [COMMAND, "grasps", "three.csv", *FEW, "--view", which],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -378,12 +421,14 @@ def test_a_grasp_is_seen_in_the_browser_until_ctrl_c(folder, chromium):
     try:
         said = ""
         while "Ctrl-C ends it" not in said:
-            said = process.stderr.readline()
-            assert said, "it ended"
+            line = process.stderr.readline()
+            assert line, "it ended"
+            said += line
+        assert told in said
         address = re.search(r"http://127\.0\.0\.1:\d+/[\w-]+/", said)[0]
         with watched_page(chromium) as (page, wrong):
             page.goto(address)
-            page.get_by_text("Undisturbed future").wait_for(timeout=60e3)
+            page.get_by_text(seen).wait_for(timeout=60e3)
             assert wrong == []
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)

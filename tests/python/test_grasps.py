@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import energymargin as em
 from energymargin.grasps import (
@@ -23,6 +24,7 @@ from energymargin.grasps.trials import Trials
 GRIPPER = ParallelGripper(opening=0.08, force=10.0, palm=(0.1, 0.04, 0.04))
 STILL = em.disturbances.Uniform(0.0)
 SIDE = 0.04
+HOLD = Protocol([Motion("hold", 1.0)])
 DOWN = np.diag([1.0, -1.0, -1.0, 1.0])  # the approach points down, the fingers open along x
 POSE = [0.004] * 3 + [0.05] * 3
 
@@ -84,7 +86,10 @@ def test_a_hand_that_closes_on_nothing_does_not_grip_and_one_inside_the_object_c
     assert scores.steps[0] > 0  # those in which the hand closes
     assert np.isnan(scores.times).all()
     for colliding in ("redraw", "retreat", "fail"):
-        with pytest.warns(em.PlausibilityWarning, match="are pose, frame and unit right"):
+        with pytest.warns(
+            em.PlausibilityWarning,
+            match=r"order of .*0.1 x 0.04 x 0.04 m, fit into an opening of 0.08 m\?",
+        ):
             inside = score(grasps(), GRIPPER, wide, rollouts=2, colliding=colliding)
         assert set(inside.losses(0)) <= {"collided", "not gripped"}
 
@@ -105,10 +110,41 @@ def test_only_a_hand_that_is_in_the_object_where_it_is_collides(gap, back):
     # The drives would close a gap of 6 mm within a step. Fingers 40 mm from the axis are 1 mm deep
     # in a ball of 42 mm where they end 9 mm before its middle, and reach 8.8 mm beyond it.
     thing = GraspObject(em.Sphere(0.04 - gap), 0.05)
-    hold = Protocol([Motion("hold", 1.0)])
-    trials = Trials(preset("panda"), thing, hold, colliding="retreat")
+    trials = Trials(preset("panda"), thing, HOLD, colliding="retreat")
     start = trials.start(grasp_of(grasps(), 0), trials.draw(-1))
     assert start.back == pytest.approx(back)
+
+
+@pytest.mark.parametrize(("depth", "sunk"), [(0.99e-3, False), (1.01e-3, True)])
+def test_a_closed_hand_that_is_so_deep_that_no_problem_starts_there_has_collided(depth, sunk):
+    # Half of the half extent of what is 4 mm thick; the second part is thinner, and turned.
+    corners = np.array(np.meshgrid([-1, 1], [-5, 5], [-20, 20])).reshape(3, -1).T * 1e-3
+    turn = Rotation.from_euler("xyz", (0.3, 0.5, 0.7)).as_matrix()
+    hull = em.ConvexHull((corners @ turn).tolist())
+    plate = em.Part(em.Box((4e-3, 0.04, 0.04)))
+    lath = em.Part(hull, (0, 0.1, 0), (0, 0, 0.6, 0.8))
+    trials = Trials(GRIPPER, GraspObject(em.Compound([plate, lath]), 0.02), HOLD)
+    scene, hand = trials.scene(np.nan, trials.draw(-1), gravity=False)
+    state = scene.pack(joints={"left": 2e-3 - depth})
+    ending = trials.ending(em.World(scene), hand, state, {"left", "right", "object"})
+    assert ending == ("collided" if sunk else "")
+    closed = trials.closed(scene, hand, state, ending)
+    if sunk:
+        with pytest.raises(ValueError, match="penetrate each other"):
+            trials.problem(closed, trials.draw(-1))
+    else:
+        assert trials.problem(closed, trials.draw(-1)).plan is not None
+
+
+def test_a_hand_that_diverges_as_it_closes_says_so_and_one_that_is_stopped_does_not():
+    weightless = Trials(replace(GRIPPER, mass=1e-300, force=1e300), cube(), HOLD)
+    grasp, stopped = grasp_of(grasps(), 0), em.Cancel()
+    assert weightless.run(grasp, 0).ending == "diverged"
+    with pytest.raises(ValueError, match="diverges as it closes"):
+        weightless.likely_problem(grasp)
+    stopped.set()
+    with pytest.raises(em.Cancelled):
+        weightless.run(grasp, 0, stopped)
 
 
 def test_draws_that_collide_are_drawn_again():
@@ -143,7 +179,7 @@ def test_an_error_of_the_pose_turns_about_the_grasp_or_the_centre_of_mass():
 
     def starts(about):
         belief = GraspBelief(pose=turns, about=about)
-        trials = Trials(GRIPPER, cube(), Protocol([Motion("hold", 1.0)]), belief)
+        trials = Trials(GRIPPER, cube(), HOLD, belief)
         grasp = grasp_of(grasps(high), 0)
         scene, _ = trials.scene(np.nan, trials.draw(0), gravity=False)
         state = trials.start(grasp, trials.draw(0)).state
@@ -280,6 +316,10 @@ def test_wrong_units_frames_and_openings_are_named():
         score(grasps(openings=np.array([0.12])), GRIPPER, cube())
     with pytest.raises(ValueError, match=r"mass is 200 kg.*grams"):
         cube(200.0)
+    with pytest.warns(em.PlausibilityWarning, match=r"mass is 30 kg.*grams"):
+        cube(30.0)
+    with pytest.warns(em.PlausibilityWarning, match="closed beside the object: are frame, unit"):
+        score(grasps(moved(y=0.05)), GRIPPER, cube(), rollouts=2)
 
 
 @pytest.mark.parametrize(
@@ -330,17 +370,34 @@ def test_parts_of_a_question_that_cannot_be_are_refused(make, message):
 def test_a_table_ranks_the_grasps_and_says_how_each_is_lost():
     three = grasps(moved(y=0.06), moved(), moved(y=0.015), labels=np.array([0.0, 1.0, np.nan]))
     scores = score(three, GRIPPER, cube(0.2), "shake", rollouts=6, effort=50)
-    rows = scores.rows()
-    assert rows[0][1] == "1"
-    assert rows[-1][1] == "0"
-    assert rows[-1][4] == "6 not gripped"
-    assert rows[0][5] == "1"
+    table = scores.table()
+    assert (table["grasp"][0], table["label"][0]) == ("1", "1")
+    assert (table["grasp"][-1], table["lost"][-1]) == ("0", "6 not gripped")
+    assert scores.table([2])["rank"] == ["3"]
     assert scores.efforts[1] > 0
     assert np.isnan(scores.efforts[0])
     assert scores.to_csv().count("\n") == 4
+    assert (scores.best, scores.worst) == (1, 0)
     assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
     with pytest.raises(ValueError, match="does not close on the object"):
         scores.problem(0)
+
+
+def test_grasps_none_of_which_has_a_score_have_no_best():
+    with pytest.warns(em.PlausibilityWarning, match="4 of 4 trials diverged"):
+        scores = score(
+            grasps(moved(), moved(z=0.01)),
+            replace(GRIPPER, mass=1e-300, force=1e300),
+            cube(),
+            rollouts=2,
+        )
+    for which in ("best", "doubtful", "worst"):
+        with pytest.raises(ValueError, match="none of the 2 grasps has a trial that counts"):
+            getattr(scores, which)
+    assert scores.ranked.tolist() == [] and np.isnan(scores.probabilities).all()
+    assert "2 grasps, 2 trials" in scores.to_markdown()
+    with pytest.raises(ValueError, match="scores is empty"):
+        em.grasps.compare({})
 
 
 # Motions

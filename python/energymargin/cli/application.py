@@ -31,7 +31,16 @@ from energymargin.cli.rank import rank
 from energymargin.cli.report import report
 from energymargin.cli.score import score
 from energymargin.cli.tasks import tasks
-from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, shown_warnings, warn
+from energymargin.cli.terminal import (
+    BAD_INPUT,
+    INTERRUPTED,
+    TIMED_OUT,
+    err,
+    leave,
+    say,
+    shown_warnings,
+    warn,
+)
 from energymargin.cli.view import view_command
 from energymargin.interrupts import interrupted, remembered_interrupts
 
@@ -74,8 +83,10 @@ class _Commands(TyperGroup):
                 if isinstance(error, ERRORS):
                     if ctx.params["traceback"]:
                         err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
-                    say(f"[red]error:[/] {escape(_one_line(error))}")
-                    raise typer.Exit(BAD_INPUT) from None
+                    late = isinstance(error, TimeoutError) and error.errno is None
+                    start = "[yellow]nothing is finished:[/]" if late else "[red]error:[/]"
+                    say(f"{start} {escape(_one_line(error))}")
+                    raise typer.Exit(TIMED_OUT if late else BAD_INPUT) from None
                 raise
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -48,14 +48,12 @@ OF_FILE = {
     "need object=": "need --object-pose",
 }
 OF_OBJECT = {
+    "mesh is None": "--object is not given",
+    "mass is None and density is None": "--mass is not given",
     "scale=0.001": "--mesh-scale 0.001",
     "object= of em.grasps.read": "--object-pose",
 }
-CHOICES: dict[str, Callable[[GraspScores], int]] = {
-    "best": lambda scores: int(scores.order[0]),
-    "doubtful": lambda scores: scores.doubtful,
-    "worst": lambda scores: int(scores.order[-1]),
-}
+CHOICES = ("best", "doubtful", "worst")
 
 
 def grasps(
@@ -168,17 +166,21 @@ def grasps(
     disturbance, known = Uniform(strength), chosen_belief(belief)
     tried = chosen_hand(hand), chosen_protocol(protocol)
     found = _read(file, most, frame=frame, object=object_pose, where=where or [], scale=scale)
-    seen = None if view is None else _viewed(found, view)
-    _require_said(found, file, object, mass if density is None else density)
-    given = {"density": density, "accuracy": accuracy}
-    thing = GraspObject.of(
-        found.object,
-        mesh=object,
-        mass=mass,
-        friction=friction,
-        scale=mesh_scale,
-        **{name: value for name, value in given.items() if value is not None},
-    )
+    if view is not None and view not in (*found.names, *CHOICES):
+        raise ValueError(
+            f"--view is {view!r}, expected {', '.join(CHOICES)}, or a name as {found.names[0]}"
+        )
+    _require_one_object(found, file)
+    with _arguments_as_options(OF_OBJECT):
+        thing = GraspObject.of(
+            found.object,
+            mesh=object,
+            mass=mass,
+            density=density,
+            friction=friction,
+            scale=mesh_scale,
+            **({} if accuracy is None else {"accuracy": accuracy}),
+        )
     _say_read(file, found, thing)
     with (
         _cancelled_by_interrupt() as cancel,
@@ -209,8 +211,8 @@ def grasps(
         if cancel.is_set:
             raise KeyboardInterrupt
         raise typer.Exit(TIMED_OUT)
-    if seen is not None:
-        _view(scores, seen(scores))
+    if view is not None:
+        _view(scores, view)
 
 
 def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
@@ -265,20 +267,13 @@ def _read(
     return found[np.linspace(0, len(found) - 1, most).round().astype(int)]
 
 
-def _require_said(grasps: GraspSet, file: Path, object: Path | None, mass: float | None) -> None:
-    """Raises ValueError unless there is one object, whose mesh and mass are known."""
+def _require_one_object(grasps: GraspSet, file: Path) -> None:
     objects = list(dict.fromkeys(grasps.columns.get("object", ())))
     if len(objects) > 1:
         raise ValueError(
             f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
             f"object={objects[0]}"
         )
-    facts = grasps.object
-    if object is None and (facts is None or facts.mesh is None):
-        raise ValueError(f"--object is not given, and {file} names none: expected a mesh or a URDF")
-    urdf = object is not None and object.suffix.lower() == ".urdf"
-    if mass is None and not urdf and (facts is None or facts.mass is None):
-        raise ValueError(f"--mass is not given, and {file} has none: expected it in kg")
 
 
 def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
@@ -355,9 +350,12 @@ def _write(
             figure = plot_grasps(scores).get_figure(root=True)
             assert figure is not None
             figure.savefig(path)
-    if grasps is not None:
+    if grasps is not None and not (scores.counted > 0).any():
+        warn(f"{grasps} is not written: no grasp has a score")
+    elif grasps is not None:
         _write_grasps(scores, columns, grasps)
-    for path in (*outputs, *filter(None, [grasps])):
+        outputs = [*outputs, grasps]
+    for path in outputs:
         say(f"Wrote {escape(str(path))}")
 
 
@@ -379,33 +377,36 @@ def _write_grasps(scores: GraspScores, more: dict[str, Column], path: Path) -> N
 
 def _say_stopped(scores: GraspScores, store: Path | None) -> None:
     done = f"{(scores.counted > 0).sum()} of {len(scores.grasps)} grasps are scored"
-    if store is None:
-        say(f"{done}, and kept in no file: with -o scores.h5 the same command can go on")
-    else:
-        say(f"{done} and kept in {escape(str(store))}; the same command goes on from there.")
+    none = ", and kept in no file: with -o scores.h5 the same command can go on"
+    kept = f" and kept in {store}; the same command goes on from there."
+    say(escape(done + (none if store is None else kept)))
 
 
-def _viewed(grasps: GraspSet, which: str) -> Callable[[GraspScores], int]:
-    """What finds the number of the grasp of --view. Raises ValueError on a name that is not
-    there."""
-    if which in grasps.names:
-        return lambda _: grasps.names.index(which)
-    if which not in CHOICES:
-        raise ValueError(
-            f"--view is {which!r}, expected {', '.join(CHOICES)}, or a name as {grasps.names[0]}"
-        )
-    return CHOICES[which]
-
-
-def _view(scores: GraspScores, number: int) -> None:
+def _view(scores: GraspScores, which: str) -> None:
+    """Shows a grasp, by its name or one of CHOICES, until Ctrl-C: once the hand has closed, or else
+    open."""
+    from energymargin.grasps.scores import grasp_of
+    from energymargin.grasps.scoring import quiet
+    from energymargin.grasps.trials import NO_GRIP
     from energymargin.viewer import view
 
-    with view(scores.problem(number)) as viewer:
-        serve(viewer, "127.0.0.1", open_browser=False)
+    names, trials = scores.grasps.names, scores.trials
+    grasp = grasp_of(
+        scores.grasps, names.index(which) if which in names else getattr(scores, which)
+    )
+    draw = trials.draw(-1)
+    with quiet():
+        closed = trials.grip(grasp, draw)
+    if closed.ending:
+        why = f"the hand of {names[grasp.number]} {NO_GRIP[closed.ending]}"
+        say(escape(f"{why}: what you see is the open hand, where the grasp says"))
+    shown = trials.open_problem(grasp) if closed.ending else trials.problem(closed, draw)
+    with view(shown) as viewer:
+        serve(viewer, "127.0.0.1", open_browser=False, score=not closed.ending)
 
 
 def _markdown(scores: GraspScores) -> str:
     """The table of all grasps, and what was asked."""
-    head = ("rank", "grasp", "holds", "95 % interval", "lost", "label")
-    parts = (summary(scores.trials).to_markdown(), markdown_table(head, scores.rows()))
-    return "\n".join((*parts, ""))
+    table = scores.table()
+    ranked = markdown_table(list(table), zip(*table.values(), strict=True))
+    return "\n".join((summary(scores.trials).to_markdown(), ranked, ""))

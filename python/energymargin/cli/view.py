@@ -103,8 +103,9 @@ def view_command(
     leave(0)
 
 
-def serve(viewer: Viewer, host: str, *, open_browser: bool) -> None:
-    """Serves the page until Ctrl-C, which is the usual way to end it, and so no error."""
+def serve(viewer: Viewer, host: str, *, open_browser: bool, score: bool = True) -> None:
+    """Serves the page until Ctrl-C, which is the usual way to end it, and so no error; with `score`
+    it scores what it shows first."""
     from energymargin.viewer.guard import is_local
 
     if not is_local(host):
@@ -112,7 +113,8 @@ def serve(viewer: Viewer, host: str, *, open_browser: bool) -> None:
             f"Everyone who reaches {host} and has the address of this page can see it and start "
             "searches on this machine; the connection is not encrypted."
         )
-    viewer.page.score()
+    if score:
+        viewer.page.score()
     say(f"Open [bold]{viewer.url}[/] in a browser. Ctrl-C ends it.")
     if open_browser:
         webbrowser.open(viewer.url)

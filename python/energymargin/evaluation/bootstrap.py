@@ -112,14 +112,20 @@ def bootstrap_weights(trajectories: int, draws: int, seed: int) -> NDArray[np.in
 
 def _interval(values: NDArray[np.float64], trials: int) -> Interval | None:
     """Quantiles of the draws; one-sided, from `trials` trajectories, if no draw has an error."""
-    if len(values) == 0:
-        return None
-    if (values == 1.0).all():
+    if len(values) and (values == 1.0).all():
         return _error_free(trials), 1.0
-    if (values == 0.0).all():
+    if len(values) and (values == 0.0).all():
         return 0.0, 1.0 - _error_free(trials)
+    return central(values)
+
+
+def central(values: NDArray[np.float64]) -> Interval | None:
+    """Between what the middle 95 % of the values lie that are not NaN; None if there are none."""
+    there = values[~np.isnan(values)]
+    if len(there) == 0:
+        return None
     tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(values, [tail, 1 - tail])
+    low, high = np.quantile(there, [tail, 1 - tail])
     return float(low), float(high)
 
 

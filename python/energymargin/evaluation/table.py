@@ -30,10 +30,8 @@ from energymargin.reprs import Record
 from energymargin.summary import Summarized
 from energymargin.table_text import DASH, csv_text, short
 
-CSV_COLUMNS = (
-    *("score", "among", "horizon", "count", "positives"),
-    *("auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high", "paper_auc", "paper_ap"),
-)
+CELL_COLUMNS = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
+CSV_COLUMNS = ("score", "among", "horizon", *CELL_COLUMNS, "paper_auc", "paper_ap")
 
 # AUC and AP of the paper's Table I.
 _PAPER_SCORES = ("capture", "effort/est", "effort/rrt", "force", "success")
@@ -82,7 +80,7 @@ def cell_of(compared: Compared, weights: NDArray[np.int64]) -> Cell | None:
 def csv_fields(cell: Cell | None) -> list[float | str]:
     """Its columns of a CSV file, from count to ap_high; empty without a cell."""
     if cell is None:
-        return [""] * 8
+        return [""] * len(CELL_COLUMNS)
     return [
         *(cell.count, cell.positives),
         *(cell.auc, *(cell.auc_interval or ("", ""))),

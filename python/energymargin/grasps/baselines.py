@@ -14,7 +14,7 @@ from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
 from energymargin.grasps.scoring import quiet
-from energymargin.grasps.trials import TOUCHING, Closed, Grasp, Trials
+from energymargin.grasps.trials import TOUCHING, Closed, Grasp, Trials, clearance
 from energymargin.grasps.wrenches import wrench_space
 from energymargin.scenes.corners import shape_parts
 from energymargin.scenes.poses import pose
@@ -101,12 +101,11 @@ def _features(trials: Trials, grasp: Grasp, surface: Points, area: float) -> dic
     found = {"center_distance": float(np.linalg.norm(center[:3]))}
     scene, hand = trials.scene(grasp.opening, draw, gravity=False)
     state = trials.open_state(grasp, draw)
-    found["clearance"] = _clearance(scene, hand, state)
+    found["clearance"] = clearance(World(scene), hand, state)
     found["between"] = area * _between(scene, hand, state, surface)
     try:
-        start = trials.start(grasp, draw)
-        closed = None if start.state is None else trials.close(grasp.opening, start.state, draw)
-        if closed is not None and closed.gripped:
+        closed = trials.grip(grasp, draw)
+        if not closed.ending:
             found |= _grip(trials, closed, draw)
     except (ValueError, RuntimeError):  # as in its trials, whose `errors` say why
         pass
@@ -133,13 +132,6 @@ def _grip(trials: Trials, closed: Closed, draw: Draw) -> dict[str, float]:
     )
     force = force_score(problem.replace(horizon=None, plan=None)).force
     return {"force_score": force, **space._asdict()}
-
-
-def _clearance(scene: Scene, hand: Fitted, state: NDArray[np.float64]) -> float:
-    """From the hand to all else, negative in it [m]."""
-    world = World(scene)
-    others = [body.name for body in scene.bodies if body.name not in hand.bodies]
-    return min(world.distance(state, one, other) for one in hand.bodies for other in others)
 
 
 def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Points) -> int:

@@ -15,10 +15,11 @@ from energymargin.evaluation.bootstrap import (
     Interval,
     auc_ap_draws,
     bootstrap_weights,
+    central,
     ranked,
 )
 from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.table import Cell, cell_of, csv_fields
+from energymargin.evaluation.table import CELL_COLUMNS, Cell, cell_of, csv_fields
 from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
 from energymargin.grasps.scores import GraspScores
 from energymargin.reprs import Record
@@ -28,7 +29,6 @@ from energymargin.table_text import csv_text
 LABELS, PROBABILITY = "labels", "probability"
 LEARNED, LEARNED_TOO = "learned", "learned with probability"
 HELD = 0.5  # labels of at least this count as held
-TAILS = (0.025, 0.975)
 FEWEST_OBJECTS = 3  # of a learned score: it learns from two at least
 
 Columns = Mapping[str, ArrayLike]
@@ -67,16 +67,16 @@ class GraspComparison(Record, Summarized):
     def to_csv(self) -> str:
         """One line a score, in full precision."""
         ends = ("within", "within_low", "within_high", "ahead", "ahead_low", "ahead_high")
-        cell = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
+        none = ("", "")
         rows = [
-            [
+            (
                 *(name, *csv_fields(one.cell)),
-                *(one.within, *(one.within_interval or ("", ""))),
-                *(one.ahead, *(one.ahead_interval or ("", ""))),
-            ]
+                *(one.within, *(one.within_interval or none)),
+                *(one.ahead, *(one.ahead_interval or none)),
+            )
             for name, one in self.scores.items()
         ]
-        return csv_text(("score", *cell, *ends), rows)
+        return csv_text(("score", *CELL_COLUMNS, *ends), rows)
 
 
 def compare(
@@ -111,6 +111,8 @@ def compare(
     Raises ValueError on columns that do not go together, and if all labels are alike.
     """
     check_type("scores", scores, Mapping, "GraspScores by object, as {'mug': scores}")
+    if not scores:
+        raise ValueError("scores is empty, expected GraspScores by object, as {'mug': scores}")
     whole_number("draws", draws, 1)
     given = {name: baselines(one) for name, one in scores.items()} if columns is None else columns
     known = {name: one.grasps.labels for name, one in scores.items()} if labels is None else labels
@@ -214,8 +216,8 @@ def _compared(
             drawn_within = (weights @ right) / (weights @ pairs) if not of_one else drawn_aucs
         ahead = found[PROBABILITY].cell.auc - cell.auc if found else 0.0
         found[name] = ComparedScore(
-            *(cell, float(within), _interval(drawn_within)),
-            *(ahead, _interval(first - drawn_aucs) if found else None),
+            *(cell, float(within), central(drawn_within)),
+            *(ahead, central(first - drawn_aucs) if found else None),
         )
     return found
 
@@ -229,11 +231,3 @@ def _pairs(values: Any, held: Any, groups: Any) -> tuple[NDArray[np.float64], ND
         right.append((one > other).sum() + 0.5 * (one == other).sum())
         pairs.append(one.size * other.size)
     return np.array(right, dtype=float), np.array(pairs, dtype=float)
-
-
-def _interval(values: NDArray[np.float64]) -> Interval | None:
-    there = values[~np.isnan(values)]
-    if len(there) == 0:
-        return None
-    low, high = np.quantile(there, TAILS)
-    return float(low), float(high)

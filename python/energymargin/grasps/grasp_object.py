@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Inertial, mass_properties
+from energymargin._core import Inertial, Scene, World, mass_properties
 from energymargin.checks import not_negative_number, positive_number
 from energymargin.grasps.grasp_set import ObjectFacts
 from energymargin.grasps.shapes import digest
@@ -30,7 +30,7 @@ class GraspObject:
         inertial: centre of mass and inertia, of an object of `mass`; None: those of the shape, of
             even density.
 
-    Raises ValueError on numbers that cannot be.
+    Raises ValueError on numbers that cannot be, and warns of a density that no solid has.
     """
 
     shape: Any
@@ -46,6 +46,9 @@ class GraspObject:
             raise ValueError(
                 f"mass is {self.mass:g} kg, expected at most {HEAVY:g} kg: grams take 0.001"
             )
+        scene = Scene()
+        scene.add_body("object", self.shape, mass=self.mass, inertial=self.inertial)
+        World(scene)  # warns of a mass that cannot be, as one in grams
 
     @staticmethod
     def load(
@@ -91,6 +94,7 @@ class GraspObject:
         *,
         mesh: str | Path | None = None,
         mass: float | None = None,
+        density: float | None = None,
         friction: float | None = None,
         scale: float | None = None,
         **options: Any,
@@ -101,20 +105,24 @@ class GraspObject:
             facts: what the file says.
             mesh: its mesh file.
             mass: [kg]; its centre of mass and inertia are then those of the shape.
+            density: in place of the mass [kg/m^3].
             friction: coefficient.
             scale: what makes metres of the mesh's numbers.
-            options: of `em.mesh`, as accuracy; and density.
+            options: of `em.mesh`, as accuracy.
 
         Raises ValueError on what neither the file nor the call says, and OSError on the mesh.
         """
         said = ObjectFacts() if facts is None else facts
         path = said.mesh if mesh is None else Path(mesh)
         if path is None:
-            raise ValueError("object has no mesh in the file of grasps, expected mesh='its path'")
-        own = mass is None and "density" not in options
+            raise ValueError(
+                "mesh is None, and the file of grasps names none: expected a mesh or a URDF"
+            )
+        own = mass is None and density is None
         known = GraspObject.load(
             path,
             mass=said.mass if own else mass,
+            density=density,
             friction=said.friction if friction is None else friction,
             scale=said.scale if scale is None else scale,
             **options,
@@ -135,6 +143,11 @@ class GraspObject:
     def corners(self) -> NDArray[np.float64]:
         """Points whose hull holds the object, in its frame [m], (k, 3)."""
         return np.concatenate(shape_parts(self.shape))
+
+    @property
+    def size_text(self) -> str:
+        """Its sides along its axes, in words."""
+        return f"{' x '.join(f'{side:.3g}' for side in np.ptp(self.corners, axis=0))} m"
 
     @property
     def text(self) -> dict[str, Any]:

@@ -6,26 +6,22 @@ import hashlib
 import json
 import time
 from pathlib import Path
-from types import TracebackType
 
 import h5py
 import numpy as np
 
+from energymargin.closing import Closing
 from energymargin.disturbances import text_of
-from energymargin.grasps.scores import GraspScores
+from energymargin.grasps.scores import ARRAYS, GraspScores
 from energymargin.grasps.trials import ENDINGS
 from energymargin.locks import Lock
 from energymargin.replacing import replaced
 from energymargin.searches import algorithm
 
 SAVE = 2.0  # s between two writes
-ARRAYS = (
-    *("endings", "times", "back", "redrawn", "likely", "efforts"),
-    *("seconds", "steps", "unconverged", "lost_time"),
-)
 
 
-class ScoreFile:
+class ScoreFile(Closing):
     """The file of some scores, which it fills with what it has already. It is written every two
     seconds, and at the end of the `with` block."""
 
@@ -43,16 +39,7 @@ class ScoreFile:
             self._lock.close()
             raise
 
-    def __enter__(self) -> ScoreFile:
-        """Itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """Writes what there is."""
         try:
             self.save()

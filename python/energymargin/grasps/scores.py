@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +20,15 @@ from energymargin.table_text import csv_text
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
 MISSING = -1  # in place of an ending
-MANY = 0.2  # share of the trials
+OF_TRIALS = ("endings", "times", "back", "redrawn")
+ARRAYS: dict[str, Any] = {
+    **dict.fromkeys(("endings", "likely"), np.int8(MISSING)),
+    **dict.fromkeys(("times", "efforts"), np.nan),
+    **dict.fromkeys(("back", "seconds", "lost_time"), 0.0),
+    **dict.fromkeys(("redrawn", "steps", "unconverged"), 0),
+}
+"""The arrays of GraspScores, and what they have before there are trials."""
+MANY, MOST = 0.2, 0.8  # shares of the trials
 LOOSE = 0.01  # share of the steps
 
 
@@ -55,6 +64,16 @@ class GraspScores(Record, Summarized):
     errors: dict[int, str]
     """Why a grasp has no score, by its number."""
 
+    @staticmethod
+    def before(grasps: GraspSet, trials: Trials, rollouts: int) -> GraspScores:
+        """Scores without a trial so far."""
+        of_trials = len(grasps), rollouts
+        arrays = {
+            name: np.full(of_trials if name in OF_TRIALS else of_trials[0], start)
+            for name, start in ARRAYS.items()
+        }
+        return GraspScores(grasps, trials, **arrays, errors={})
+
     @property
     def complete(self) -> bool:
         """Whether every trial was made, or there is an error that says why not."""
@@ -76,15 +95,17 @@ class GraspScores(Record, Summarized):
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the scores."""
         made = int((self.endings != MISSING).sum())
-        found = []
-        for what, number in (
-            ("the hand was inside the object or the table, and moved back", (self.back > 0).sum()),
-            ("the hand found no place", (self.endings == ENDINGS.index("collided")).sum()),
-        ):
-            if number > MANY * made:
-                found.append(
-                    f"in {number} of {made} trials {what}: are pose, frame and unit right?"
-                )
+        missed, collided = (ENDINGS.index(which) for which in ("not gripped", "collided"))
+        places = [
+            f"in {number} of {made} trials the hand {what}"
+            for what, number, many in (
+                ("was inside the object or the table, and moved back", (self.back > 0).sum(), MANY),
+                ("found no place", (self.endings == collided).sum(), MANY),
+                ("closed beside the object", (self.endings == missed).sum(), MOST),
+            )
+            if number > many * made
+        ]
+        found = [f"{'; '.join(places)}: {self._doubts()}"] if places else []
         if diverged := int((self.endings == DIVERGED).sum()):
             found.append(f"{diverged} of {made} trials diverged, and do not count")
         if self.unconverged.sum() > LOOSE * self.steps.sum():
@@ -135,14 +156,35 @@ class GraspScores(Record, Summarized):
         return self.trials.protocol.horizon
 
     @property
+    def ranked(self) -> NDArray[np.int64]:
+        """Numbers of the grasps that have a score, in their order."""
+        return self.order[self.counted[self.order] > 0]
+
+    @property
+    def best(self) -> int:
+        """Number of the grasp that holds best. Raises ValueError if none has a score, as the next
+        two do."""
+        return int(self._some[0])
+
+    @property
     def doubtful(self) -> int:
         """Number of the grasp whose probability is nearest to a half."""
-        return int(np.nanargmin(np.abs(self.probabilities - 0.5)))
+        some = np.sort(self._some)
+        return int(some[np.abs(self.probabilities[some] - 0.5).argmin()])
+
+    @property
+    def worst(self) -> int:
+        """Number of the grasp that holds worst."""
+        return int(self._some[-1])
 
     def losses(self, number: int) -> dict[str, int]:
         """How often a grasp ended in which way, the commonest first."""
         made = [ENDINGS[code] for code in self.endings[number] if code != MISSING]
         return dict(Counter(made).most_common())
+
+    def how_lost(self, number: int) -> str:
+        """The same in words, without the trials in which it was held."""
+        return ", ".join(f"{n} {how}" for how, n in self.losses(number).items() if how != "held")
 
     def problem(self, number: int) -> Problem:
         """The problem of a grasp once the hand has closed, as is believed most: for a viewer, an
@@ -152,31 +194,40 @@ class GraspScores(Record, Summarized):
         """
         return self.trials.likely_problem(grasp_of(self.grasps, number))
 
-    def rows(self) -> list[tuple[str, ...]]:
-        """Rank, name, probability, interval, how and when it is lost, label; the best first."""
-        figures = np.column_stack([self.probabilities, self.interval()])
-        return [self._row(rank, int(k), figures[k]) for rank, k in enumerate(self.order, 1)]
+    def table(self, ranks: Sequence[int] | None = None) -> dict[str, list[str]]:
+        """Texts by column, the best grasp first: all of them, or those of some ranks, from 0 on.
+        What is not known is empty, and a column of which nothing is known is left out."""
+        ranks = range(len(self.grasps)) if ranks is None else ranks
+        order, ends = self.order[list(ranks)], self.interval()
+        columns = {
+            "rank": [str(rank + 1) for rank in ranks],
+            "grasp": [self.grasps.names[k] for k in order],
+            "holds": [_text("{:.2f}", self.probabilities[k]) for k in order],
+            "95 % interval": [_text("{:.2f} to {:.2f}", *ends[k]) for k in order],
+            "for": [_text("{:.2g} s", self.mean_time[k]) for k in order],
+            "lost": [self.how_lost(k) or self.errors.get(k, "") for k in order],
+            "effort": [_text("{:.2g} J", self.efforts[k]) for k in order],
+            "label": [_text("{:g}", self.grasps.labels[k]) for k in order],
+        }
+        return {name: column for name, column in columns.items() if any(column)}
 
     def to_csv(self, columns: Mapping[str, ArrayLike] | None = None) -> str:
-        """`rows` and all figures, as CSV.
+        """All figures, as CSV, the best grasp first.
 
         columns: more of them by name, each (n,), as of `em.grasps.baselines`.
         """
         more = {name: np.asarray(one) for name, one in (columns or {}).items()}
         for name, column in more.items():
             check_shape(name, column, (len(self.grasps),))
+        own = (self.probabilities, *self.interval().T, self.mean_time, self.efforts)
+        counts = [(self.endings == code).sum(axis=1) for code in range(len(ENDINGS))]
+        figures = np.column_stack([*own, self.grasps.labels, *counts, *more.values()])
         head = ["rank", "name", "probability", "low", "high", "mean_time", "effort", "label"]
-        lines = [[*head, *(name.replace(" ", "_") for name in ENDINGS), *more]]
-        own = (self.probabilities, self.interval(), self.mean_time, self.efforts)
-        figures = np.column_stack(own)
-        for rank, k in enumerate(self.order, 1):
-            texts = ["" if np.isnan(one) else f"{one:.6g}" for one in figures[k]]
-            label = self.grasps.labels[k]
-            counts = [str(int((self.endings[k] == code).sum())) for code in range(len(ENDINGS))]
-            said = "" if np.isnan(label) else f"{label:g}"
-            rest = ["" if np.isnan(column[k]) else f"{column[k]:.6g}" for column in more.values()]
-            lines.append([str(rank), self.grasps.names[k], *texts, said, *counts, *rest])
-        return csv_text(lines[0], lines[1:])
+        lines = [
+            [rank, self.grasps.names[k], *(_text("{:.6g}", figure) for figure in figures[k])]
+            for rank, k in enumerate(self.order, 1)
+        ]
+        return csv_text([*head, *(name.replace(" ", "_") for name in ENDINGS), *more], lines)
 
     @property
     def mean_time(self) -> NDArray[np.float64]:
@@ -186,16 +237,28 @@ class GraspScores(Record, Summarized):
         total = np.where(counts, capped, 0.0).sum(axis=1)
         return np.where(self.counted > 0, total / np.maximum(self.counted, 1), np.nan)
 
-    def _row(self, rank: int, k: int, figures: NDArray[np.float64]) -> tuple[str, ...]:
-        """`figures`: the probability, and the ends of its interval."""
-        name, label = self.grasps.names[k], self.grasps.labels[k]
-        said = "" if np.isnan(label) else f"{label:g}"
-        probability, low, high = figures
-        if np.isnan(probability):
-            return str(rank), name, "-", "-", self.errors.get(k, "not made"), said
-        lost = [f"{n} {how}" for how, n in self.losses(k).items() if how != "held"]
-        within = f"{low:.2f} to {high:.2f}"
-        return str(rank), name, f"{probability:.2f}", within, ", ".join(lost), said
+    def _doubts(self) -> str:
+        """What is likely wrong if the hand is not where the object is."""
+        asked = self.trials
+        open = np.nanmax(self.grasps.openings, initial=-1.0)
+        wide = open if open > 0 else getattr(asked.hand, "opening", None)
+        into = "into it" if wide is None else f"into an opening of {wide:.3g} m"
+        frame = "are frame, unit and order of the quaternions (x, y, z, w) right"
+        return f"{frame}, and does the object, {asked.object.size_text}, fit {into}?"
+
+    @property
+    def _some(self) -> NDArray[np.int64]:
+        if len(self.ranked) == 0:
+            why = f", as {next(iter(self.errors.values()))}" if self.errors else ""
+            raise ValueError(
+                f"none of the {len(self.grasps)} grasps has a trial that counts{why}: expected one "
+                "at least"
+            )
+        return self.ranked
+
+
+def _text(form: str, *values: float) -> str:
+    return "" if np.isnan(values).any() else form.format(*values)
 
 
 def grasp_of(grasps: GraspSet, number: int) -> Grasp:

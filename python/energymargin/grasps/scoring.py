@@ -121,7 +121,7 @@ def score(
     )
     trials.check(grasps)
     limit, on = Limit(timeout, cancel), chosen_executor(executor, threads)
-    scores = _empty(grasps, trials, count)
+    scores = GraspScores.before(grasps, trials, count)
     with nullcontext() if store is None else ScoreFile(store, scores, nodes) as file:
         left = [grasp_of(grasps, k) for k in range(len(grasps)) if scores.endings[k, 0] == MISSING]
 
@@ -187,25 +187,6 @@ def least_effort(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> flo
     return float(np.nanmin(profile.efforts))
 
 
-def _empty(grasps: GraspSet, trials: Trials, rollouts: int) -> GraspScores:
-    n, of_trials = len(grasps), (len(grasps), rollouts)
-    return GraspScores(
-        grasps=grasps,
-        trials=trials,
-        endings=np.full(of_trials, MISSING, dtype=np.int8),
-        times=np.full(of_trials, np.nan),
-        back=np.zeros(of_trials),
-        redrawn=np.zeros(of_trials, dtype=np.int64),
-        likely=np.full(n, MISSING, dtype=np.int8),
-        efforts=np.full(n, np.nan),
-        seconds=np.zeros(n),
-        steps=np.zeros(n, dtype=np.int64),
-        unconverged=np.zeros(n, dtype=np.int64),
-        lost_time=np.zeros(n),
-        errors={},
-    )
-
-
 def _put(scores: GraspScores, row: GraspRow) -> None:
     k = row.number
     scores.seconds[k] = row.seconds
@@ -213,13 +194,10 @@ def _put(scores: GraspScores, row: GraspRow) -> None:
         scores.errors[k] = row.error or "it was not made"
         return
     scores.efforts[k], scores.likely[k] = row.effort, ENDINGS.index(row.likely.ending)
-    for trial, outcome in enumerate(row.outcomes):
-        scores.endings[k, trial] = ENDINGS.index(outcome.ending)
-        scores.times[k, trial] = outcome.time
-        scores.back[k, trial], scores.redrawn[k, trial] = outcome.back, outcome.redrawn
-    scores.steps[k] = sum(outcome.steps for outcome in row.outcomes)
-    scores.unconverged[k] = sum(outcome.unconverged for outcome in row.outcomes)
-    scores.lost_time[k] = sum(outcome.lost_time for outcome in row.outcomes)
+    endings, times, redrawn, back, *sums = zip(*row.outcomes, strict=True)
+    scores.endings[k] = [ENDINGS.index(ending) for ending in endings]
+    scores.times[k], scores.redrawn[k], scores.back[k] = times, redrawn, back
+    scores.steps[k], scores.unconverged[k], scores.lost_time[k] = map(sum, sums)
 
 
 def _given_up(grasp: Grasp, why: str) -> GraspRow:

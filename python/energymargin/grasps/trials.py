@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import islice
+from itertools import combinations, islice, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import regions
-from energymargin._core import Cancel, CaptureProbability, Plan, Problem, Region, Scene, World
+from energymargin._core import (
+    Cancel,
+    Cancelled,
+    CaptureProbability,
+    Plan,
+    Problem,
+    Region,
+    Scene,
+    World,
+)
 from energymargin.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.grasps.belief import Draw, GraspBelief
@@ -24,11 +33,14 @@ from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY, Protocol
+from energymargin.scenes.corners import smallest_half_extent
+from energymargin.scenes.poses import pose
 from energymargin.scores import UNIFORM, capture_probability
 
 STEP = 1 / 960  # s; at a longer one fingers sink in, and friction resists a turn too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
 DEEP = 1e-3  # m; an overlap that is not one of rounding
+SUNK = 0.5  # share of the thinner body's half extent; a Problem refuses a state that is deeper
 REDRAWS = 20  # poses that are drawn for one trial
 BACK = 2e-3  # m; of each step back along the approach
 FARTHEST_BACK = 0.04  # m
@@ -39,6 +51,11 @@ MOST_SCENES = 100  # that are kept
 LEVER = 0.01  # m; a torque is a force at this distance
 
 ENDINGS = ("held", "slipped", "turned", "not gripped", "collided", "diverged")
+NO_GRIP = {
+    "collided": "is in the object or the table",
+    "not gripped": "does not close on the object",
+    "diverged": "diverges as it closes",
+}
 COLLIDING = ("redraw", "retreat", "fail")
 
 Pose = NDArray[np.float64]
@@ -76,18 +93,21 @@ class Outcome(NamedTuple):
 
 
 class Closed(NamedTuple):
-    """A hand that has closed."""
+    """A hand that has closed, or why it could not."""
 
     hand: Fitted
     state: NDArray[np.float64]
-    gripped: bool
-    """Whether all of its fingers press on the object."""
+    """Where the hand closed; if it had no place, or diverged, where it began, open."""
+    ending: str
+    """"": all of its fingers press on the object. Else the end of the trial, one of ENDINGS."""
     base: Pose
     """The frame of the hand's base, (4, 4)."""
     thing: Pose
     """The object's axes about its centre of mass in the frame of the hand's base, (4, 4)."""
+    redrawn: int = 0
+    """This and the next four as of Outcome."""
+    back: float = 0.0
     steps: int = 0
-    """Of the simulation until then; the next two as of Outcome."""
     unconverged: int = 0
     lost_time: float = 0.0
 
@@ -129,27 +149,12 @@ class Trials:
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
         """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance."""
         draw = self.draw(number)
-        start = self.start(grasp, draw)
-        if start.state is None:
-            return Outcome("collided", redrawn=start.redrawn)
-        outcome = Outcome("diverged", np.nan, start.redrawn, start.back)
-        try:
-            closed = self.close(grasp.opening, start.state, draw, cancel)
-            outcome = outcome._replace(
-                steps=closed.steps, unconverged=closed.unconverged, lost_time=closed.lost_time
-            )
-            if not closed.gripped:
-                return outcome._replace(ending="not gripped")
-            problem = self.problem(closed, draw)
-            found = self._probability(problem, number, cancel)
-        except ValueError as error:
-            if "penetrate each other" not in str(error):
-                raise
-            return outcome._replace(ending="collided")  # the hand has closed into the object
-        except RuntimeError as error:
-            if "diverge" not in str(error):
-                raise
+        closed = self.grip(grasp, draw, cancel)
+        outcome = Outcome(closed.ending, np.nan, *closed[5:])
+        if closed.ending:
             return outcome
+        problem = self.problem(closed, draw)
+        found = self._probability(problem, number, cancel)
         time = float(found.exit_times[0])
         ending = "held" if np.isinf(time) else "diverged" if np.isnan(time) else "slipped"
         if ending == "slipped" and self.protocol.angle is not None:
@@ -170,12 +175,29 @@ class Trials:
         Raises ValueError if the hand does not close on the object.
         """
         draw = self.draw(-1)
-        start = self.start(grasp, draw)
-        closed = None if start.state is None else self.close(grasp.opening, start.state, draw)
-        if closed is None or not closed.gripped:
-            why = "has no place" if closed is None else "does not close on the object"
+        closed = self.grip(grasp, draw)
+        if closed.ending:
+            why = NO_GRIP[closed.ending]
             raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
         return self.problem(closed, draw)
+
+    def open_problem(self, grasp: Grasp) -> Problem:
+        """The open hand where the grasp says, to be seen: it passes through whatever is there."""
+        draw = self.draw(-1)
+        scene, hand = self._built(grasp.opening, draw.force, gravity=False)
+        for one, other in product(hand.bodies, (body.name for body in scene.bodies)):
+            if other not in hand.bodies:
+                scene.disable_collisions(one, other)
+        closed = self.closed(scene, hand, self.open_state(grasp, draw), "not gripped")
+        place = regions.Ball("object", closed.thing[:3, 3], self.protocol.radius, hand.base)
+        weight = (draw.mass * GRAVITY,) * 3
+        return Problem(
+            *(scene, closed.state),
+            captured=place,
+            force=weight,
+            torque=weight,
+            duration=self.protocol.duration,
+        )
 
     def check(self, grasps: GraspSet) -> None:
         """Raises ValueError if numbers do not go together: units, openings, a frame elsewhere."""
@@ -209,7 +231,7 @@ class Trials:
             redrawn += 1
             pose = placed @ self._with_error(grasp.pose, error)
             state = _state(scene, hand, pose, placed)
-            depth = _overlap(world, hand, state)
+            depth = -clearance(world, hand, state)
             if depth <= deep:
                 return Start(state, redrawn)
             if depth < deepest:
@@ -219,7 +241,7 @@ class Trials:
             back += BACK
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
-            if _overlap(world, hand, state) <= deep:
+            if -clearance(world, hand, state) <= deep:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
 
@@ -228,6 +250,16 @@ class Trials:
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         placed = self._placed(grasp)
         return _state(scene, hand, placed @ grasp.pose, placed)
+
+    def grip(self, grasp: Grasp, draw: Draw, cancel: Cancel | None = None) -> Closed:
+        """The hand after it has closed where a draw of the pose puts it."""
+        start = self.start(grasp, draw)
+        if start.state is None:
+            scene, hand = self.scene(grasp.opening, draw, gravity=False)
+            closed = self.closed(scene, hand, self.open_state(grasp, draw), "collided")
+        else:
+            closed = self.close(grasp.opening, start.state, draw, cancel)
+        return closed._replace(redrawn=start.redrawn, back=start.back)
 
     def close(
         self,
@@ -243,26 +275,41 @@ class Trials:
         plan = Plan(step=self.step, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
         world = World(scene, plan)
         steps = rows + round(self.protocol.settle / self.step)
-        done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
+        try:
+            done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
+        except Cancelled:
+            raise
+        except RuntimeError:  # what a simulation raises once its numbers are not finite
+            return self.closed(scene, hand, start, "diverged")
+        state = done.states[-1]
         pressed = {
             body
             for contact in done.contacts[-1]
             if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
             for body in (contact.body_a, contact.body_b)
         }
-        closed = self.closed(scene, hand, done.states[-1], pressed >= set(hand.fingers))
+        closed = self.closed(scene, hand, state, self.ending(world, hand, state, pressed))
         return closed._replace(
             steps=done.steps, unconverged=done.unconverged, lost_time=done.lost_time
         )
 
-    def closed(
-        self, scene: Scene, hand: Fitted, state: NDArray[np.float64], gripped: bool
-    ) -> Closed:
+    def ending(
+        self, world: World, hand: Fitted, state: NDArray[np.float64], pressed: set[str]
+    ) -> str:
+        """That of a hand which has closed, as of Closed: `pressed` are what touches the object."""
+        if not pressed >= set(hand.fingers):
+            return "not gripped"
+        return "collided" if _is_sunk(world, hand, state) else ""
+
+    def closed(self, scene: Scene, hand: Fitted, state: NDArray[np.float64], ending: str) -> Closed:
         """A state of a scene as that of a hand that has closed."""
         bodies = scene.unpack(state)
-        base, thing = _pose_of(bodies[hand.base]), _pose_of(bodies["object"])
+        base, thing = (
+            pose(bodies[name]["position"], bodies[name]["orientation"])
+            for name in (hand.base, "object")
+        )
         thing[:3, 3] += thing[:3, :3] @ self.object.center
-        return Closed(hand, state, gripped, base, np.linalg.inv(base) @ thing)
+        return Closed(hand, state, ending, base, np.linalg.inv(base) @ thing)
 
     def problem(self, closed: Closed, draw: Draw) -> Problem:
         """Whether a closed grasp holds through the protocol."""
@@ -336,11 +383,9 @@ class Trials:
 
     def _with_error(self, pose: Pose, error: NDArray[np.float64]) -> Pose:
         """A grasp's pose with an error, which turns it about the grasp or the centre of mass."""
-        if self.belief.about == "grasp":
-            return np.asarray(pose @ _pose(error))
-        center = np.linalg.inv(pose) @ [*self.object.center, 1.0]
         around = np.eye(4)
-        around[:3, 3] = center[:3]
+        if self.belief.about == "center_of_mass":
+            around[:3, 3] = (np.linalg.inv(pose) @ [*self.object.center, 1.0])[:3]
         return np.asarray(pose @ around @ _pose(error) @ np.linalg.inv(around))
 
     def _place(self, closed: Closed) -> Region:
@@ -382,13 +427,24 @@ def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.
     return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
 
 
-def _overlap(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
-    """The deepest of the hand in anything else [m].
+def clearance(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
+    """From the hand to all else, negative in it [m].
 
     `World.contacts` would tell of the end of a step in which the drives close the fingers.
     """
     others = [body.name for body in world.scene.bodies if body.name not in hand.bodies]
-    return max(0.0, *(-world.distance(state, one, o) for one in hand.bodies for o in others))
+    return min(world.distance(state, one, other) for one in hand.bodies for other in others)
+
+
+def _is_sunk(world: World, hand: Fitted, state: NDArray[np.float64]) -> bool:
+    """Whether two bodies are so deep in each other that no Problem can start there, of which one at
+    least is not of the hand."""
+    extents = {body.name: smallest_half_extent(body.shape) for body in world.scene.bodies}
+    return any(
+        world.distance(state, a, b) < -SUNK * min(extents[a], extents[b])
+        for a, b in combinations(extents, 2)
+        if not {a, b} <= set(hand.bodies)
+    )
 
 
 def _pose(error: NDArray[np.float64]) -> Pose:
@@ -396,13 +452,6 @@ def _pose(error: NDArray[np.float64]) -> Pose:
     pose = np.eye(4)
     pose[:3, 3] = error[:3]
     pose[:3, :3] = Rotation.from_rotvec(error[3:]).as_matrix()
-    return pose
-
-
-def _pose_of(body: dict[str, Any]) -> Pose:
-    pose = np.eye(4)
-    pose[:3, 3] = body["position"]
-    pose[:3, :3] = Rotation.from_quat(body["orientation"]).as_matrix()
     return pose
 
 

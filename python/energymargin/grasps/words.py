@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from energymargin.grasps.hand_files import HandFile
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.grasps.trials import LEVER, Trials
@@ -23,12 +21,11 @@ OF_COLLIDING = {
 def of_object(thing: GraspObject) -> str:
     """Shape, mass and friction."""
     parts, deviation = getattr(thing.shape, "parts", ()), getattr(thing.shape, "deviation", None)
-    shape = f"{len(parts)} convex parts" if parts else type(thing.shape).__name__
+    shape = f"{len(parts)} convex part{'s' * (len(parts) > 1)}"
+    shape = shape if parts else type(thing.shape).__name__
     if deviation is not None:
         shape += f" (at most {1e3 * deviation.distance:.2g} mm from the mesh)"
-    size = np.ptp(thing.corners, axis=0)
-    sides = " x ".join(f"{side:.3g}" for side in size)
-    return f"{shape}, {sides} m, {thing.mass:.4g} kg, friction {thing.friction:.3g}"
+    return f"{shape}, {thing.size_text}, {thing.mass:.4g} kg, friction {thing.friction:.3g}"
 
 
 def of_hand(hand: Hand) -> str:

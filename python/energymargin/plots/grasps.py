@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from energymargin._core import Scene
 from energymargin.checks import check_type, whole_number
 from energymargin.grasps.scores import GraspScores, grasp_of
+from energymargin.grasps.trials import NO_GRIP, Closed
 from energymargin.outlines import Plan, view_of
 from energymargin.plots.scenes import draw_bodies, set_plane
 from energymargin.plots.styles import LOST_COLOR, axes_or_new, draw_legend, folded, light_grid
@@ -38,7 +39,7 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     """
     check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
     axes = axes_or_new(ax, *SIZE)
-    scored = scores.order[scores.counted[scores.order] > 0]
+    scored = scores.ranked
     ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
     low, high = scores.interval()[scored].T
     kinds = np.array([_kind(label) for label in scores.grasps.labels[scored]])
@@ -74,60 +75,40 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
     check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
     if whole_number("number", number, 0) >= len(scores.grasps):
         raise ValueError(f"number is {number}, expected 0 to {len(scores.grasps) - 1}")
-    seen = _seen(scores, number)
-    views = [view_of(seen.scene, seen.state[np.newaxis], plane) for plane in SIDES]
+    trials, grasp = scores.trials, grasp_of(scores.grasps, number)
+    draw = trials.draw(-1)
+    closed, (scene, _) = trials.grip(grasp, draw), trials.scene(grasp.opening, draw, gravity=False)
+    what = f"the hand {NO_GRIP[closed.ending]}" if closed.ending else "gripped"
+    state = _turned(scene, closed, trials.protocol.table)
+    views = [view_of(scene, state[np.newaxis], plane) for plane in SIDES]
     low, high = min(view[1][0] for view in views), max(view[1][1] for view in views)
     figure = Figure(figsize=(7.0, 3.8), layout="constrained")
     widths = [max(right - left, (high - low) / 2) for (left, right), _ in views]
     axes = figure.subplots(1, 2, width_ratios=widths)
     for ax, plane, (sides, _) in zip(axes, SIDES, views, strict=True):
         limits = (sides, (low, high))
-        draw_bodies(ax, seen.scene, seen.state, plane, limits)
+        draw_bodies(ax, scene, state, plane, limits)
         set_plane(ax, plane, limits)
-        names = {**AXES, "z": "height [m]"} if scores.trials.protocol.table else AXES
+        names = {**AXES, "z": "height [m]"} if trials.protocol.table else AXES
         ax.set(xlabel=names[plane[0]], ylabel=names[plane[1]])
         ax.locator_params(nbins=4)
-    figure.suptitle(f"{folded(scores.grasps.names[number])}: {seen.what}", fontsize=10)
+    figure.suptitle(f"{folded(scores.grasps.names[number])}: {what}", fontsize=10)
     return figure
 
 
-class _Seen(NamedTuple):
-    scene: Scene
-    state: NDArray[np.float64]
-    what: str
-
-
-def _seen(scores: GraspScores, number: int) -> _Seen:
-    """A grasp with the hand turned so that it comes from above."""
-    trials, grasp = scores.trials, grasp_of(scores.grasps, number)
-    draw = trials.draw(-1)
-    scene, hand = trials.scene(grasp.opening, draw, gravity=False)
-    start = trials.start(grasp, draw)
-    state, what = trials.open_state(grasp, draw), "the hand is in the object or the table"
-    if start.state is not None:
-        closed = trials.close(grasp.opening, start.state, draw)
-        state, what = closed.state, "gripped" if closed.gripped else "closed beside the object"
-    return _Seen(scene, _turned(scene, state, hand.base, hand.frame, trials.protocol.table), what)
-
-
-def _turned(
-    scene: Scene,
-    state: NDArray[np.float64],
-    base: str,
-    frame: NDArray[np.float64],
-    table: bool,
-) -> NDArray[np.float64]:
+def _turned(scene: Scene, closed: Closed, table: bool) -> NDArray[np.float64]:
     """The state seen from the hand; with a table about the vertical alone."""
-    place = scene.unpack(state)[base]
-    grasp = Rotation.from_quat(place["orientation"]) * Rotation.from_matrix(frame[:3, :3])
+    hand = closed.hand
+    place = scene.unpack(closed.state)[hand.base]
+    grasp = Rotation.from_quat(place["orientation"]) * Rotation.from_matrix(hand.frame[:3, :3])
     back = Rotation.from_matrix(DOWN) * grasp.inv()
     if table:
         x, y, _ = grasp.apply([1.0, 0.0, 0.0])
         back = Rotation.from_euler("z", -np.arctan2(y, x))
     center = np.array(place["position"])
     center[2] = 0.0 if table else center[2]
-    turned = state.copy()
-    for name in (base, "object"):
+    turned = closed.state.copy()
+    for name in (hand.base, "object"):
         numbers = turned[scene.slice(name)]
         numbers[:3] = back.apply(numbers[:3] - center)
         numbers[3:7] = (back * Rotation.from_quat(numbers[3:7])).as_quat()

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,14 +16,13 @@ from energymargin.grasps.scores import GraspScores
 from energymargin.interrupts import remembered_interrupts
 from energymargin.plots.grasps import figure_grasp, plot_grasps
 from energymargin.replacing import replaced
-from energymargin.report.page import PACKAGES, SUFFIXES, Progress, rendered
+from energymargin.report.page import Progress, check_suffix, rendered
 from energymargin.report.pictures import svg
 from energymargin.report.worst import png
 from energymargin.searches import algorithm
 from energymargin.summary import summary
 
 SIZE = (10.0, 4.0)  # inch, of the probabilities by rank
-HEAD = ("rank", "grasp", "holds", "95 % interval", "how it is lost, of all trials", "label")
 MOST_ROWS = 2000  # of the table of all grasps
 
 
@@ -57,9 +55,8 @@ def write_grasps(
     """
     check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
     output = Path(output)
-    if output.suffix not in SUFFIXES:
-        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
-    found, rows = summary(scores), scores.rows()
+    check_suffix(output)
+    found, table = summary(scores), scores.table()
     with remembered_interrupts(), replaced(output) as file:
         figure = Figure(figsize=SIZE, layout="constrained")
         plot_grasps(scores, figure.subplots())
@@ -70,21 +67,19 @@ def write_grasps(
             "about": summary(scores.trials),
             "ranking": svg(figure),
             "cards": list(_cards(scores, progress)),
-            "head": HEAD,
-            "rows": rows[:MOST_ROWS],
-            "more": len(rows) - MOST_ROWS,
+            "head": list(table),
+            "rows": list(zip(*table.values(), strict=True))[:MOST_ROWS],
+            "more": len(scores.grasps) - MOST_ROWS,
             "algorithm": algorithm(),
-            "versions": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
         }
         file.write_text(rendered("grasps.html", page), encoding="utf-8")
 
 
 def _cards(scores: GraspScores, progress: Progress | None) -> Iterator[Card]:
-    order = scores.order[scores.counted[scores.order] > 0].tolist()
-    if not order:
+    if not len(scores.ranked):
         return
-    chosen = {order[0]: "The best", scores.doubtful: "The most doubtful", order[-1]: "The worst"}
-    chosen[order[0]] = "The best"
+    chosen = {scores.best: "", scores.doubtful: "The most doubtful", scores.worst: "The worst"}
+    chosen[scores.best] = "The best"
     for place, (k, which) in enumerate(chosen.items()):
         if progress is not None:
             progress("Pictures", place / len(chosen))

@@ -6,12 +6,11 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from energymargin.checks import check_type, whole_number
 from energymargin.evaluation import Evaluation, evaluate
@@ -160,7 +159,6 @@ def _page(
         "notices": notices(subject, data, output),
         "about": subject.about,
         "labels": summary(labelled).notes[0],
-        "versions": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
         "algorithm": subject.run.algorithm,
         "last": last,
         "draws": options.draws,
@@ -183,10 +181,15 @@ def _page(
     }
 
 
-def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
-    """Checks the output before anything is computed; it must not replace the files in `read`."""
+def check_suffix(output: Path) -> None:
+    """Raises ValueError on the name of another file than a page."""
     if output.suffix not in SUFFIXES:
         raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+
+
+def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
+    """Checks the output before anything is computed; it must not replace the files in `read`."""
+    check_suffix(output)
     for name, path in read.items():
         if path is not None and output.resolve() == Path(path).resolve():
             raise ValueError(
@@ -206,10 +209,14 @@ def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
 
 
 def rendered(name: str, page: Mapping[str, Any]) -> str:
-    """A page as HTML, by a template. Whatever comes from files is escaped by it."""
+    """A page as HTML, by a template of this package that fills base.html. Whatever comes from files
+    is escaped by it."""
     environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=PackageLoader("energymargin", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    folder = files("energymargin.report")
-    template, style = (folder.joinpath(n).read_text("utf-8") for n in (name, "style.css"))
-    return environment.from_string(template).render(page, style=style)
+    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    return environment.get_template(name).render(page, versions=versions)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Problem, Scene, capture_probability
+from energymargin._core import Cancel, Scene, World, capture_probability
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
@@ -113,11 +113,9 @@ class Trial(NamedTuple):
         if start is None:
             return NOT_GRIPPED
         closed = _close(trials, self.grasp.opening, start, draw, how)
-        if not closed.gripped:
+        if closed.ending:
             return NOT_GRIPPED
-        problem = _problem(trials, closed, draw)
-        if problem is None:
-            return NOT_GRIPPED
+        problem = trials.problem(closed, draw)
         twin = _twin(problem.scene, closed.state, how)
         player = Player(problem, problem.captured, *twin, cancel)
         player.start = Moved(problem.scene, *twin, _motion(trials, closed, how.step))
@@ -131,11 +129,9 @@ class Trial(NamedTuple):
         if start is None:
             return NOT_GRIPPED
         closed = trials.close(self.grasp.opening, start, draw, cancel)
-        if not closed.gripped:
+        if closed.ending:
             return NOT_GRIPPED
-        problem, pieces = _problem(trials, closed, draw), self.pieces(draw.mass)
-        if problem is None:
-            return NOT_GRIPPED
+        problem, pieces = trials.problem(closed, draw), self.pieces(draw.mass)
         steps = [round(piece.duration / trials.step) for piece in pieces]
         rows = np.repeat([piece.wrenches[0] for piece in pieces], steps, axis=0)
         found = capture_probability(
@@ -165,16 +161,6 @@ class Trial(NamedTuple):
         return pieces
 
 
-def _problem(trials: Trials, closed: Closed, draw: Draw) -> Problem | None:
-    """Whether a closed grasp holds; None if the hand is squeezed into the object."""
-    try:
-        return trials.problem(closed, draw)
-    except ValueError as error:
-        if "penetrate" not in str(error):
-            raise
-        return None
-
-
 def _close(
     there: Trials, opening: float, start: NDArray[np.float64], draw: Draw, how: Engine
 ) -> Closed:
@@ -187,7 +173,9 @@ def _close(
     motion = Motion(hand.base, np.zeros((steps, 6)), ways)
     simulation = Moved(scene, *_twin(scene, start, how), motion)
     simulation.advance(steps)
-    return there.closed(scene, hand, simulation.state(), simulation.pressed >= set(hand.fingers))
+    state = simulation.state()
+    ending = there.ending(World(scene), hand, state, simulation.pressed)
+    return there.closed(scene, hand, state, ending)
 
 
 class Motion(NamedTuple):
