@@ -127,6 +127,23 @@ PlanWithFeedback feedback_of(const GivenArray& gains, std::vector<std::string> o
   return {with_feedback(plan_rows(step.value_or(period), wrenches, targets, velocities, motors), std::move(law))};
 }
 
+// A virtual spring and damper from a body's frame to where it is to be.
+PlanWithFeedback impedance_of(const std::string& body, const GivenArray& stiffness, const GivenArray& damping,
+                              const Given<double>& period, const std::optional<GivenArray>& states,
+                              const Given<int>& delay, const std::optional<std::pair<GivenArray, GivenArray>>& limits) {
+  const auto names = [&body](std::initializer_list<const char*> words) {
+    std::vector<std::string> full;
+    for (const char* word : words) full.push_back(body + "." + word);
+    return full;
+  };
+  States gains(6, 12);
+  gains << States(vector("stiffness", stiffness.value, 6).asDiagonal()),
+      States(vector("damping", damping.value, 6).asDiagonal());
+  return feedback_of({py::cast(gains)}, names({"x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz"}),
+                     names({"fx", "fy", "fz", "tx", "ty", "tz"}), states, {}, {}, {}, {}, period, delay, limits,
+                     {py::cast(0.0)}, std::nullopt);
+}
+
 // A user's function of (time, number, observations, seeds, memory), which returns (actions, memory).
 using ActFunction = py::typing::Callable<py::tuple(double, int, py::array_t<double>, py::array, py::array_t<double>)>;
 
@@ -252,6 +269,19 @@ void bind_plan(py::module_& module) {
            py::arg("states") = py::none(), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
            py::arg("velocities") = Rows{}, py::arg("motors") = Limits{}, py::arg("period"), py::arg("delay") = 0,
            py::arg("limits") = py::none(), py::arg("start") = 0.0, py::arg("step") = py::none())
+      .def_static(
+          "impedance", &impedance_of, py::arg("body"), py::kw_only(), py::arg("stiffness"), py::arg("damping"),
+          py::arg("period"), py::arg("states") = py::none(), py::arg("delay") = 0, py::arg("limits") = py::none(),
+          "A virtual spring and damper on a body: `stiffness` (6,) [N/m, N m/rad] and `damping` (6,) [N s/m, N m "
+          "s/rad] along and about the world's axes, about its centre of mass. `states` (12,) or (R, 12): where it "
+          "is to be, as position, rotation vector, velocity and angular velocity of its frame; None: zeros. The "
+          "others as of Feedback.")
+      .def("__repr__",
+           [](const PlanWithFeedback& plan) {
+             return repr_of_fields("Feedback", {{"period", py::cast(plan.feedback->period)},
+                                                {"observed", py::cast(plan.feedback->observed)},
+                                                {"corrected", py::cast(plan.feedback->corrected)}});
+           })
       .def(py::pickle([](const PlanWithFeedback& plan) { return py::str(to_json(plan)); },
                       [](const py::str& text) { return PlanWithFeedback{plan_from_json(text)}; }));
   py::class_<PlanWithPolicy, Plan>(module, "PolicyPlan", "A plan whose robot is asked what to do; em.Policy makes it.")

@@ -75,6 +75,9 @@ class Policy(PolicyPlan):
             name=self.name,
         )
 
+    def __repr__(self) -> str:
+        return f"Policy({self.name!r})"
+
     def _answer(
         self, time: float, number: int, seen: Rows, seeds: NDArray[np.uint64], memory: Rows
     ) -> tuple[Rows, Rows]:

@@ -1032,9 +1032,16 @@ class Feedback(Plan):
     
     Raises ValueError on bad shapes, names and numbers.
     """
+    @staticmethod
+    def impedance(body: str, *, stiffness: numpy.typing.ArrayLike, damping: numpy.typing.ArrayLike, period: float, states: numpy.typing.ArrayLike | None = None, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None) -> Feedback:
+        """
+        A virtual spring and damper on a body: `stiffness` (6,) [N/m, N m/rad] and `damping` (6,) [N s/m, N m s/rad] along and about the world's axes, about its centre of mass. `states` (12,) or (R, 12): where it is to be, as position, rotation vector, velocity and angular velocity of its frame; None: zeros. The others as of Feedback.
+        """
     def __getstate__(self) -> str:
         ...
     def __init__(self, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, step: float | None = None) -> None:
+        ...
+    def __repr__(self) -> str:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...

@@ -115,7 +115,10 @@ class Robot:
     """
 
     def __init__(self, plan: Plan, model: Any, states: States) -> None:
-        """Raises ValueError on a body that the model lacks, or a joint without such an actuator."""
+        """Raises ValueError on a body that the model lacks, a joint without such an actuator, and a
+        plan that depends on the state."""
+        if plan.feedback is not None:
+            raise ValueError(f"plan is {plan!r}, expected one of rows alone: MuJoCo follows those")
         self._mujoco, self._plan, self._model, self._states = engine(), plan, model, states
         self._wrenches = [(states.body_id(b), rows) for b, rows in plan.wrenches.items()]
         found = servos(states.names, model)

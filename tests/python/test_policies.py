@@ -1,0 +1,214 @@
+"""Robots that react: feedback as data, and policies that are asked."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import energymargin as em
+
+AXES = ("x", "y", "z")
+SEEN = [*(f"ball.{a}" for a in AXES), *(f"ball.v{a}" for a in AXES)]
+PUSHED = [f"ball.f{a}" for a in AXES]
+STIFFNESS, DAMPING = 50.0, 2.0
+GAINS = np.hstack([STIFFNESS * np.eye(3), DAMPING * np.eye(3)])
+
+
+def problem(plan=None, spring=False, **options):
+    """A ball that is held by nothing but its plan, or by a spring."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("ball", em.Sphere(0.05), mass=1.0, role="object")
+    if spring:
+        scene.add_body("wall", em.Sphere(0.01), mass=0.0, position=(0, 0, 5))
+    captured = em.regions.Ball("ball", (0, 0, 0), 0.1)
+    bounds = {"force": (5, 5, 5), "torque": (0.1, 0.1, 0.1), "duration": 0.1}
+    return em.Problem(scene, scene.pack(), captured=captured, plan=plan,
+                      **{"horizon": 1.0, **bounds, **options})  # fmt: skip
+
+
+def feedback(period=1 / 240, **options):
+    return em.Feedback(GAINS, observed=SEEN, corrected=PUSHED, period=period, **options)
+
+
+def policy(act=None, period=1 / 20, observe=SEEN, **options):
+    act = act or (lambda seen, memory, time: -seen @ GAINS.T)
+    return em.Policy(act, period=period, observe=observe, command=PUSHED, **options)
+
+
+def asked(plan, rollouts=60, **options):
+    return em.capture_probability(problem(plan), rollouts=rollouts, seed=1, **options)
+
+
+def test_a_virtual_spring_holds_as_a_spring_does():
+    """The closed loop of a spring: x after a push is that of the oscillator."""
+    scene = problem(feedback()).scene
+    world = em.World(scene, feedback())
+    wrench = np.array([5.0, 0, 0, 0, 0, 0])
+    state = world.rollout(scene.pack(), wrench, 0.5).state
+    rate = DAMPING / 2
+    speed = np.sqrt(STIFFNESS - rate**2)
+    swing = np.exp(-rate * 0.5) * (np.cos(speed * 0.5) + rate / speed * np.sin(speed * 0.5))
+    assert scene.unpack(state)["ball"]["position"][0] == pytest.approx(
+        5.0 / STIFFNESS * (1 - swing), rel=0.01
+    )
+
+
+def test_impedance_is_that_spring():
+    stiff, damped = [STIFFNESS] * 3 + [0] * 3, [DAMPING] * 3 + [0] * 3
+    plan = em.Feedback.impedance("ball", stiffness=stiff, damping=damped, period=1 / 240)
+    times = asked(plan).exit_times, asked(feedback()).exit_times
+    assert np.array_equal(*times)
+
+
+def test_a_delay_that_makes_the_loop_unstable_is_found():
+    late = [asked(feedback(period=0.05, delay=delay)).captured for delay in (0, 2)]
+    assert late[0] > late[1] + 0.1
+    still = em.capture_probability(
+        problem(feedback(period=0.05, delay=8, states=[0.01, 0, 0, 0, 0, 0]), horizon=10.0),
+        rollouts=1,
+        disturbance=em.disturbances.Uniform(strength=0.0),
+    )
+    assert still.captured == 0
+
+
+@pytest.mark.parametrize("period", [1 / 240, 1 / 50, 1 / 20])
+@pytest.mark.parametrize("delay", [0, 1])
+def test_a_policy_that_does_what_a_feedback_does_has_its_futures(period, delay):
+    one = asked(feedback(period, delay=delay))
+    other = asked(policy(period=period, delay=delay))
+    assert np.array_equal(one.exit_times, other.exit_times)
+    assert one.steps == other.steps
+
+
+def test_a_policy_has_the_same_bits_on_any_threads_and_in_any_company():
+    net = np.random.default_rng(0).normal(size=(6, 64)), np.random.default_rng(1).normal(size=64)
+    act = lambda seen, memory, time: -seen @ GAINS.T + (np.tanh(seen @ net[0]) @ net[1])[:, None]  # noqa: E731
+    whole = asked(policy(act), rollouts=100).exit_times
+    for rollouts in (1, 7, 100):
+        for threads in (1, 2, 8):
+            some = asked(policy(act), rollouts=rollouts, threads=threads).exit_times
+            assert np.array_equal(some, whole[:rollouts])
+    later = asked(policy(act), rollouts=40, first=60).exit_times
+    assert np.array_equal(later, whole[60:])
+
+
+def test_memory_belongs_to_its_rollout():
+    """A policy that pushes from its third control time on, by a count in its memory."""
+
+    def act(seen, memory, time):
+        assert memory.shape == (32, 1)
+        push = np.where(memory >= 2, 40.0, 0.0) * [1, 0, 0]
+        return push, memory + 1
+
+    scene = problem().scene
+    still = em.capture_probability(problem(policy(act, memory=1), horizon=0.25), rollouts=40,
+                                   disturbance=em.disturbances.Uniform(strength=0.0))  # fmt: skip
+    # 40 N on 1 kg from 0.1 s on: 0.1 m after 0.071 s more, seen at the next check.
+    assert np.ptp(still.exit_times) == 0
+    assert 0.17 <= still.exit_times[0] <= 0.2
+    assert scene.step < 0.01
+
+
+def test_an_observe_function_gets_whole_states_and_noise_is_each_rollout_s_own():
+    shapes = set()
+
+    def observe(states):
+        shapes.add(states.shape)
+        return states[:, :3]
+
+    drawn = []
+
+    def act(seen, memory, time):
+        drawn.append(seen.copy())
+        return np.zeros((len(seen), 3))
+
+    asked(policy(act, observe=observe, noise=0.5), rollouts=20, undisturbed=False)
+    assert shapes == {(32, 13)}
+    first = drawn[0][:20, 0]
+    assert len(set(first)) == 20
+    assert np.std(first) == pytest.approx(0.5, rel=0.5)
+    before = drawn[0].copy()
+    drawn.clear()
+    asked(policy(act, observe=observe, noise=0.5), rollouts=20, undisturbed=False)
+    assert np.array_equal(drawn[0], before)
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [
+        (lambda seen, memory, time: np.full((32, 3), np.nan), "asked at 0 s: act returned .nan"),
+        (lambda seen, memory, time: seen[:5, :3], r"shape \(5, 3\), expected \(32, 3\)"),
+        (lambda seen, memory, time: seen[:, :3].astype(str), "dtype <U"),
+        (lambda seen, memory, time: {}["u"], "KeyError: 'u'"),
+    ],
+)
+def test_what_a_policy_does_wrong_is_named(act, words):
+    with pytest.raises((ValueError, RuntimeError), match=words):
+        asked(policy(act))
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda p: em.escape_effort(p, nodes=20),
+        lambda p: em.capture_probability(p, rare=True, rollouts=40),
+        lambda p: em.margin_profile(p, every=0.25, rollouts=2, nodes=10),
+        lambda p: p.to_json(),
+        pickle.dumps,
+    ],
+)
+def test_what_cannot_ask_a_policy_says_so(ask):
+    with pytest.raises(ValueError, match="Policy"):
+        ask(problem(policy()))
+
+
+def test_a_timeout_keeps_nothing_half_done():
+    with pytest.raises(TimeoutError):
+        asked(policy(), rollouts=10000, timeout=0.001)
+
+
+def test_a_feedback_goes_where_a_plan_goes(tmp_path):
+    held = problem(feedback(1 / 50, delay=1, limits=([-9] * 3, [9, 9, np.inf])))
+    held.save(tmp_path / "held.json")
+    back = em.Problem.load(tmp_path / "held.json")
+    assert back.to_json() == held.to_json() == pickle.loads(pickle.dumps(held)).to_json()
+    same = [em.capture_probability(p, rollouts=20).exit_times for p in (held, back)]
+    assert np.array_equal(*same)
+    copied = pickle.loads(pickle.dumps(feedback()))
+    assert isinstance(copied, em.Feedback)
+    assert copied.to_json() == feedback().to_json()
+    assert em.escape_effort(held, nodes=200).effort > 10 * em.escape_effort(
+        problem(), nodes=200
+    ).effort  # fmt: skip
+    profile = em.margin_profile(held, every=0.25, ahead=0.5, rollouts=20, nodes=10)
+    assert np.isfinite(profile.probabilities).all()
+
+
+def test_the_law_of_a_feedback_goes_on_in_what_is_left_of_it():
+    states = np.zeros((5, 6))
+    states[3:, 0] = 0.05
+    plan = feedback(0.05, states=states)
+    scene = problem().scene
+    whole = em.World(scene, plan).rollout(scene.pack(), np.zeros(6), 0.4).state
+    half = em.World(scene, plan).rollout(scene.pack(), np.zeros(6), 0.2).state
+    from energymargin.plans import rest_of
+
+    rest = rest_of(plan, 48, scene.step)
+    assert np.array_equal(em.World(scene, rest).rollout(half, np.zeros(6), 0.2).state, whole)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"gains": np.eye(2)}, r"gains is of shape \(2, 2\), expected \(3, 6\)"),
+        ({"observed": [*SEEN[:5], "ball.q"]}, "observed is with 'ball.q'"),
+        ({"corrected": ["ball.fx", "ball.fy", "joint"]}, "with 'joint', expected what the plan"),
+        ({"delay": -1}, "delay is -1"),
+        ({"limits": ([1] * 3, [0] * 3)}, "limits is with a low one above"),
+        ({"states": np.zeros(4)}, "states"),
+    ],
+)
+def test_what_no_feedback_has_is_refused(given, words):
+    arguments = {"gains": GAINS, "observed": SEEN, "corrected": PUSHED, "period": 0.05, **given}
+    with pytest.raises(ValueError, match=words):
+        problem(em.Feedback(arguments.pop("gains"), **arguments))
