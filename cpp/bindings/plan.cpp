@@ -145,7 +145,9 @@ PlanWithFeedback impedance_of(const std::string& body, const GivenArray& stiffne
 }
 
 // A user's function of (time, number, observations, seeds, memory), which returns (actions, memory).
-using ActFunction = py::typing::Callable<py::tuple(double, int, py::array_t<double>, py::array, py::array_t<double>)>;
+using Numbers = py::array_t<double>;
+using ActFunction = py::typing::Callable<py::typing::Tuple<Numbers, Numbers>(double, int, Numbers,
+                                                                             py::array_t<std::uint64_t>, Numbers)>;
 
 struct PlanWithPolicy : Plan {};
 

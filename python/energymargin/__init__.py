@@ -91,12 +91,12 @@ if typing.TYPE_CHECKING:
     from energymargin.meshes import mesh as mesh
     from energymargin.monitor import Monitor as Monitor
     from energymargin.plausibility import PlausibilityWarning as PlausibilityWarning
+    from energymargin.policies import Policy as Policy
     from energymargin.scoring import (
         ScoreError as ScoreError,
         ScoreTable as ScoreTable,
         score as score,
     )
-    from energymargin.policies import Policy as Policy
     from energymargin.searches import SearchSettings as SearchSettings
 
     __version__: str

@@ -77,7 +77,9 @@ def rest_of(plan: Plan, done: int, step: float) -> Plan:
         return {name: np.repeat(all_of, repeats, axis=0)[first:] for name, all_of in rows.items()}
 
     length = plan.step if repeats == 1 else step
-    parts = {name: cut(getattr(plan, name)) for name in ("wrenches", "targets", "velocities")}
+    parts: dict[str, Any] = {
+        name: cut(getattr(plan, name)) for name in ("wrenches", "targets", "velocities")
+    }
     if law is None:
         return Plan(length, **parts, limits=plan.limits)
     begun = {**law, "start": law["start"] + done * step}

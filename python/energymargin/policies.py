@@ -56,9 +56,10 @@ class Policy(PolicyPlan):
         limits: tuple[ArrayLike, ArrayLike] | None = None,
         name: str | None = None,
     ) -> None:
+        """See the class."""
         if not callable(act):
             raise ValueError(f"act is {shown(act)}, expected a function")
-        self.name = name or getattr(act, "__name__", type(act).__name__)
+        self.name = name or str(getattr(act, "__name__", type(act).__name__))
         """What errors call it."""
         self._act, self._width = act, len(command)
         self._observe = observe if callable(observe) else None
@@ -76,6 +77,7 @@ class Policy(PolicyPlan):
         )
 
     def __repr__(self) -> str:
+        """Its name."""
         return f"Policy({self.name!r})"
 
     def _answer(

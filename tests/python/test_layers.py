@@ -29,6 +29,7 @@ HEADERS_ALONE = {
     "random": "base",
     "parallel": "base",
     "plausible": "scene",
+    "policy": "scene",
     "audit": "physics",
     "membership": "sets",
     "signed_distance": "sets",

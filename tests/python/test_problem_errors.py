@@ -208,7 +208,7 @@ BROKEN_PLAN = {
     ),
     "unknown key": (
         with_value((*PLAN, "wrench"), []),
-        'plan has an unknown "wrench", expected only step, wrenches, targets, velocities',
+        'plan has an unknown "wrench", expected only step, wrenches, targets, velocities, feedback',
     ),
     "no rows": (
         without(*PLAN, "velocities", 1, "rows"),
