@@ -162,6 +162,19 @@ def test_what_cannot_ask_a_policy_says_so(ask):
         ask(problem(policy()))
 
 
+def test_controllers_are_ranked_and_their_gains_tuned():
+    asked = {"prompt": problem(policy()), "late": problem(policy(delay=2))}
+    ranking = em.rank(asked, rollouts=60, seed=1)
+    assert ranking.best == "prompt"
+
+    def stiff(values):
+        gains = np.hstack([values["k"] * np.eye(3), DAMPING * np.eye(3)])
+        return policy(lambda seen, memory, time: -seen @ gains.T)
+
+    found = em.improve(asked["prompt"], {"k": (1.0, 60.0)}, stiff, rollouts=16, budget=40000)
+    assert 1.0 <= found.values["k"] <= 60.0
+
+
 def test_a_timeout_keeps_nothing_half_done():
     with pytest.raises(TimeoutError):
         asked(policy(), rollouts=10000, timeout=0.001)
