@@ -225,3 +225,64 @@ def test_what_no_feedback_has_is_refused(given, words):
     arguments = {"gains": GAINS, "observed": SEEN, "corrected": PUSHED, "period": 0.05, **given}
     with pytest.raises(ValueError, match=words):
         problem(em.Feedback(arguments.pop("gains"), **arguments))
+
+
+# Known answers
+
+
+def on_a_rail(plan=None, spring=False, **options):
+    """A ball that moves along x alone."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    axis = {"linear_factor": (1, 0, 0), "angular_factor": (0, 0, 0)}
+    scene.add_body("ball", em.Sphere(0.05), mass=1.0, role="object", **axis)
+    scene.add_body("wall", em.Sphere(0.01), mass=0.0, position=(0, 0, 5))
+    if spring:
+        ends = {"point_a": (0, 0, -5), "stiffness": STIFFNESS, "damping": DAMPING}
+        scene.add_spring("wall", "ball", **ends)
+    bounds = {"force": (5, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 1.0, **options}
+    captured = em.regions.Ball("ball", (0, 0, 0), 0.1)
+    return em.Problem(scene, scene.pack(), captured=captured, plan=plan, **bounds)
+
+
+def along_x(period=1 / 240):
+    return em.Feedback(
+        [[STIFFNESS, DAMPING]],
+        observed=["ball.x", "ball.vx"],
+        corrected=["ball.fx"],
+        period=period,
+    )
+
+
+def test_a_feedback_has_the_efforts_and_probabilities_of_a_spring():
+    virtual, real = on_a_rail(along_x()), on_a_rail(spring=True)
+    for seed in (0, 1):
+        one, other = (em.escape_effort(p, nodes=300, seed=seed).effort for p in (virtual, real))
+        assert one == pytest.approx(other, rel=0.02)
+    one, other = (em.capture_probability(p, rollouts=300, seed=2) for p in (virtual, real))
+    assert one.interval()[0] <= other.captured <= one.interval()[1]
+
+
+def test_the_closed_loop_under_white_noise_is_lost_as_often_as_on_a_grid():
+    """Backward recursion of the probability of staying, over position and velocity."""
+    from scipy.ndimage import map_coordinates, spline_filter
+
+    noise, steps, half, fastest, h = 40.0, 120, 0.1, 3.0, 1 / 240
+    x, v = np.meshgrid(np.linspace(-half, half, 121), np.linspace(-fastest, fastest, 121))
+    nodes, weights = np.polynomial.hermite_e.hermegauss(9)
+    later = np.ones_like(x)
+    for _ in range(steps):
+        now, later = np.zeros_like(x), spline_filter(later)
+        for node, weight in zip(nodes, weights / weights.sum(), strict=True):
+            faster = v + h * (noise * node - STIFFNESS * x - DAMPING * v)
+            farther = x + h * faster
+            at = [(faster / fastest + 1) * 60, (farther / half + 1) * 60]
+            stays = map_coordinates(later, at, mode="nearest", prefilter=False)
+            now += weight * np.where(np.abs(farther) <= half, stays, 0.0)
+        later = now
+    wanted = later[60, 60]
+    asked = on_a_rail(along_x(), horizon=steps * h, check=h)
+    white = em.disturbances.Gaussian(force=noise, torque=0.0, correlation_time=1e-9)
+    found = em.capture_probability(asked, rollouts=4000, seed=3, disturbance=white)
+    assert 0.2 < wanted < 0.8
+    low, high = found.interval(0.999)
+    assert low - 0.01 <= wanted <= high + 0.01
