@@ -286,3 +286,43 @@ def test_the_closed_loop_under_white_noise_is_lost_as_often_as_on_a_grid():
     assert 0.2 < wanted < 0.8
     low, high = found.interval(0.999)
     assert low - 0.01 <= wanted <= high + 0.01
+
+
+class Steady:
+    """An agent that always does the same, as one of stable-baselines3 is asked."""
+
+    def predict(self, seen, deterministic=False):
+        assert deterministic
+        return np.full((len(seen), 2), (0.5, 1e9)), None
+
+
+@pytest.mark.parametrize("model", [Steady(), lambda seen: np.full((len(seen), 2), (0.5, 1e9))])
+def test_an_agent_of_an_environment_does_in_a_problem_what_it_does_there(model):
+    import gymnasium
+
+    env = gymnasium.make("energymargin.gym:EnergyMarginPush-v0")
+    env.reset(seed=17)
+    inner = env.unwrapped
+    now = em.gym.present(inner)
+    agent = em.gym.policy_of(env, model)
+    clipped = np.clip((0.5, 1e9), *(inner.action_space.low, inner.action_space.high))
+    rows = np.zeros((240, 6))
+    rows[:, :2] = clipped + [channel.offset for channel in inner.channels]
+    plan = em.Plan(step=now.scene.step, wrenches={"effector": rows})
+    one, other = (
+        em.capture_probability(
+            now.replace(horizon=1.0, plan=robot, effector="coast"), rollouts=20, seed=4
+        )
+        for robot in (agent, plan)
+    )
+    assert np.array_equal(one.exit_times, other.exit_times)
+
+
+def test_an_environment_whose_script_drives_more_has_no_policy():
+    import gymnasium
+
+    env = gymnasium.make("energymargin.gym:EnergyMarginGrasp-v0")
+    with pytest.raises(ValueError, match="drives 'table' too"):
+        em.gym.policy_of(env, Steady())
+    with pytest.raises(ValueError, match="model is 3, expected an agent"):
+        em.gym.policy_of(gymnasium.make("energymargin.gym:EnergyMarginPush-v0"), 3)

@@ -238,7 +238,7 @@ class ScriptedFuture:
 
     def __call__(self, env: gymnasium.Env[Any, Any], action: Array | None = None) -> Problem:
         """The problem of the state that the environment is in."""
-        return _task_env(env).future(self.horizon, action, self.hold)
+        return task_env(env).future(self.horizon, action, self.hold)
 
 
 def present(env: gymnasium.Env[Any, Any]) -> Problem:
@@ -246,7 +246,7 @@ def present(env: gymnasium.Env[Any, Any]) -> Problem:
 
     For environments of `TaskEnv`; raises ValueError on another.
     """
-    return _task_env(env).present()
+    return task_env(env).present()
 
 
 def register_environments() -> None:
@@ -261,7 +261,8 @@ def register_environments() -> None:
             )
 
 
-def _task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
+def task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
+    """The environment of this package inside of wrappers. Raises ValueError on another."""
     inner = env.unwrapped
     if not isinstance(inner, TaskEnv):
         raise ValueError(
