@@ -63,7 +63,7 @@ def rest_of(plan: Plan, done: int, step: float) -> Plan:
     ValueError if nothing is left, and of a policy, which begins at a problem's state.
     """
     each, law = round(plan.step / step), plan.feedback
-    if law is not None and not law["observed"]:
+    if law is not None and not law["gains"].size:
         raise ValueError(
             "plan is a Policy, expected rows or a Feedback: what is left of it is code"
         )

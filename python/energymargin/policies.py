@@ -18,11 +18,11 @@ Observe = Sequence[str] | Callable[[Rows], ArrayLike]
 class Policy(PolicyPlan):
     """A plan whose robot is asked what to do, from one control time to the next.
 
-    It goes where a plan goes: `em.Problem(..., horizon=2.0, plan=policy)`, and
-    `em.capture_probability` asks it. Rollouts of a problem go on together, and `act` gets blocks
-    of 32 rows, of which some may be there to fill the block: so an answer has the same bits
-    whatever the number of rollouts and threads, as long as row i depends on row i alone. What
-    cannot ask a policy, as a search or a file, says so.
+    It goes where a plan goes: `em.Problem(..., horizon=2.0, plan=policy)`. Rollouts of
+    `em.capture_probability` go on together, and `act` gets blocks of 32 rows, of which some may be
+    there to fill the block: so an answer has the same bits whatever the number of rollouts and
+    threads, as long as row i depends on row i alone. Searches and rare losses ask for one rollout
+    at a time. What cannot ask a policy, as a file or another process, says so.
 
     Args:
         act: act(observations (n, d), memory (n, h) or None, time) -> actions (n, m), or with a
@@ -36,7 +36,8 @@ class Policy(PolicyPlan):
         memory: h, numbers that a rollout remembers; at first they are zeros.
         delay: control periods from an observation to its action. Until the first acts, wrenches
             and velocities are zero and joints keep the scene's targets.
-        noise: standard deviation of what is added to the observations, a number or (d,).
+        noise: standard deviation of what is added to the observations, a number or (d,); not in
+            searches and rare losses.
         limits: (low, high) of the actions, each (m,).
         name: what errors call it.
 
@@ -97,7 +98,7 @@ class Policy(PolicyPlan):
         rows = len(seen)
         if self._observe is not None:
             seen = _numbers("observe", self._observe(seen), (rows, None))
-        if self._noise is not None:
+        if self._noise is not None and len(seeds):
             draws = [np.random.default_rng([number, int(seed)]) for seed in seeds]
             seen = seen + [one.standard_normal(seen.shape[1]) for one in draws] * self._noise
         answer = self._act(seen, memory if self._memory else None, time)

@@ -147,11 +147,52 @@ def test_what_a_policy_does_wrong_is_named(act, words):
         asked(policy(act))
 
 
+@pytest.mark.parametrize("delay", [0, 1])
+def test_searches_and_splitting_ask_a_policy_at_its_control_times(delay):
+    """A policy that does what a Feedback does has its efforts and its rare losses."""
+    one, other = problem(feedback(1 / 20, delay=delay)), problem(policy(delay=delay))
+    efforts = [em.escape_effort(p, nodes=60, seed=2).effort for p in (one, other)]
+    assert efforts[0] == efforts[1] < np.inf
+    rare = [em.capture_probability(p, rare=True, rollouts=60, seed=2).lost for p in (one, other)]
+    assert rare[0] == rare[1]
+
+
+def test_memory_goes_with_the_nodes_of_a_search():
+    def act(seen, memory, time):
+        assert np.allclose(memory[0], round(time * 20))
+        return -seen @ GAINS.T, memory + 1
+
+    assert em.escape_effort(problem(policy(act, memory=1)), nodes=40).effort > 0
+
+
+def test_until_an_answer_acts_joints_keep_their_targets():
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("base", em.Box((0.1, 0.1, 0.1)), mass=0.0)
+    scene.add_body("slide", em.Sphere(0.05), mass=1.0, role="object")
+    scene.add_joint("rail", parent="base", child="slide", type="prismatic", axis=(1, 0, 0),
+                    stiffness=400.0, damping=40.0, target=0.3)  # fmt: skip
+    start = scene.pack(joints={"rail": 0.3})
+    bounds = {"force": (1, 1, 1), "torque": (0.1, 0.1, 0.1), "duration": 0.1}
+    still = em.disturbances.Uniform(strength=0.0)
+
+    def lost(delay):
+        away = em.Policy(
+            lambda seen, memory, time: np.full((32, 1), 1.0),
+            period=0.1,
+            observe=["rail", "rail.velocity"],
+            command=["rail"],
+            delay=delay,
+        )
+        near = em.regions.Ball("slide", (0.3, 0, 0), 0.05)
+        asked = em.Problem(scene, start, captured=near, horizon=1.0, plan=away, **bounds)
+        return em.capture_probability(asked, rollouts=2, disturbance=still).exit_times[0]
+
+    assert lost(3) == pytest.approx(lost(0) + 0.3, abs=0.02)
+
+
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda p: em.escape_effort(p, nodes=20),
-        lambda p: em.capture_probability(p, rare=True, rollouts=40),
         lambda p: em.margin_profile(p, every=0.25, rollouts=2, nodes=10),
         lambda p: p.to_json(),
         pickle.dumps,

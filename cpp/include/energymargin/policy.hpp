@@ -15,7 +15,7 @@ struct PolicyQuestion {
   double time = 0.0;                        //!< since the problem's state [s]
   int number = 0;                           //!< of the control time, from 0
   const States& observations;               //!< a row a rollout: of named numbers, or else whole states
-  const std::vector<std::uint64_t>& seeds;  //!< of each rollout's own random numbers
+  const std::vector<std::uint64_t>& seeds;  //!< of each rollout's own random numbers; empty: it has none
 };
 
 //! Rollouts go on together from one control time to the next, and are asked about in blocks of `block` rows, so that

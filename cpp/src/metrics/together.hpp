@@ -44,9 +44,9 @@ class PolicyRollouts {
   template <typename WorldOf>
   void run(std::vector<Together>& rollouts, ThreadPool& pool, const WorldOf& world, const Limit& limit) {
     const auto count = static_cast<Eigen::Index>(rollouts.size());
-    const auto commands = static_cast<Eigen::Index>(law_.corrected.size());
     memory_ = States::Zero(count, policy_.memory);
-    queue_.assign(static_cast<std::size_t>(law_.delay) + 1, States::Zero(count, commands));
+    const Eigen::RowVectorXd first = first_commands(problem_.scene, law_).transpose();
+    queue_.assign(static_cast<std::size_t>(law_.delay) + 1, first.replicate(count, 1));
     for (Together& rollout : rollouts) {
       rollout.state = problem_.state;
       rollout.over = rollout.ends(rollout.state, 0);

@@ -6,24 +6,28 @@
 #include <limits>
 #include <vector>
 
-#include "base/check.hpp"
 #include "energymargin/plan.hpp"
 #include "physics/simulation.hpp"
 #include "scene/feedback.hpp"
 
 namespace energymargin {
 
-//! The corrections of a Feedback. Their memory goes with the state of a rollout, behind the scene's numbers: whether
-//! there was a control time, the corrections that act, those that are to act later, and the forces of the last step.
+//! The corrections of a Feedback, or what a Policy commands in their place. Their memory goes with the state of a
+//! rollout, behind the scene's numbers: whether there was a control time, what acts, what is to act later, and the
+//! forces of the last step or the policy's own memory.
 class Corrections {
  public:
-  Corrections(const Scene& scene, const Feedback& feedback)
-      : feedback_(feedback), step_(scene.stepping().step), observer_(scene, {}) {
-    for (const std::string& name : feedback.observed) {
+  Corrections(const Scene& scene, const Feedback& feedback, std::shared_ptr<const Policy> policy)
+      : feedback_(feedback),
+        policy_(std::move(policy)),
+        step_(scene.stepping().step),
+        observer_(scene, policy_ ? feedback.observed : std::vector<std::string>{}),
+        first_(policy_ ? first_commands(scene, feedback) : Eigen::VectorXd::Zero(size())) {
+    for (const std::string& name : policy_ ? std::vector<std::string>{} : feedback.observed) {
       observed_.push_back(observed(scene, name));
       if (observed_.back().kind == Observed::Kind::force) ++forces_;
     }
-    memory_.resize(1 + size() * (feedback.delay + 1) + forces_);
+    memory_.resize(1 + size() * (feedback.delay + 1) + (policy_ ? policy_->memory : forces_));
   }
 
   Eigen::Index memory() const { return memory_.size(); }
@@ -45,7 +49,9 @@ class Corrections {
   //! Those of a step.
   const double* at(const Simulation& simulation, int step) {
     const double now = control_time(step);
-    if (memory_[0] == 0.0 || control_time(step - 1) != now) observe(simulation, std::max(0.0, now));
+    const bool begins = memory_[0] == 0.0;
+    if (begins) memory_.segment(1, size() * (feedback_.delay + 1)) = first_.replicate(feedback_.delay + 1, 1);
+    if (begins || control_time(step - 1) != now) observe(simulation, std::max(0.0, now));
     memory_[0] = 1.0;
     has_moved_ = true;
     return memory_.data() + 1;
@@ -63,13 +69,28 @@ class Corrections {
 
   void observe(const Simulation& simulation, double time) {
     simulation.read(state_);
-    const auto row = [time](std::size_t count) { return static_cast<Eigen::Index>(std::min(time, count - 1.0)); };
     const Eigen::Index queued = size() * feedback_.delay;
-    const auto at = row(static_cast<std::size_t>(feedback_.references.rows()));
-    const Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(simulation);
+    const Eigen::VectorXd newest = policy_ ? ask(time) : correct(simulation, time);
     auto queue = memory_.segment(1, queued + size());  // the oldest first
     if (queued > 0) queue.head(queued) = queue.tail(queued).eval();
-    queue.tail(size()) = feedback_.gains[static_cast<std::size_t>(row(feedback_.gains.size()))] * error;
+    queue.tail(size()) = newest;
+  }
+
+  Eigen::VectorXd correct(const Simulation& simulation, double time) {
+    const auto row = [time](std::size_t count) { return static_cast<Eigen::Index>(std::min(time, count - 1.0)); };
+    const auto at = row(static_cast<std::size_t>(feedback_.references.rows()));
+    const Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(simulation);
+    return feedback_.gains[static_cast<std::size_t>(row(feedback_.gains.size()))] * error;
+  }
+
+  // One rollout alone, whose row fills the block. It has no noise of its own.
+  Eigen::VectorXd ask(double time) {
+    const States observations = observer_(state_).replicate(Policy::block, 1);
+    States memory = memory_.tail(policy_->memory).transpose().replicate(Policy::block, 1);
+    States actions = States::Zero(Policy::block, size());
+    policy_->act({time * feedback_.period, static_cast<int>(time), observations, {}}, memory, actions);
+    memory_.tail(policy_->memory) = memory.row(0).transpose();
+    return actions.row(0).transpose();
   }
 
   Eigen::VectorXd numbers(const Simulation& simulation) {
@@ -93,8 +114,10 @@ class Corrections {
   }
 
   const Feedback feedback_;
+  const std::shared_ptr<const Policy> policy_;
   double step_;
   Observer observer_;
+  Eigen::VectorXd first_;  // what acts before there was an answer
   std::vector<Observed> observed_;
   Eigen::Index forces_ = 0;
   Eigen::VectorXd memory_;
@@ -113,7 +136,7 @@ class Robot {
       servo_bodies_.push_back(scene.index(servo.body));
     }
     if (!plan.feedback) return;
-    if (!plan.policy) corrections_.emplace(scene, *plan.feedback);
+    corrections_.emplace(scene, *plan.feedback, plan.policy);
     for (const std::string& name : plan.feedback->corrected) corrected_.push_back(place_of(corrected(name)));
   }
 
@@ -127,7 +150,7 @@ class Robot {
     if (corrections_) corrections_->append(simulation, state);
   }
 
-  //! What a policy commands until the next call; null: it was not asked.
+  //! What a policy commands until the next call; null: it is asked at its control times.
   void take(const Eigen::VectorXd* commands) { commands_ = commands; }
 
   //! Loads the simulation with what acts in a step of the plan. Behind its end nothing acts but the last targets, or
@@ -185,11 +208,7 @@ class Robot {
   }
 
   void correct(const Simulation& simulation, int step) {
-    if (!corrections_ && !commands_) {
-      reject("plan", "a Policy",
-             "a Plan or a Feedback here: a Policy is asked by capture_probability alone, without rare");
-    }
-    const double* const corrections = corrections_ ? corrections_->at(simulation, step) : commands_->data();
+    const double* const corrections = commands_ ? commands_->data() : corrections_->at(simulation, step);
     const Feedback& feedback = *plan_.feedback;
     for (std::size_t i = 0; i < corrected_.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);

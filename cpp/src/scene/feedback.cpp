@@ -107,7 +107,10 @@ Observed observed(const Scene& scene, const std::string& name) {
 }
 
 Observer::Observer(const Scene& scene, const std::vector<std::string>& names) : layout_(scene), kinematics_(scene) {
-  for (const std::string& name : names) names_.push_back(observed(scene, name));
+  for (const std::string& name : names) {
+    names_.push_back(observed(scene, name));
+    if (names_.back().kind == Observed::Kind::force) reject("observe", "with '" + name + "'", "numbers of a state");
+  }
 }
 
 Eigen::RowVectorXd Observer::operator()(const State& state) const {
@@ -134,6 +137,16 @@ Corrected corrected(const std::string& name) {
   if (const int axis = axis_of(wrench_words, word); axis >= 0) return {Corrected::Kind::wrench, of, axis};
   if (const int axis = axis_of(velocity_words, word); axis >= 0) return {Corrected::Kind::velocity, of, axis};
   return {Corrected::Kind::target, name};
+}
+
+Eigen::VectorXd first_commands(const Scene& scene, const Feedback& feedback) {
+  Eigen::VectorXd commands = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(feedback.corrected.size()));
+  for (std::size_t i = 0; i < feedback.corrected.size(); ++i) {
+    const Corrected number = corrected(feedback.corrected[i]);
+    if (number.kind != Corrected::Kind::target) continue;
+    commands[static_cast<Eigen::Index>(i)] = scene.control(scene.control_index(number.of)).target;
+  }
+  return commands;
 }
 
 void validate(const Feedback& feedback, const Plan& plan) {

@@ -52,6 +52,9 @@ struct Corrected {
 //! What the name of a corrected number says, whatever the scene.
 Corrected corrected(const std::string& name);
 
+//! What a policy commands before it has answered: joints keep the scene's targets, the rest is zero.
+Eigen::VectorXd first_commands(const Scene& scene, const Feedback& feedback);
+
 //! Throws std::invalid_argument on numbers of the wrong shape, and on what the plan has no rows of.
 void validate(const Feedback& feedback, const Plan& plan);
 
