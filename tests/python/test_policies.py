@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import energymargin as em
 
@@ -214,6 +215,21 @@ def test_controllers_are_ranked_and_their_gains_tuned():
 
     found = em.improve(asked["prompt"], {"k": (1.0, 60.0)}, stiff, rollouts=16, budget=40000)
     assert 1.0 <= found.values["k"] <= 60.0
+
+
+def test_a_policy_meets_beliefs_noise_of_the_robot_and_a_tolerance_as_a_feedback_does():
+    belief = {"mass": {"ball": stats.norm(1.0, 0.1)}}
+    noise = em.disturbances.of_plan(force=(2.0, 2.0, 2.0), torque=(0, 0, 0))
+    found = []
+    for one in (problem(policy()), problem(feedback(1 / 20))):
+        kept = em.score_belief(em.Belief(one, **belief), ["probability"], particles=6)
+        noisy = em.capture_probability(one, disturbance=noise, rollouts=40, seed=5)
+        narrow = em.capture_probability(one, tolerance=0.1, seed=5)
+        alone = em.World(one.scene, one.plan).rollout(one.state, [5.0, 0, 0, 0, 0, 0], 0.3)
+        found.append(
+            (*kept["probability"].values, *noisy.exit_times, narrow.rollouts, *alone.state)
+        )
+    assert found[0] == found[1]
 
 
 def test_a_timeout_keeps_nothing_half_done():

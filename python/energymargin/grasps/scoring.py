@@ -90,8 +90,8 @@ def score(
         effort: nodes of a search for the least effort of escape at the weakest moment of the
             undisturbed motion; None: none.
         seed: of all draws.
-        step: of the simulation [s]. A longer one is faster, and holds too much: fingers sink a
-            little into the object, and their friction resists a turn more than it should.
+        step: of the simulation [s]. A longer one is faster, and holds too much: a grip at its
+            limit slips and sticks in whole steps.
         store: a file of scores, HDF5. What it has already is not made again.
         threads: None takes all cores that this process may use. Scores do not depend on them.
         executor: in place of threads, of `em.executors`.

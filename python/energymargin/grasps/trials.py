@@ -37,7 +37,7 @@ from energymargin.scenes.corners import smallest_half_extent
 from energymargin.scenes.poses import pose
 from energymargin.scores import UNIFORM, capture_probability
 
-STEP = 1 / 960  # s; at a longer one fingers sink in, and friction resists a turn too much
+STEP = 1 / 960  # s; at a longer one a grip at its limit slips in whole steps, and holds too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
 DEEP = 1e-3  # m; an overlap that is not one of rounding
 SUNK = 0.5  # share of the thinner body's half extent; a Problem refuses a state that is deeper
