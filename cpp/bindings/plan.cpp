@@ -77,8 +77,14 @@ Args:
 
 Raises ValueError on bad shapes, names and numbers.)doc";
 
-Eigen::VectorXd limit(const std::string& name, const GivenArray& numbers, std::size_t count) {
-  return vector(name, numbers.value, static_cast<Eigen::Index>(count));
+using Bounds = std::optional<std::pair<GivenArray, GivenArray>>;
+
+// The limits of all corrected numbers, if there are any.
+void set_limits(Feedback& law, const Bounds& limits) {
+  if (!limits) return;
+  const auto count = static_cast<Eigen::Index>(law.corrected.size());
+  law.low = vector("limits[0]", limits->first.value, count);
+  law.high = vector("limits[1]", limits->second.value, count);
 }
 
 std::vector<Eigen::MatrixXd> gains_of(const GivenArray& given, Eigen::Index m, Eigen::Index n) {
@@ -103,9 +109,8 @@ struct PlanWithFeedback : Plan {};
 PlanWithFeedback feedback_of(const GivenArray& gains, std::vector<std::string> observed,
                              std::vector<std::string> corrected, const std::optional<GivenArray>& states,
                              const Rows& wrenches, const Rows& targets, const Rows& velocities, const Limits& motors,
-                             const Given<double>& period, const Given<int>& delay,
-                             const std::optional<std::pair<GivenArray, GivenArray>>& limits, const Given<double>& start,
-                             const std::optional<Given<double>>& step) {
+                             const Given<double>& period, const Given<int>& delay, const Bounds& limits,
+                             const Given<double>& start, const std::optional<Given<double>>& step) {
   const auto m = static_cast<Eigen::Index>(corrected.size()), n = static_cast<Eigen::Index>(observed.size());
   Feedback law;
   law.gains = gains_of(gains, m, n);
@@ -120,17 +125,14 @@ PlanWithFeedback feedback_of(const GivenArray& gains, std::vector<std::string> o
     law.references = array && array.ndim() == 1 ? States(vector("states", states->value, n).transpose())
                                                 : matrix("states", *states, -1, n);
   }
-  if (limits) {
-    law.low = limit("limits[0]", limits->first, law.corrected.size());
-    law.high = limit("limits[1]", limits->second, law.corrected.size());
-  }
+  set_limits(law, limits);
   return {with_feedback(plan_rows(step.value_or(period), wrenches, targets, velocities, motors), std::move(law))};
 }
 
 // A virtual spring and damper from a body's frame to where it is to be.
 PlanWithFeedback impedance_of(const std::string& body, const GivenArray& stiffness, const GivenArray& damping,
                               const Given<double>& period, const std::optional<GivenArray>& states,
-                              const Given<int>& delay, const std::optional<std::pair<GivenArray, GivenArray>>& limits) {
+                              const Given<int>& delay, const Bounds& limits) {
   const auto names = [&body](std::initializer_list<const char*> words) {
     std::vector<std::string> full;
     for (const char* word : words) full.push_back(body + "." + word);
@@ -153,7 +155,7 @@ struct PlanWithPolicy : Plan {};
 
 PlanWithPolicy policy_of(const ActFunction& act, std::vector<std::string> observed, std::vector<std::string> commanded,
                          const Given<double>& period, const Given<int>& delay, const Given<int>& memory,
-                         const std::optional<std::pair<GivenArray, GivenArray>>& limits, std::string name) {
+                         const Bounds& limits, std::string name) {
   const std::shared_ptr<ActFunction> held(new ActFunction(act), [](const ActFunction* last) {
     const py::gil_scoped_acquire acquire;
     delete last;
@@ -174,10 +176,7 @@ PlanWithPolicy policy_of(const ActFunction& act, std::vector<std::string> observ
   law.delay = count("delay", delay, 0);
   law.observed = std::move(observed);
   law.corrected = std::move(commanded);
-  if (limits) {
-    law.low = limit("limits[0]", limits->first, law.corrected.size());
-    law.high = limit("limits[1]", limits->second, law.corrected.size());
-  }
+  set_limits(law, limits);
   Plan plan;
   plan.step = law.period;
   plan.policy = std::move(policy);
