@@ -25,6 +25,7 @@ EVIDENCE = {
     "filter": "Actions of a noisy policy filtered by their capture probabilities",
     "act": "Plans chosen by the margin, against nominal ones, in worlds held out",
     "guard": "A guard in front of a noisy policy, against a filter in each step",
+    "policies": "Controllers and policies in the loop: known answers, held-out worlds, others",
     "bowl": "The escape energy of a ball in a bowl (Definition 2)",
     "audit": "Where the energy of rollouts goes",
     "closed-forms": "The effort of escape against answers known on paper",
