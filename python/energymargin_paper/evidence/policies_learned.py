@@ -70,14 +70,15 @@ def observe(states: Rows) -> Rows:
     yaw = 2 * np.arctan2(box[:, 5], box[:, 6])
     level = np.asarray((yaw + np.pi / 2) % np.pi - np.pi / 2)
     apart = pusher[:, :2] - box[:, :2]
-    return np.hstack([apart, level[:, None], box[:, [7, 8, 12]], pusher[:, 7:9]])
+    return np.asarray(np.hstack([apart, level[:, None], box[:, [7, 8, 12]], pusher[:, 7:9]]))
 
 
 def expert(seen: Rows) -> Rows:
     """Forces on the pusher, shape (n, 2)."""
     aside, _, yaw, drift, _, _, speed_aside, speed = seen.T
     across = -ASIDE * (aside + TURN * yaw) - DAMPING * (speed_aside - drift)
-    return np.clip(np.column_stack([across, FRICTION_FORCE + HASTE * (SPEED - speed)]), LOW, HIGH)
+    forces = np.column_stack([across, FRICTION_FORCE + HASTE * (SPEED - speed)])
+    return np.asarray(np.clip(forces, LOW, HIGH))
 
 
 @dataclass(frozen=True, eq=False)
