@@ -13,7 +13,7 @@ from energymargin.mujoco.replay import Edge, Player
 from energymargin_paper.evidence.act_demo import HOLD, Demo, Values
 from energymargin_paper.evidence.engines_states import twin
 
-__all__ = ["ENGINES", "Outcome", "Trial", "duration", "met", "run"]
+__all__ = ["ENGINES", "Outcome", "Trial", "duration", "in_bullet", "met", "run"]
 
 ENGINES = ("bullet", "mujoco")
 PARTS = 4  # steps of MuJoCo in one of ours
@@ -43,7 +43,7 @@ class Outcome:
 def run(demo: Demo, values: Values, engine: str, seed: int, cancel: Cancel) -> Outcome:
     """One plan in the world of a seed."""
     problem, rows = met(demo, values, seed)
-    found = _in_bullet if engine == "bullet" else _in_mujoco
+    found = in_bullet if engine == "bullet" else _in_mujoco
     return found(problem, rows, cancel)
 
 
@@ -58,7 +58,8 @@ def met(demo: Demo, values: Values, seed: int) -> tuple[Problem, NDArray[np.floa
     return problem, demo.wrenches(random, times)
 
 
-def _in_bullet(problem: Problem, rows: NDArray[np.float64], cancel: Cancel) -> Outcome:
+def in_bullet(problem: Problem, rows: NDArray[np.float64], cancel: Cancel) -> Outcome:
+    """A problem's robot under wrenches, shape (steps, 6 k)."""
     p = capture_probability(
         problem,
         disturbance=lambda random, times: rows,

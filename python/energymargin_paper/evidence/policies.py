@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PARTS", "STUDY", "Found", "Looped", "Settings"]
 
-PARTS = ("known", "learned", "fetch")
+PARTS = ("known", "loops", "learned", "fetch", "pusht")
 CASES_FILE = "cases.jsonl"
 
 Found = dict[str, Any]
@@ -65,7 +65,7 @@ class Settings:
     )
     worlds: int = setting(200, "Held-out worlds in which each controller runs.")
     episodes: int = setting(100, "Episodes of each learned policy.")
-    questions: int = setting(200, "Questions about each environment of others.")
+    questions: int = setting(300, "Questions about each environment of others.")
     seed: int = setting(0, "Of everything that is drawn.")
 
     def __post_init__(self) -> None:

@@ -1,0 +1,257 @@
+"""gym-pusht: a scripted policy pushes a T, with pushes of random strength, in pymunk.
+
+A question: the agent is behind the T, and its policy pushes it towards the goal while random forces
+act on the T. Will the T still be before the agent all along the next 1.5 s? The answer is the
+probability in a scene of ours with the policy in the loop; what happened is the environment's.
+
+A pixel is a millimetre. The environment stops all bodies after each of its steps of 10 ms, as a
+strong drag does, and its contacts have no friction.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import regions
+from energymargin._core import (
+    Box,
+    Cancel,
+    Compound,
+    Cylinder,
+    Inertial,
+    Part,
+    Plan,
+    Problem,
+    Scene,
+    World,
+    capture_probability,
+)
+from energymargin.policies import Policy
+from energymargin_paper.evidence.policies_told import draw_told, told_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Rows = NDArray[np.float64]
+
+TITLE = "gym-pusht"
+ENVIRONMENT = "gym_pusht/PushT-v0"
+PIXEL = 1e-3  # m
+SUBSTEP, CONTROL = 0.01, 0.1  # s
+STIFFNESS, DAMPING = 100.0, 20.0  # 1/s^2, 1/s: how the agent follows its target, as there
+AHEAD = 15  # control steps
+RADIUS = 0.015  # m, of the agent
+MIDDLE = 0.045  # m, of the T's centre of mass from the outer face of its bar
+MASS, INERTIA = 1.0, 3e-3  # kg, kg m^2
+PARTS = (((0.12, 0.03), 0.015), ((0.03, 0.09), 0.075))  # bar and stem: sizes, and how far from it
+NEAR = 0.085  # m, of the T's centre of mass from the agent's; a T that is pushed is at 0.06
+STEP, ACROSS, TURN = 12.0, 0.8, 60.0  # px ahead of the agent, share, px aside for a radian
+GOAL = np.array([256.0, 256.0])  # px
+BESIDE, ASKEW = 40.0, 0.5  # px and rad at most, of the agent off the middle, of the T off the goal
+AWAY = (120.0, 190.0)  # px, of the T from the goal
+HELD = 2  # control steps of one force
+STRENGTHS = (0.0, 12.0)  # N, standard deviation of a force along x and y, even draws
+FRESH = 10_000  # seed of the first episode
+LOOP, OPEN = "the policy in the loop", "its plan"
+
+
+def lacks() -> str:
+    """What to install; empty if all is there."""
+    if find_spec("gym_pusht"):
+        return ""
+    return "Left out: the package gym-pusht is missing. `pip install gym-pusht` installs it."
+
+
+def cases(settings: Any) -> list[str]:
+    """A question each."""
+    return [f"question {k}" for k in range(settings.questions)]
+
+
+def pushed(agent: Rows, middle: Rows, angle: Rows) -> Rows:
+    """Targets of the agent at places (n, 2) of agent and T and angles of it (n,), shape (n, 2).
+
+    Ahead along the T's axis, and aside to where the push turns that axis to the goal. All in px.
+    """
+    along = np.column_stack([-np.sin(angle), np.cos(angle)])
+    side = np.column_stack([np.cos(angle), np.sin(angle)])
+    way = GOAL - middle
+    off = np.arctan2((side * way).sum(axis=1), (along * way).sum(axis=1))  # to the goal, clockwise
+    now = ((agent - middle) * side).sum(axis=1)
+    wanted = np.clip(-TURN * off, -BESIDE, BESIDE)
+    aside = ACROSS * (wanted - now)
+    return np.asarray(agent + STEP * along + aside[:, None] * side)
+
+
+def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
+    """What is told of a question, and what happened."""
+    seed = FRESH + int(case.split()[1])
+    random = np.random.default_rng([settings.seed, seed])
+    env, strength = _environment(), random.uniform(*STRENGTHS)
+    _placed(env, random)
+    scene = scene_of()
+    asked = Problem(
+        scene,
+        _state(env, scene),
+        force=(strength, strength, 0.0),
+        torque=(0.0, 0.0, 0.0),
+        duration=HELD * CONTROL,
+        captured=regions.Ball("T", center=(0, 0, 0), radius=NEAR, frame="agent"),
+        horizon=AHEAD * CONTROL,
+        plan=in_the_loop(scene),
+    )
+
+    def pushes(draws: np.random.Generator, times: Rows) -> Rows:
+        piece = np.floor(times / (HELD * CONTROL) + 1e-9).astype(int)
+        rows = np.zeros((len(times), 6))
+        rows[:, :2] = strength * draws.normal(size=(int(piece[-1]) + 1, 2))[piece]
+        return rows
+
+    options: dict[str, Any] = {
+        "rollouts": settings.rollouts,
+        "seed": seed,
+        "threads": 1,
+        "disturbance": pushes,
+        "undisturbed": False,
+        "cancel": cancel,
+    }
+    told = capture_probability(asked, **options).captured
+    alone = capture_probability(asked.replace(plan=replayed(asked)), **options).captured
+    forces = strength * random.normal(size=(-(-AHEAD // HELD), 2))
+    return {LOOP: told, OPEN: alone, "stays": _played(env, forces), "strength": strength}
+
+
+def _environment() -> Any:
+    """A new environment: one that outlives Python's modules would not close."""
+    import_module("gym_pusht")
+    import gymnasium
+
+    env = gymnasium.make(ENVIRONMENT, max_episode_steps=10_000)
+    env.reset(seed=0)
+    return env
+
+
+def _placed(env: Any, random: np.random.Generator) -> None:
+    """The T away from the goal and askew, the agent behind its bar and off the middle."""
+    bearing = random.uniform(-np.pi, np.pi)
+    middle = GOAL + random.uniform(*AWAY) * np.array([np.cos(bearing), np.sin(bearing)])
+    angle = bearing + np.pi / 2 + random.uniform(-ASKEW, ASKEW)
+    turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    behind = (random.uniform(-BESIDE, BESIDE), -(MIDDLE + RADIUS) / PIXEL - 1.0)
+    agent = middle + turned @ behind
+    corner = middle - turned @ (0.0, MIDDLE / PIXEL)
+    inner = env.unwrapped
+    inner.block.angle = angle
+    inner.block.position = tuple(corner)
+    inner.agent.position = tuple(agent)
+    inner.space.reindex_shapes_for_body(inner.block)
+    inner.space.reindex_shapes_for_body(inner.agent)
+
+
+def _places(env: Any) -> tuple[Rows, Rows, float]:
+    """Agent, and centre of mass and angle of the T [px, rad]."""
+    inner = env.unwrapped
+    middle = inner.block.local_to_world(inner.block.center_of_gravity)
+    return np.array(inner.agent.position), np.array(middle), float(inner.block.angle)
+
+
+def scene_of() -> Scene:
+    """The T and the agent. The drag slows as fast as the environment stops."""
+    scene = Scene(gravity=(0, 0, 0), step=SUBSTEP / 2)
+    parts = [Part(Box((*size, 0.02)), position=(0.0, at - MIDDLE, 0.0)) for size, at in PARTS]
+    scene.add_body(
+        "T",
+        Compound(parts),
+        mass=MASS,
+        inertial=Inertial((0, 0, 0), inertia=INERTIA * np.eye(3)),
+        friction=0.0,
+        role="object",
+        linear_factor=(1, 1, 0),
+        angular_factor=(0, 0, 1),
+        linear_damping=MASS / SUBSTEP,
+        angular_damping=INERTIA / SUBSTEP,
+    )
+    scene.add_body(
+        "agent",
+        Cylinder(RADIUS, 0.02),
+        mass=1.0,
+        position=(0.0, -0.1, 0.0),
+        friction=0.0,
+        role="effector",
+        kinematic=True,
+    )
+    return scene
+
+
+def _state(env: Any, scene: Scene) -> Rows:
+    agent, middle, angle = _places(env)
+    velocity = np.array(env.unwrapped.agent.velocity)
+    return np.asarray(
+        scene.pack(
+            T={"position": (*PIXEL * middle, 0.0), "yaw": angle},
+            agent={"position": (*PIXEL * agent, 0.0), "velocity": (*PIXEL * velocity, 0.0)},
+        )
+    )
+
+
+def _played(env: Any, forces: Rows) -> bool:
+    """Whether the T stays before the agent there, looked at in each control step."""
+    inner = env.unwrapped
+    for step in range(AHEAD):
+        agent, middle, angle = _places(env)
+        inner.space.gravity = tuple(forces[step // HELD] / MASS / PIXEL)
+        env.step(pushed(agent[None], middle[None], np.array([angle]))[0])
+        agent, middle, _ = _places(env)
+        if PIXEL * np.linalg.norm(agent - middle) > NEAR:
+            return False
+    return True
+
+
+def in_the_loop(scene: Scene) -> Policy:
+    """Agent and policy: a new target every 0.1 s, which the agent follows at 100 Hz. Its memory is
+    the target [px] and the agent's velocity [px/s]."""
+    periods = round(CONTROL / SUBSTEP)
+
+    def act(states: Rows, memory: Rows | None, time: float) -> tuple[Rows, Rows]:
+        assert memory is not None
+        agent, middle, angle = _seen(scene, states)
+        target, velocity = memory[:, :2], memory[:, 2:]
+        if round(time / SUBSTEP) % periods == 0:
+            target = pushed(agent, middle, angle)
+        velocity = velocity + SUBSTEP * (STIFFNESS * (target - agent) - DAMPING * velocity)
+        return PIXEL * velocity, np.hstack([target, velocity])
+
+    command = ["agent.vx", "agent.vy"]
+    return Policy(act, period=SUBSTEP, command=command, memory=4, name="PushT")
+
+
+def _seen(scene: Scene, states: Rows) -> tuple[Rows, Rows, Rows]:
+    """Places of agent and T [px], (n, 2) each, and the T's angle (n,), in states (n, s)."""
+    block, agent = states[:, scene.slice("T")], states[:, scene.slice("agent")]
+    return agent[:, :2] / PIXEL, block[:, :2] / PIXEL, 2 * np.arctan2(block[:, 5], block[:, 6])
+
+
+def replayed(asked: Problem) -> Plan:
+    """What the agent does if nothing disturbs the T, as a plan."""
+    steps, periods = round(SUBSTEP / asked.scene.step), round(AHEAD * CONTROL / SUBSTEP)
+    record = [steps * k for k in range(1, periods + 1)]
+    world = World(asked.scene, in_the_loop(asked.scene))
+    states = np.asarray(world.simulate(asked.state, record[-1], record=record).states)
+    rows = np.zeros((periods, 6))
+    places = np.vstack([asked.state, states])[:, asked.scene.slice("agent")][:, :3]
+    rows[:, :3] = np.diff(places, axis=0) / SUBSTEP
+    return Plan(SUBSTEP, velocities={"agent": rows})
+
+
+def report(settings: Any, found: dict[str, Any]) -> str:
+    """What was told and what happened."""
+    return told_table(found, (LOOP, OPEN))
+
+
+def draw(ax: Axes, found: dict[str, Any]) -> None:
+    """Reliability."""
+    draw_told(ax, found, (LOOP, OPEN))
