@@ -33,7 +33,7 @@ from energymargin_paper.study import Progress, Study, setting
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["DEMOS", "STUDY", "Acted", "Settings", "demo_of", "heavy_arm"]
+__all__ = ["DEMOS", "STUDY", "Acted", "Settings", "demo_of"]
 
 DEMOS = {"push": "PushDemo", "balance": "BalanceDemo", "grasp": "GraspDemo", "scoop": "ScoopDemo"}
 CHOICES_FILE, TRIALS_FILE = "choices.jsonl", "trials.jsonl"
@@ -166,7 +166,7 @@ class ActStudy(Study[Settings, Acted]):
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Acted:
         """Chooses all plans, one after the other, and then tries them."""
-        with heavy_arm():
+        with _heavy_arm():
             return self._compute(settings, folder, threads, progress)
 
     def _compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Acted:
@@ -224,7 +224,7 @@ class ActStudy(Study[Settings, Acted]):
             if len(differs):
                 world = result.settings.first + int(differs[0])
                 plans = {method: values[name, method] for method in (NOMINAL, MARGIN)}
-                with heavy_arm():
+                with _heavy_arm():
                     figure = figure_strip(demo_of(name), plans, world)
                 yield f"act_{name}", figure
 
@@ -233,7 +233,7 @@ STUDY = ActStudy()
 
 
 @contextmanager
-def heavy_arm() -> Iterator[None]:
+def _heavy_arm() -> Iterator[None]:
     """The scoop has the mass of its arm, which is dense for a scoop: no warning of it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)

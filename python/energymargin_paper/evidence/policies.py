@@ -7,6 +7,7 @@ pool, keeps a line for each, and puts the reports on one page.
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from energymargin._core import Cancel
 from energymargin.checks import one_of, whole_number
+from energymargin.plausibility import PlausibilityWarning
 from energymargin.table_text import csv_text
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.study import Progress, Study, setting
@@ -113,7 +115,13 @@ class Looped:
             + (self.left_out.get(name) or part_of(name).report(self.settings, self.found[name]))
             for name in self.settings.parts
         ]
-        return "# Policies in the loop\n\n" + "\n\n".join(sections) + "\n"
+        s = self.settings
+        said = (
+            f"Made with the seed {s.seed}: {s.rollouts} rollouts of a probability, ten times as "
+            f"many where they are quick, {s.worlds} held-out worlds, {s.episodes} episodes of each "
+            f"learned policy, {s.questions} questions about each environment of others."
+        )
+        return "\n\n".join(["# Policies in the loop", said, *sections]) + "\n"
 
     def to_csv(self) -> str:
         """A line for each case."""
@@ -144,7 +152,15 @@ class PoliciesStudy(Study[Settings, Looped]):
     quick = Settings(rollouts=4, worlds=4, episodes=4, questions=6)
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Looped:
-        """Runs the cases that the folder does not have yet."""
+        """Runs the cases that the folder does not have yet, without warnings of what is meant: a
+        heavy arm, pads that twist, a score of a state that is about to be lost."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PlausibilityWarning)
+            return self._compute(settings, folder, threads, progress)
+
+    def _compute(
+        self, settings: Settings, folder: Path, threads: int, progress: Progress
+    ) -> Looped:
         left_out = {name: why for name in settings.parts if (why := _lacks(name))}
         release = version("energymargin")
         shared = (settings.rollouts, settings.worlds, settings.episodes, settings.questions)

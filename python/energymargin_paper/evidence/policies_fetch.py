@@ -250,7 +250,13 @@ def _speeds(policy: Push, goal: Rows, states: Rows) -> Rows:
 
 def report(settings: Any, found: dict[str, Any]) -> str:
     """What was told and what happened."""
-    return told_table(found, (LOOP, OPEN))
+    text = (
+        f"{ENVIRONMENT}: a scripted policy pushes the box, off its middle by up to "
+        f"{100 * BESIDE:g} cm, while forces act on the box that change every 0.12 s. Their "
+        f"standard deviation is drawn anew for each question, up to {STRENGTHS[1]:g} N, and told. "
+        "Does the box stay at the gripper for 0.6 s? *Happened*: in MuJoCo, once."
+    )
+    return f"{text}\n\n{told_table(found, (LOOP, OPEN))}"
 
 
 def draw(ax: Axes, found: dict[str, Any]) -> None:

@@ -220,7 +220,15 @@ def _ball(
 
 def report(settings: Any, found: dict[str, Any]) -> str:
     """A table of each kind."""
-    return "\n\n".join([_grid_table(found), _spring_table(found), _delay_table(found)])
+    text = (
+        "A ball of 1 kg and the law -k x - d v, at 240 Hz. White noise on a rail for 0.5 s, "
+        "against a backward recursion on a grid over x and v; a virtual spring against a spring; a "
+        "delay, against the delay margin (phase margin over crossover) and the eigenvalues of the "
+        "loop in steps. *In rollouts*: from which delay on a ball that nothing disturbs swings "
+        "wider and wider."
+    )
+    tables = [_grid_table(found), _spring_table(found), _delay_table(found)]
+    return "\n\n".join([text, *tables])
 
 
 def _grid_table(found: dict[str, Any]) -> str:

@@ -249,7 +249,13 @@ def replayed(asked: Problem) -> Plan:
 
 def report(settings: Any, found: dict[str, Any]) -> str:
     """What was told and what happened."""
-    return told_table(found, (LOOP, OPEN))
+    text = (
+        f"{ENVIRONMENT}: a scripted policy pushes the T towards the goal, from off its middle and "
+        "askew, while forces act on the T that change every 0.2 s. Their standard deviation is "
+        f"drawn anew for each question, up to {STRENGTHS[1]:g} N (a pixel is a millimetre), and "
+        "told. Does the T stay before the agent for 1.5 s? *Happened*: in pymunk, once."
+    )
+    return f"{text}\n\n{told_table(found, (LOOP, OPEN))}"
 
 
 def draw(ax: Axes, found: dict[str, Any]) -> None:

@@ -27,7 +27,7 @@ def gathered(found: dict[str, Any], name: str) -> NDArray[np.float64]:
 
 def told_table(found: dict[str, Any], names: Sequence[str]) -> str:
     """A row for each probability of the questions: "stays" is what happened."""
-    header = ["probability with", "questions", "told", "stay", "AUC", "calibration error"]
+    header = ["probability with", "questions", "told", "happened", "AUC", "calibration error"]
     stays = gathered(found, "stays")
     rows = [_row(name, gathered(found, name), stays) for name in names]
     return markdown_table(header, rows)
