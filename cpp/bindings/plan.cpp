@@ -4,6 +4,7 @@
 
 #include "energymargin/problem_io.hpp"
 #include "given.hpp"
+#include "pickles.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -153,14 +154,16 @@ using ActFunction = py::typing::Callable<py::typing::Tuple<Numbers, Numbers>(dou
 
 struct PlanWithPolicy : Plan {};
 
-PlanWithPolicy policy_of(const ActFunction& act, std::vector<std::string> observed, std::vector<std::string> commanded,
-                         const Given<double>& period, const Given<int>& delay, const Given<int>& memory,
-                         const Bounds& limits, std::string name) {
+PlanWithPolicy plan_with_policy(const ActFunction& act, std::vector<std::string> observed,
+                                std::vector<std::string> commanded, const Given<double>& period,
+                                const Given<int>& delay, const Given<int>& memory, const Bounds& limits,
+                                std::string name) {
   const std::shared_ptr<ActFunction> held(new ActFunction(act), [](const ActFunction* last) {
     const py::gil_scoped_acquire acquire;
     delete last;
   });
   auto policy = std::make_shared<Policy>();
+  policy->origin = held;
   policy->name = std::move(name);
   policy->memory = count("memory", memory, 0);
   policy->act = [held](const PolicyQuestion& asked, States& remembered, States& actions) {
@@ -223,6 +226,19 @@ py::object law_of(const Plan& plan) {
 
 }  // namespace
 
+py::object policy_of(const Plan& plan) {
+  if (!plan.policy || !plan.policy->origin) return py::none();
+  return static_cast<const ActFunction*>(plan.policy->origin.get())->attr("__self__");
+}
+
+Policies policies_by_name(const Given<Policies>& policies) {
+  auto plans = cast<Policies>("policies", policies.value, "a dict, each value an em.Policy");
+  for (const auto& [name, plan] : plans) {
+    if (!plan.policy) refuse("policies['" + name + "']", policies.value[py::str(name)], "an em.Policy");
+  }
+  return plans;
+}
+
 void bind_plan(py::module_& module) {
   py::class_<Plan>(module, "Plan", plan_doc)
       .def(py::init(&plan_of), py::arg("step"), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
@@ -245,6 +261,7 @@ void bind_plan(py::module_& module) {
                              "Of motors, where the plan has them: by body, (force [N], torque [N m]).")
       .def_property_readonly("feedback", &law_of,
                              "The arguments of a Feedback that are not of its plan; None: a plan alone.")
+      .def_property_readonly("policy", &policy_of, "The em.Policy that is asked; None: there is none.")
       .def(
           "fine_rows", [](const Plan& plan, const Given<double>& step) { return fine_rows(plan, given("step", step)); },
           py::arg("step"),
@@ -261,10 +278,15 @@ void bind_plan(py::module_& module) {
       .def(
           "to_json", [](const Plan& plan) { return to_json(plan); },
           "The plan as JSON text, as it stands in a problem file.")
-      .def_static("from_json", &plan_from_json, py::arg("text"),
-                  "A plan from JSON text. Raises ValueError that names the place and what was expected.")
-      .def(py::pickle([](const Plan& plan) { return py::str(to_json(plan)); },
-                      [](const py::str& text) { return plan_from_json(text); }));
+      .def_static(
+          "from_json",
+          [](const std::string& text, const Given<Policies>& policies) {
+            return plan_from_json(text, policies_by_name(policies));
+          },
+          py::arg("text"), py::arg("policies") = py::dict(),
+          "A plan from JSON text; policies: as of Problem.load. Raises ValueError that names the place and what "
+          "was expected.")
+      .def(pickled_as_json<Plan>([](Plan& plan) { return &plan; }, &plan_from_json));
   py::class_<PlanWithFeedback, Plan>(module, "Feedback", feedback_doc)
       .def(py::init(&feedback_of), py::arg("gains"), py::kw_only(), py::arg("observed"), py::arg("corrected"),
            py::arg("states") = py::none(), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
@@ -283,10 +305,12 @@ void bind_plan(py::module_& module) {
                                                 {"observed", py::cast(plan.feedback->observed)},
                                                 {"corrected", py::cast(plan.feedback->corrected)}});
            })
-      .def(py::pickle([](const PlanWithFeedback& plan) { return py::str(to_json(plan)); },
-                      [](const py::str& text) { return PlanWithFeedback{plan_from_json(text)}; }));
+      .def(pickled_as_json<PlanWithFeedback>([](PlanWithFeedback& plan) { return &plan; },
+                                             [](const std::string& text, const Policies& policies) {
+                                               return PlanWithFeedback{plan_from_json(text, policies)};
+                                             }));
   py::class_<PlanWithPolicy, Plan>(module, "PolicyPlan", "A plan whose robot is asked what to do; em.Policy makes it.")
-      .def(py::init(&policy_of), py::arg("act"), py::kw_only(), py::arg("observed"), py::arg("commanded"),
+      .def(py::init(&plan_with_policy), py::arg("act"), py::kw_only(), py::arg("observed"), py::arg("commanded"),
            py::arg("period"), py::arg("delay"), py::arg("memory"), py::arg("limits"), py::arg("name"));
 }
 

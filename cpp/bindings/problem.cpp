@@ -3,6 +3,7 @@
 #include "energymargin/problem.hpp"
 
 #include "energymargin/problem_io.hpp"
+#include "pickles.hpp"
 #include "problem/records.hpp"
 #include "problem_io/mesh.hpp"
 #include "records.hpp"
@@ -38,8 +39,8 @@ constexpr const char* save_doc =
     R"(Writes a JSON file, atomically.
 
 meshes: 'embedded' writes the points of convex hulls, as those of a mesh, into the file; 'files' writes them into OBJ files
-beside it, for compounds whose parts are all hulls without a pose of their own. Raises ValueError if a region is a
-Predicate, and OSError if a file cannot be written.)";
+beside it, for compounds whose parts are all hulls without a pose of their own. A policy goes by its name alone. Raises
+ValueError if a region is a Predicate or a policy has no name, and OSError if a file cannot be written.)";
 
 using RegionByObject = std::map<std::string, Region>;
 using Sets = std::variant<RegionByObject, Region>;
@@ -160,17 +161,18 @@ void save_file(const Problem& problem, const py::object& path, const Given<Meshe
   save(problem, file_path(path), given("meshes", meshes));
 }
 
-Problem load_file(const py::object& path, bool start_outside) {
+Problem load_file(const py::object& path, bool start_outside, const Given<Policies>& policies) {
   std::vector<Warning> warnings;
-  Problem problem = load(file_path(path), &warnings);
+  Problem problem = load(file_path(path), &warnings, policies_by_name(policies));
   warn(warnings, problem.scene);
   warn(implausible(problem, start_outside), problem.scene);
   return problem;
 }
 
-Problem problem_from_json(const Given<std::string>& text, const py::object& folder) {
+Problem problem_from_json(const Given<std::string>& text, const py::object& folder, const Given<Policies>& policies) {
   std::vector<Warning> warnings;
-  Problem problem = from_json(given("text", text), folder.is_none() ? "" : file_path(folder), &warnings);
+  Problem problem =
+      from_json(given("text", text), folder.is_none() ? "" : file_path(folder), &warnings, policies_by_name(policies));
   warn(warnings, problem.scene);
   return problem;
 }
@@ -224,17 +226,21 @@ void def_copies(ProblemClass& type) {
 void def_files(ProblemClass& type) {
   type.def("save", &save_file, py::arg("path"), py::arg("meshes") = "embedded", save_doc)
       .def_static("load", &load_file, py::arg("path"), py::kw_only(), py::arg("start_outside") = false,
-                  "Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the "
-                  "place in it and what was expected. Warns as the constructor does, and of friction along one "
-                  "direction, which files of version 0.13 may ask for.")
+                  py::arg("policies") = py::dict(),
+                  "Reads a JSON file. policies: by name, the em.Policy of which a file has that name alone. Raises "
+                  "OSError if it cannot be opened, and ValueError that names the file, the place in it and what was "
+                  "expected, as a policy. Warns as the constructor does, and of friction along one direction, which "
+                  "files of version 0.13 may ask for.")
       .def_static("schema", &schema, "The JSON Schema (draft-07) of problem files.")
       .def(
           "to_json", [](const Problem& problem) { return to_json(problem); }, "The problem as JSON text.")
       .def_static("from_json", &problem_from_json, py::arg("text"), py::arg("folder") = py::none(),
-                  "A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError "
-                  "that names the place and what was expected.")
-      .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },
-                      [](const py::str& text) { return from_json(text); }));
+                  py::arg("policies") = py::dict(),
+                  "A problem from JSON text. folder: what the paths of its meshes are relative to; policies: as of "
+                  "load. Raises ValueError that names the place and what was expected.")
+      .def(pickled_as_json<Problem>(
+          [](Problem& problem) { return problem.plan ? &*problem.plan : nullptr; },
+          [](const std::string& text, const Policies& policies) { return from_json(text, "", nullptr, policies); }));
 }
 
 }  // namespace

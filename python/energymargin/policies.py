@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import PolicyPlan
+from energymargin.agents import arguments_of
 from energymargin.checks import shown, whole_number
 
 Rows = NDArray[np.float64]
@@ -22,7 +24,11 @@ class Policy(PolicyPlan):
     `em.capture_probability` go on together, and `act` gets blocks of 32 rows, of which some may be
     there to fill the block: so an answer has the same bits whatever the number of rollouts and
     threads, as long as row i depends on row i alone. Searches and rare losses ask for one rollout
-    at a time. What cannot ask a policy, as a file or another process, says so.
+    at a time.
+
+    A file, a store and a cache have its name in place of its code: they need `name`, and another
+    name once what `act` does is another. Other processes get the code, pickled: they need `act`,
+    `observe` and `convert` to be functions of a module, or objects of its classes.
 
     Args:
         act: act(observations (n, d), memory (n, h) or None, time) -> actions (n, m), or with a
@@ -39,9 +45,12 @@ class Policy(PolicyPlan):
         noise: standard deviation of what is added to the observations, a number or (d,); not in
             searches and rare losses.
         limits: (low, high) of the actions, each (m,).
-        name: what errors call it.
+        convert: a function from what act says (n, a) to the commanded numbers (n, m), as from an
+            agent's action; None: they are these.
+        name: what files and errors call it; None: no file takes it.
 
-    Raises ValueError on bad arguments. What `act` raises goes on, and says at which control time.
+    Raises ValueError on bad arguments, and from pickle on what cannot be. What `act` raises goes
+    on, and says at which control time.
     """
 
     def __init__(
@@ -55,14 +64,17 @@ class Policy(PolicyPlan):
         delay: int = 0,
         noise: ArrayLike | None = None,
         limits: tuple[ArrayLike, ArrayLike] | None = None,
+        convert: Callable[[Any], ArrayLike] | None = None,
         name: str | None = None,
     ) -> None:
         """See the class."""
+        self._arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
         if not callable(act):
             raise ValueError(f"act is {shown(act)}, expected a function")
         self.name = name or str(getattr(act, "__name__", type(act).__name__))
         """What errors call it."""
-        self._act, self._width = act, len(command)
+        self._act, self._convert, self._width = act, convert, len(command)
+        self._first: Rows | None = None
         self._observe = observe if callable(observe) else None
         self._memory = 0 if memory is None else whole_number("memory", memory, 1)
         self._noise = None if noise is None else np.asarray(noise, dtype=float)
@@ -74,8 +86,63 @@ class Policy(PolicyPlan):
             delay=delay,
             memory=self._memory,
             limits=limits,
-            name=self.name,
+            name=name or "",
         )
+
+    @classmethod
+    def from_gymnasium(
+        cls,
+        env: Any,
+        model: Any,
+        *,
+        observe: Observe | None = None,
+        command: Sequence[str] | None = None,
+        convert: Callable[[Any], ArrayLike] | None = None,
+        period: float | None = None,
+        **options: Any,
+    ) -> Policy:
+        """The policy that does in a problem what an agent does in an environment.
+
+        It is asked at each step of the environment. Its actions are clipped to the bounds of the
+        action space.
+
+        Args:
+            env: of gymnasium. One of em.gym says the rest itself, if all drives of its task are the
+                agent's.
+            model: an agent with `predict(observations, deterministic=True)`, as those of
+                stable-baselines3; a module of torch; or a function of observations (n, d) that
+                returns actions (n, a).
+            observe: from states (n, s) of your scene to what the agent sees, (n, d).
+            command: what the agent commands in your scene, m names.
+            convert: from actions (n, a) to the commanded numbers (n, m); None: they are these.
+            period: duration of the environment's step [s]; None: its `dt`.
+            options: memory, delay, noise, limits and name.
+
+        Raises ValueError where the environment does not say what is left out.
+        """
+        given = {"observe": observe, "command": command, "convert": convert, "period": period}
+        return cls(**arguments_of(env, model, given), **options)
+
+    def after(self, action: ArrayLike) -> Policy:
+        """The policy with an action, (m,) or as `convert` takes it, in place of its first answer.
+
+        It is the future of that action: what a guard and a filter ask about.
+        """
+        begun = Policy(**self._arguments)
+        begun._first = begun._commands(np.asarray(action)[None], 1)
+        return begun
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """With its code; ValueError if that cannot be pickled."""
+        try:
+            code = pickle.dumps((self._arguments, self._first))
+        except (AttributeError, TypeError, pickle.PicklingError) as error:
+            raise ValueError(
+                f"the policy {self.name!r} cannot be pickled, as for another process ({error}), "
+                "expected act, observe and convert to be functions of a module or objects of its "
+                "classes, no lambda and no function within another"
+            ) from error
+        return _unpickled, (self.name, code)
 
     def __repr__(self) -> str:
         """Its name."""
@@ -106,7 +173,28 @@ class Policy(PolicyPlan):
             if not (isinstance(answer, tuple) and len(answer) == 2):
                 raise ValueError(f"act returned {shown(answer)}, expected (actions, memory)")
             answer, memory = answer[0], _numbers("memory", answer[1], memory.shape)
-        return _numbers("act", answer, (rows, self._width)), memory
+        actions = self._commands(answer, rows)
+        if number == 0 and self._first is not None:
+            actions = np.repeat(self._first, rows, axis=0)
+        return actions, memory
+
+    def _commands(self, answer: Any, rows: int) -> Rows:
+        if self._convert is not None:
+            answer = self._convert(answer)
+        return _numbers("act", answer, (rows, self._width))
+
+
+def _unpickled(name: str, code: bytes) -> Policy:
+    try:
+        arguments, first = pickle.loads(code)
+    except (AttributeError, ImportError) as error:
+        raise ValueError(
+            f"this process has no code of the policy {name!r} ({error}), expected it in a module "
+            "that both can import, not in the script that runs"
+        ) from error
+    policy = Policy(**arguments)
+    policy._first = first
+    return policy
 
 
 def _numbers(name: str, given: Any, shape: tuple[int, int | None]) -> Rows:

@@ -37,6 +37,7 @@ RUNNING = [
     "guides/own_problem.md",
     "guides/own_task.md",
     "guides/plans_and_horizons.md",
+    "guides/policies.md",
     "guides/robots.md",
     "guides/several_objects.md",
 ]

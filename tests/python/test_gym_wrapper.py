@@ -97,6 +97,51 @@ def test_the_score_is_the_capture_probability_of_the_problem():
     assert told["score"] == pytest.approx(expected, abs=0.08)  # three standard errors
 
 
+BRAKE = em.Policy(
+    lambda seen, memory, time: -4.0 * seen, period=0.04, observe=["block.vx"], command=["block.fx"]
+)
+
+
+def test_with_a_policy_the_score_is_that_of_the_policy_in_the_loop():
+    told = []
+    for policy in (None, BRAKE):
+        many = SearchSettings(rollouts=400)
+        env = gym.CaptureWrapper(Ledge(), question, policy=policy, settings=many)
+        env.reset(seed=0)
+        env.unwrapped.x = 0.07
+        told.append(env.step(np.array([0.47]))[4]["capture"]["score"])
+    held = question(env).replace(plan=BRAKE, horizon=0.2)
+    expected = em.capture_probability(held, rollouts=4000, seed=1).captured
+    assert told[1] == pytest.approx(expected, abs=0.08)
+    assert told[1] > told[0] + 0.15
+
+
+def test_a_filter_asks_what_the_policy_does_after_each_action():
+    """A push to the edge, after which the policy's brake comes too late, and one away from it."""
+    back = lambda seen, action, random: [[-1.0]]  # noqa: E731
+    asks = {"metric": None, "candidates": back, "settings": SearchSettings(rollouts=50)}
+    env = gym.CaptureWrapper(Ledge(), question, policy=BRAKE, **asks)
+    env.reset(seed=0)
+    env.unwrapped.x, env.unwrapped.speed = 0.09, 0.2
+    found = env.step(np.array([6.0]))[4]["filter"]
+    assert found["chosen"] == 1
+    assert found["probabilities"][0] < 0.3
+    assert found["probabilities"][1] > 0.7
+
+
+def test_a_model_is_a_policy_of_our_environments():
+    env = gymnasium.make("EnergyMarginPush-v0").unwrapped
+    model = lambda seen: np.full((len(seen), 2), (0.0, 2.0))  # noqa: E731
+    scores = []
+    for policy in (model, em.Policy.from_gymnasium(env, model)):
+        looped = gym.CaptureWrapper(env, policy=policy, settings=SearchSettings(rollouts=20))
+        looped.reset(seed=3)
+        scores.append(looped.step(np.array([0.0, 2.0]))[4]["capture"]["score"])
+    assert scores[0] == scores[1] > 0
+    with pytest.raises(ValueError, match="expected command=, names of what the agent commands"):
+        gym.CaptureWrapper(Ledge(), question, policy=model)
+
+
 def test_an_episode_is_the_same_for_the_same_seed_and_another_for_another():
     def told(env, seed):
         env.reset(seed=seed)

@@ -1,12 +1,23 @@
 """Robots that react: feedback as data, and policies that are asked."""
 
+import os
 import pickle
+import signal
+import subprocess
+import threading
+import time
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium import spaces
+from problem_files import EXECUTABLE
 from scipy import stats
 
 import energymargin as em
+import energymargin.gym
+from energymargin.monitor import Alarm
+from energymargin.store import score_dataset
 
 AXES = ("x", "y", "z")
 SEEN = [*(f"ball.{a}" for a in AXES), *(f"ball.v{a}" for a in AXES)]
@@ -191,17 +202,141 @@ def test_until_an_answer_acts_joints_keep_their_targets():
     assert lost(3) == pytest.approx(lost(0) + 0.3, abs=0.02)
 
 
+def test_a_profile_says_that_it_cannot_ask_a_policy():
+    with pytest.raises(ValueError, match="Policy"):
+        em.margin_profile(problem(policy()), every=0.25, rollouts=2, nodes=10)
+
+
+# Files, stores and other processes
+
+
+def test_a_file_has_the_name_of_a_policy_in_place_of_its_code(tmp_path):
+    held = problem(policy(name="net-1", memory=None, delay=1, limits=([-9] * 3, [9] * 3)))
+    held.save(tmp_path / "held.json")
+    other = policy(name="net-1", delay=1, limits=([-9] * 3, [9] * 3))
+    back = em.Problem.load(tmp_path / "held.json", policies={"net-1": other})
+    assert back.to_json() == held.to_json()
+    assert back.plan.policy is other
+    assert em.Plan.from_json(held.plan.to_json(), {"net-1": other}).policy is other
+    assert np.array_equal(asked(back.plan).exit_times, asked(held.plan).exit_times)
+
+
+def test_a_file_without_the_code_of_its_policy_says_so_in_one_line(tmp_path):
+    path = tmp_path / "held.json"
+    problem(policy(name="net-1")).save(path)
+    with pytest.raises(ValueError, match=r"held.json': plan.policy .*\"net-1\".*policies={\"net-1"):
+        em.Problem.load(path)
+    ran = subprocess.run([EXECUTABLE, path], capture_output=True, text=True, check=False)
+    assert ran.returncode and 'the policy "net-1", whose code no file has' in ran.stderr
+    assert ran.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize(
-    "ask",
+    ("given", "words"),
     [
-        lambda p: em.margin_profile(p, every=0.25, rollouts=2, nodes=10),
-        lambda p: p.to_json(),
-        pickle.dumps,
+        (policy(period=0.1), 'policies."net". has period 0.1, expected that of the file, 0.05'),
+        (policy(delay=2), "has delay 2, expected that of the file, none"),
+        (policy(memory=1), "has memory 1"),
+        (policy(observe=None), "has observed none"),
+        (feedback(), "is Feedback.*, expected an em.Policy"),
     ],
 )
-def test_what_cannot_ask_a_policy_says_so(ask):
-    with pytest.raises(ValueError, match="Policy"):
-        ask(problem(policy()))
+def test_another_policy_than_the_file_was_written_of_is_refused(given, words):
+    text = problem(policy(name="net")).to_json()
+    with pytest.raises((ValueError, TypeError), match=words):
+        em.Problem.from_json(text, policies={"net": given})
+
+
+def test_a_cache_keeps_evaluations_of_a_policy_by_its_name(tmp_path):
+    def tuned(name):
+        asked = []
+
+        def stiff(values):
+            asked.append(1)
+            act = lambda seen, memory, time: asked.append(0) or -values["k"] * seen[:, :3]  # noqa: E731
+            return policy(act, name=name and f"{name} {values['k']!r}")
+
+        options = {"rollouts": 4, "budget": 2000, "file": tmp_path / "kept.jsonl"}
+        found = em.improve(problem(policy(name="first")), {"k": (1.0, 60.0)}, stiff, **options)
+        return found.values["k"], asked.count(0)
+
+    with pytest.raises(ValueError, match=r"a Policy without name=, expected em.Policy"):
+        tuned(None)
+    best, calls = tuned("stiff")
+    assert calls > 0
+    assert tuned("stiff") == (best, 0)
+    assert tuned("other")[1] > 0
+
+
+def test_a_store_keeps_scores_of_a_policy_by_its_name(tmp_path, monkeypatch):
+    task = type(em.tasks.make("push"))
+    original, dataset = task.problem, em.datasets.generate("push", trajectories=1, frames=2, seed=1)
+
+    def scored(name):
+        calls = []
+        still = em.Policy(
+            lambda seen, memory, time: calls.append(time) or np.zeros((32, 2)),
+            period=0.1,
+            command=["effector.fx", "effector.fy"],
+            name=name,
+        )
+        asks = {"plan": still, "horizon": 0.1, "effector": "coast"}
+        monkeypatch.setattr(task, "problem", lambda *given: original(*given).replace(**asks))
+        score_dataset(dataset, tmp_path / "s.db", ["probability"], rollouts=2)
+        return len(calls)
+
+    with pytest.raises(ValueError, match=r"a Policy without name=, expected em.Policy"):
+        scored(None)
+    assert scored("still") > 0
+    assert scored("still") == 0
+    assert scored("other") > 0
+
+
+CONTROLLERS = """
+import numpy as np
+
+class Spring:
+    def __init__(self, gains):
+        self.gains = gains
+    def __call__(self, seen, memory, time):
+        return -seen @ self.gains.T
+"""
+
+
+def test_a_policy_has_the_same_bits_in_other_processes(tmp_path, monkeypatch):
+    (tmp_path / "controllers.py").write_text(CONTROLLERS)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    from controllers import Spring
+
+    held = [problem(policy(Spring(GAINS * k))) for k in (0.2, 1, 2)]
+    asked = ["probability", "effort/est"]
+    here, there = (
+        em.score(held, asked, rollouts=40, nodes=20, seed=3, executor=executor)
+        for executor in (em.executors.Threads(2), em.executors.Processes(2))
+    )
+    for metric in asked:
+        assert np.array_equal(here[metric], there[metric])
+    assert len(set(here["effort/est"])) == 3
+    begun = pickle.loads(pickle.dumps(held[0].plan.policy.after([9, 0, 0])))
+    assert np.array_equal(begun._first, [[9, 0, 0]])
+
+
+def test_a_policy_that_cannot_go_to_another_process_says_so():
+    with pytest.raises(ValueError, match=r"the policy '<lambda>' cannot be pickled.*no lambda"):
+        pickle.dumps(problem(policy()))
+    with pytest.raises(ValueError, match=r"problem 0: the policy '<lambda>'.*: use threads"):
+        em.score([problem(policy())], ["probability"], executor=em.executors.Processes(1))
+
+
+def test_code_that_the_other_process_lacks_is_named():
+    held = problem(policy(spring_of_this_file, name="mine"))
+    with pytest.raises(ValueError, match="this process has no code of the policy 'mine'"):
+        em.score([held], ["probability"], rollouts=2, executor=em.executors.Processes(1))
+
+
+def spring_of_this_file(seen, memory, time):
+    return -seen @ GAINS.T
 
 
 def test_controllers_are_ranked_and_their_gains_tuned():
@@ -301,9 +436,9 @@ def on_a_rail(plan=None, spring=False, **options):
     return em.Problem(scene, scene.pack(), captured=captured, plan=plan, **bounds)
 
 
-def along_x(period=1 / 240):
+def along_x(period=1 / 240, stiffness=STIFFNESS):
     return em.Feedback(
-        [[STIFFNESS, DAMPING]],
+        [[stiffness, DAMPING]],
         observed=["ball.x", "ball.vx"],
         corrected=["ball.fx"],
         period=period,
@@ -355,13 +490,11 @@ class Steady:
 
 @pytest.mark.parametrize("model", [Steady(), lambda seen: np.full((len(seen), 2), (0.5, 1e9))])
 def test_an_agent_of_an_environment_does_in_a_problem_what_it_does_there(model):
-    import gymnasium
-
     env = gymnasium.make("energymargin.gym:EnergyMarginPush-v0")
     env.reset(seed=17)
     inner = env.unwrapped
     now = em.gym.present(inner)
-    agent = em.gym.policy_of(env, model)
+    agent = em.Policy.from_gymnasium(env, model)
     clipped = np.clip((0.5, 1e9), *(inner.action_space.low, inner.action_space.high))
     rows = np.zeros((240, 6))
     rows[:, :2] = clipped + [channel.offset for channel in inner.channels]
@@ -375,11 +508,192 @@ def test_an_agent_of_an_environment_does_in_a_problem_what_it_does_there(model):
     assert np.array_equal(one.exit_times, other.exit_times)
 
 
-def test_an_environment_whose_script_drives_more_has_no_policy():
-    import gymnasium
+class Cart(gymnasium.Env):
+    """Another simulator's: a cart on a rail, which sees its place and its speed."""
 
-    env = gymnasium.make("energymargin.gym:EnergyMarginGrasp-v0")
+    dt = 0.05
+    observation_space = spaces.Box(-np.inf, np.inf, (2,), np.float32)
+    action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+
+def on_cart(model, **options):
+    return em.Policy.from_gymnasium(
+        Cart(),
+        model,
+        **{
+            "observe": lambda states: states[:, [0, 7]],
+            "command": ["ball.fx"],
+            "convert": lambda actions: 5.0 * actions,
+            **options,
+        },
+    )
+
+
+def test_an_agent_of_another_environment_is_told_what_it_sees_and_commands():
+    """Its clipped actions are those of a Feedback with limits."""
+    agent = on_cart(lambda seen: -seen @ [[STIFFNESS / 5], [DAMPING / 5]])
+    law = em.Feedback(
+        [[STIFFNESS, DAMPING]],
+        observed=["ball.x", "ball.vx"],
+        corrected=["ball.fx"],
+        period=0.05,
+        limits=([-5.0], [5.0]),
+    )
+    one, other = (em.capture_probability(on_a_rail(robot), seed=1) for robot in (agent, law))
+    assert np.array_equal(one.exit_times, other.exit_times)
+    assert 0 < one.captured < 1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"command": None}, "expected command=, names of what the agent commands"),
+        ({"observe": None}, r"sees rows of the shape \(13,\), expected \(2,\).*give observe="),
+        ({"model": Steady()}, r"returned rows of the shape \(2,\), expected \(1,\)"),
+        ({"model": 3}, "model is 3, expected an agent"),
+        ({"period": -1.0}, "period of the feedback is -1"),
+    ],
+)
+def test_what_an_agent_of_another_environment_lacks_is_named(options, words):
+    options = {"model": lambda seen: seen[:, :1], **options}
+    with pytest.raises(ValueError, match=words):
+        asked(on_cart(**options))
+
+
+def test_an_environment_that_says_too_little_has_no_policy():
     with pytest.raises(ValueError, match="drives 'table' too"):
-        em.gym.policy_of(env, Steady())
-    with pytest.raises(ValueError, match="model is 3, expected an agent"):
-        em.gym.policy_of(gymnasium.make("energymargin.gym:EnergyMarginPush-v0"), 3)
+        em.Policy.from_gymnasium(gymnasium.make("EnergyMarginGrasp-v0"), Steady())
+    push = gymnasium.make("EnergyMarginPush-v0")
+    scaled = gymnasium.wrappers.RescaleAction(push, np.float64(-1), np.float64(1))
+    with pytest.raises(
+        ValueError, match=r"wrappers change the action_space, expected env.unwrapped"
+    ):
+        em.Policy.from_gymnasium(scaled, Steady())
+    with pytest.raises(ValueError, match="env is 3, expected an environment"):
+        em.Policy.from_gymnasium(3, Steady())
+
+
+def test_an_action_in_place_of_the_first_answer_is_what_a_plan_begins_with():
+    """What a guard asks: a push for one control time, and then the policy."""
+    still = em.disturbances.Uniform(strength=0.0)
+    begun = policy(lambda seen, memory, time: np.zeros((32, 3))).after([20.0, 0, 0])
+    rows = np.zeros((20, 6))
+    rows[0, 0] = 20.0
+    pushed = em.Plan(0.05, wrenches={"ball": rows})
+    one, other = (
+        em.capture_probability(problem(robot), rollouts=1, disturbance=still).exit_times
+        for robot in (begun, pushed)
+    )
+    assert np.array_equal(one, other)
+    assert np.isfinite(one).all()
+    with pytest.raises(ValueError, match=r"shape \(1, 2\), expected \(1, 3\)"):
+        policy().after([1.0, 2.0])
+
+
+def test_a_guard_asks_what_the_policy_does_after_an_action():
+    """With a held push the ball is lost; the policy brings it back, so the push may pass."""
+    held = policy(name="spring")
+
+    def watch(robot):
+        monitor = em.Monitor(lambda state, time: problem().with_state(state), alarm=Alarm(1.0),
+                             rollouts=4, threads=1)  # fmt: skip
+        return em.Guard(
+            lambda observation: np.array([8.0, 0, 0]),
+            monitor,
+            lambda observation: np.zeros(3),
+            problem_of=lambda state, time, action: problem(robot(action)).with_state(state),
+            disturbance=em.disturbances.Uniform(strength=0.0),
+            least=1.0,
+            unknown="ask",
+        )
+
+    def keep(action):
+        return em.Plan(1.0, wrenches={"ball": [[*action, 0, 0, 0]]})
+
+    taken = []
+    for robot in (keep, held.after):
+        with watch(robot) as guard:
+            guard(None, time=0.0, state=problem().state)
+            taken.append((guard.last.source, guard.last.probabilities[0]))
+    assert taken == [("fallback", 0.0), ("policy", 1.0)]
+
+
+def test_ctrl_c_ends_act_at_once():
+    pressed = []
+
+    def press():
+        pressed.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def act(seen, memory, at):
+        if not pressed:
+            threading.Timer(0.2, press).start()
+        end = time.perf_counter() + 30
+        while time.perf_counter() < end:
+            pass
+
+    with pytest.raises(KeyboardInterrupt):
+        asked(policy(act))
+    assert time.perf_counter() - pressed[0] < 0.2
+
+
+def test_gains_of_a_feedback_are_tuned():
+    """A stiffer spring holds better, and none is worst."""
+    soft = along_x(stiffness=1.0)
+    found = em.improve(
+        on_a_rail(soft),
+        {"stiffness": (1.0, 200.0)},
+        lambda values: along_x(stiffness=values["stiffness"]),
+        rollouts=32,
+        budget=60000,
+        seed=1,
+    )
+    assert found.values["stiffness"] > 20
+    before, after = (em.capture_probability(on_a_rail(along_x(stiffness=k)), rollouts=300, seed=9)
+                     for k in (1.0, found.values["stiffness"]))  # fmt: skip
+    assert after.captured > before.captured + 0.3
+
+
+# torch and stable-baselines3, where they are installed
+
+
+def network(torch):
+    torch.manual_seed(0)
+    return torch.nn.Sequential(torch.nn.Linear(26, 16), torch.nn.Tanh(), torch.nn.Linear(16, 2))
+
+
+def held_by(env, model):
+    agent = em.Policy.from_gymnasium(env, model)
+    question = em.gym.present(env.unwrapped).replace(horizon=0.5, plan=agent, effector="coast")
+    return em.capture_probability(question, rollouts=40, seed=2)
+
+
+def test_a_module_of_torch_is_a_policy():
+    torch = pytest.importorskip("torch")
+    env = gymnasium.make("EnergyMarginPush-v0")
+    env.reset(seed=17)
+    module = network(torch)
+    weights = [p.detach().numpy() for p in module.parameters()]
+
+    def by_hand(seen):
+        first, bias, second, last = weights
+        return np.tanh(seen.astype(np.float32) @ first.T + bias) @ second.T + last
+
+    one, other = held_by(env, module), held_by(env, by_hand)
+    assert one.captured == pytest.approx(other.captured, abs=0.05)
+    assert isinstance(pickle.loads(pickle.dumps(em.Policy.from_gymnasium(env, module))), em.Policy)
+
+
+@pytest.mark.parametrize("kind", ["PPO", "SAC"])
+def test_a_model_of_stable_baselines3_does_in_a_problem_what_it_does_in_its_environment(kind):
+    models = pytest.importorskip("stable_baselines3")
+    env = gymnasium.make("EnergyMarginPush-v0")
+    model = getattr(models, kind)("MlpPolicy", env, seed=0, device="cpu")
+    seen, _ = env.reset(seed=17)
+    agent = em.Policy.from_gymnasium(env, model)
+    now = em.gym.present(env.unwrapped).replace(horizon=0.5, plan=agent, effector="coast")
+    for _ in range(12):
+        seen = env.step(model.predict(seen, deterministic=True)[0])[0]
+    moved = em.World(now.scene, now.plan).rollout(now.state, np.zeros(6), 0.5)
+    assert np.allclose(moved.state, seen, atol=1e-5)
+    assert held_by(env, model).rollouts == 40

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,11 +21,12 @@ struct PolicyQuestion {
 
 //! Rollouts go on together from one control time to the next, and are asked about in blocks of `block` rows, so that
 //! the bits of an answer depend neither on how many there are nor on threads. What it commands and when is in the
-//! Feedback of its plan. It has no file format.
+//! Feedback of its plan. A file has its name in place of its code.
 struct Policy {
   static constexpr int block = 32;
 
-  std::string name;
+  std::string name;                      //!< by which files know its code; empty: they refuse it
+  std::shared_ptr<const void> origin{};  //!< of a binding's own: what it was made of
   Eigen::Index memory = 0;  //!< numbers that a rollout remembers from one control time to the next; at first zeros
   std::function<void(const PolicyQuestion&, States& memory, States& actions)> act;
 };

@@ -13,6 +13,7 @@
 #include "base/words.hpp"
 #include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
+#include "energymargin/problem_io.hpp"
 
 namespace energymargin::problem_io {
 
@@ -27,13 +28,14 @@ Json parse(const std::string& text, const std::string& what = "a problem");
 
 //! Mesh files are looked for in `folder`; empty: there is none. `warnings` as in from_json. Throws
 //! std::invalid_argument that names the place in the file and what was expected there.
-Problem read_problem(const Json& json, const std::string& folder, std::vector<Warning>* warnings = nullptr);
+Problem read_problem(const Json& json, const std::string& folder, std::vector<Warning>* warnings = nullptr,
+                     const Policies& policies = {});
 
 //! Rows are packed.
 OrderedJson write(const Plan& plan);
 
 //! A plan alone, which no scene is there for. Throws as `read_problem`.
-Plan read_plan(const Json& json);
+Plan read_plan(const Json& json, const Policies& policies);
 
 //! The beginning of a text, for an error message: cut between two of its characters.
 inline std::string shortened(std::string text, std::size_t size = 60) {

@@ -100,8 +100,31 @@ Eigen::VectorXd read_limits(const JsonNode& node, std::size_t count) {
   return Eigen::Map<const Eigen::VectorXd>(node.numbers(count, true).data(), static_cast<Eigen::Index>(count));
 }
 
+// What the laws of a Feedback and of a Policy have alike.
+const std::vector<std::string> law_keys = {"delay", "low", "high", "start"};
+
+std::vector<std::string> with_law_keys(std::vector<std::string> keys) {
+  keys.insert(keys.end(), law_keys.begin(), law_keys.end());
+  return keys;
+}
+
+void read_law(const JsonNode& node, Feedback& law) {
+  if (node.has("delay")) law.delay = node["delay"].integer();
+  if (node.has("low")) law.low = read_limits(node["low"], law.corrected.size());
+  if (node.has("high")) law.high = read_limits(node["high"], law.corrected.size());
+  if (node.has("start")) law.start = node["start"].number();
+}
+
+void write_law(const Feedback& law, OrderedJson& json) {
+  if (law.delay != 0) json["delay"] = law.delay;
+  for (const auto& [name, limits] : {std::pair{"low", &law.low}, {"high", &law.high}}) {
+    for (const double limit : *limits) json[name].push_back(problem_io::write(limit));
+  }
+  if (law.start != 0.0) json["start"] = law.start;
+}
+
 Feedback read_feedback(const JsonNode& node) {
-  node.allow_keys({"period", "observed", "corrected", "gains", "references", "delay", "low", "high", "start"});
+  node.allow_keys(with_law_keys({"period", "observed", "corrected", "gains", "references"}));
   Feedback feedback{node["period"].number(), read_names(node["observed"]), read_names(node["corrected"])};
   const auto n = static_cast<Eigen::Index>(feedback.observed.size());
   const auto m = static_cast<Eigen::Index>(feedback.corrected.size());
@@ -110,10 +133,7 @@ Feedback read_feedback(const JsonNode& node) {
     feedback.gains.push_back(Eigen::Map<const States>(gains.row(row).data(), m, n));
   }
   feedback.references = read_rows(node["references"], static_cast<int>(n));
-  if (node.has("delay")) feedback.delay = node["delay"].integer();
-  if (node.has("low")) feedback.low = read_limits(node["low"], feedback.corrected.size());
-  if (node.has("high")) feedback.high = read_limits(node["high"], feedback.corrected.size());
-  if (node.has("start")) feedback.start = node["start"].number();
+  read_law(node, feedback);
   return feedback;
 }
 
@@ -127,22 +147,60 @@ OrderedJson write(const Feedback& feedback) {
   }
   json["gains"] = pack(gains);
   json["references"] = pack(feedback.references);
-  if (feedback.delay != 0) json["delay"] = feedback.delay;
-  for (const auto& [name, limits] : {std::pair{"low", &feedback.low}, {"high", &feedback.high}}) {
-    for (const double limit : *limits) json[name].push_back(problem_io::write(limit));
-  }
-  if (feedback.start != 0.0) json["start"] = feedback.start;
+  write_law(feedback, json);
   return json;
 }
 
-Plan read_parts(const JsonNode& node, const Scene* scene) {
+OrderedJson write(const Policy& policy, const Feedback& law) {
+  OrderedJson json = {{"name", policy.name}, {"period", law.period}, {"commanded", law.corrected}};
+  if (!law.observed.empty()) json["observed"] = law.observed;
+  if (policy.memory != 0) json["memory"] = policy.memory;
+  write_law(law, json);
+  return json;
+}
+
+// The plan of a policy that is known by its name. Throws unless it is the one that the file was written of.
+const Plan& find_policy(const JsonNode& node, const std::string& name, const Policies& policies) {
+  const auto found = policies.find(name);
+  if (found != policies.end() && found->second.policy) return found->second;
+  throw std::invalid_argument(node.path() + " is the policy " + in_quotes(name) +
+                              ", whose code no file has: load it in Python, with policies={" + in_quotes(name) +
+                              ": the em.Policy}");
+}
+
+void require_same(const std::string& name, const OrderedJson& given, const OrderedJson& wanted) {
+  for (const char* key : {"period", "commanded", "observed", "memory", "delay", "low", "high"}) {
+    const OrderedJson one = given.value(key, OrderedJson()), other = wanted.value(key, OrderedJson());
+    if (one == other) continue;
+    const auto shown = [](const OrderedJson& json) { return json.is_null() ? "none" : shortened(json.dump()); };
+    throw std::invalid_argument("policies[" + in_quotes(name) + "] has " + key + " " + shown(one) +
+                                ", expected that of the file, " + shown(other));
+  }
+}
+
+void read_policy(const JsonNode& node, const Policies& policies, Plan& plan) {
+  node.allow_keys(with_law_keys({"name", "period", "commanded", "observed", "memory"}));
+  Feedback law{node["period"].number(), {}, read_names(node["commanded"])};
+  if (node.has("observed")) law.observed = read_names(node["observed"]);
+  read_law(node, law);
+  const std::string name = node["name"].text();
+  const Plan& given = find_policy(node, name, policies);
+  Policy written;
+  written.name = name;
+  if (node.has("memory")) written.memory = node["memory"].integer();
+  require_same(name, write(*given.policy, *given.feedback), write(written, law));
+  plan.feedback = std::move(law);
+  plan.policy = given.policy;
+}
+
+Plan read_parts(const JsonNode& node, const Scene* scene, const Policies& policies) {
   const auto body = [scene](const JsonNode& name) { return scene ? read_body_name(name, *scene) : name.text(); };
   const auto joint = [scene](const JsonNode& name) {
     if (!scene || scene->find_tendon(name.text())) return name.text();
     const bool none = scene->joints().empty();
     return read_name(name, scene->joints(), none ? "no targets: the scene has no joints" : "one of the joints ");
   };
-  node.allow_keys({"step", "wrenches", "targets", "velocities", "feedback"});
+  node.allow_keys({"step", "wrenches", "targets", "velocities", "feedback", "policy"});
   Plan plan{node["step"].number()};
   for_each_item(node, "wrenches", [&](const JsonNode& drive) {
     drive.allow_keys({"body", "rows"});
@@ -158,25 +216,30 @@ Plan read_parts(const JsonNode& node, const Scene* scene) {
     if (servo.has("force")) plan.velocities.back().force = servo["force"].number();
     if (servo.has("torque")) plan.velocities.back().torque = servo["torque"].number();
   });
+  if (node.has("feedback") && node.has("policy")) node.fail("a feedback or a policy");
   if (node.has("feedback")) plan.feedback = read_feedback(node["feedback"]);
+  if (node.has("policy")) read_policy(node["policy"], policies, plan);
   return plan;
 }
 
 }  // namespace
 
-Plan read_plan(const JsonNode& node, const Scene* scene) {
+Plan read_plan(const JsonNode& node, const Scene* scene, const Policies& policies) {
   return with_path(node, [&](const JsonNode& at) {
-    Plan plan = read_parts(at, scene);
+    Plan plan = read_parts(at, scene, policies);
     scene == nullptr ? validate(plan) : validate(plan, *scene);
     return plan;
   });
 }
 
-Plan read_plan(const Json& json) { return read_plan(JsonNode(json, "plan"), nullptr); }
+Plan read_plan(const Json& json, const Policies& policies) {
+  return read_plan(JsonNode(json, "plan"), nullptr, policies);
+}
 
 OrderedJson write(const Plan& plan) {
-  if (plan.policy)
-    reject("plan", "the Policy '" + plan.policy->name + "'", "a Plan or a Feedback: code has no file format");
+  if (plan.policy && plan.policy->name.empty()) {
+    reject("plan", "a Policy without name=", "em.Policy(..., name='...'): a file has the name in place of the code");
+  }
   OrderedJson json = {{"step", plan.step}};
   for (const Drive& drive : plan.wrenches) {
     json["wrenches"].push_back({{"body", drive.body}, {"rows", pack(drive.wrenches)}});
@@ -190,7 +253,11 @@ OrderedJson write(const Plan& plan) {
     if (servo.torque) motor["torque"] = *servo.torque;
     json["velocities"].push_back(motor);
   }
-  if (plan.feedback) json["feedback"] = write(*plan.feedback);
+  if (plan.policy) {
+    json["policy"] = write(*plan.policy, *plan.feedback);
+  } else if (plan.feedback) {
+    json["feedback"] = write(*plan.feedback);
+  }
   return json;
 }
 

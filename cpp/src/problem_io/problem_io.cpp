@@ -99,8 +99,9 @@ MeshFiles mesh_files(const Scene& scene, const std::string& stem) {
 
 std::string to_json(const Problem& problem) { return json_text(problem, {}); }
 
-Problem from_json(const std::string& text, const std::string& folder, std::vector<Warning>* warnings) {
-  Problem problem = problem_io::read_problem(problem_io::parse(text), folder, warnings);
+Problem from_json(const std::string& text, const std::string& folder, std::vector<Warning>* warnings,
+                  const Policies& policies) {
+  Problem problem = problem_io::read_problem(problem_io::parse(text), folder, warnings, policies);
   validate(problem);
   return problem;
 }
@@ -110,7 +111,9 @@ std::string to_json(const Plan& plan) {
   return text_of(write(plan));
 }
 
-Plan plan_from_json(const std::string& text) { return problem_io::read_plan(problem_io::parse(text, "a plan")); }
+Plan plan_from_json(const std::string& text, const Policies& policies) {
+  return problem_io::read_plan(problem_io::parse(text, "a plan"), policies);
+}
 
 void save(const Problem& problem, const std::string& path, Meshes meshes) {
   const std::filesystem::path file = path;
@@ -126,11 +129,11 @@ void save(const Problem& problem, const std::string& path, Meshes meshes) {
   problem_io::write_files(files);
 }
 
-Problem load(const std::string& path, std::vector<Warning>* warnings) {
+Problem load(const std::string& path, std::vector<Warning>* warnings, const Policies& policies) {
   const std::string text = problem_io::read_file("problem file", path);
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   return at_place("problem file '" + path + "': ",
-                  [&] { return from_json(text, folder.empty() ? "." : folder.string(), warnings); });
+                  [&] { return from_json(text, folder.empty() ? "." : folder.string(), warnings, policies); });
 }
 
 }  // namespace energymargin

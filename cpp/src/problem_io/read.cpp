@@ -101,7 +101,8 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder, s
 
 }  // namespace
 
-Problem read_problem(const Json& json, const std::string& folder, std::vector<Warning>* warnings) {
+Problem read_problem(const Json& json, const std::string& folder, std::vector<Warning>* warnings,
+                     const Policies& policies) {
   const JsonNode node(json, "problem");
   const int version = read_version(node);
   if (node.has("$schema")) node["$schema"].text();
@@ -110,7 +111,8 @@ Problem read_problem(const Json& json, const std::string& folder, std::vector<Wa
   const std::vector<double> state = node["state"].all_numbers();
   problem.state = Eigen::Map<const State>(state.data(), static_cast<Eigen::Index>(state.size()));
   require_version(node, {"horizon", "check", "dwell", "plan"}, version_with_clock, version);
-  RecordReader(&problem.scene).read_fields(node, problem, {"$schema", "format", "version", "scene", "state"});
+  RecordReader(&problem.scene, "", policies)
+      .read_fields(node, problem, {"$schema", "format", "version", "scene", "state"});
   return problem;
 }
 

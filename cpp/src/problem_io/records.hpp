@@ -20,7 +20,7 @@ namespace energymargin::problem_io {
 Compound read_mesh_file(const JsonNode& node, const std::string& folder);
 
 //! A plan that fits the scene or, where there is none, one that may fit some scene.
-Plan read_plan(const JsonNode& node, const Scene* scene);
+Plan read_plan(const JsonNode& node, const Scene* scene, const Policies& policies);
 
 //! The name of one of the items. Throws std::invalid_argument that says `expected` and the names of all.
 template <typename Items>
@@ -41,8 +41,8 @@ inline std::string read_body_name(const JsonNode& node, const Scene& scene) {
 class RecordReader {
  public:
   //! Names of bodies have to be in `scene`. Mesh files are looked for in `folder`; empty: there is none.
-  explicit RecordReader(const Scene* scene = nullptr, std::string folder = "")
-      : scene_(scene), folder_(std::move(folder)) {}
+  explicit RecordReader(const Scene* scene = nullptr, std::string folder = "", Policies policies = {})
+      : scene_(scene), folder_(std::move(folder)), policies_(std::move(policies)) {}
 
   template <typename Struct>
   Struct record(const JsonNode& node) const {
@@ -83,7 +83,7 @@ class RecordReader {
   void read(const JsonNode& node, Form, Vector2& value) const { value = node.vector<2>(); }
   void read(const JsonNode& node, Form form, Vector3& value) const { value = node.vector<3>(may_be_infinite(form)); }
   void read(const JsonNode& node, Form, Quaternion& value) const { value.coeffs() = node.vector<4>(); }
-  void read(const JsonNode& node, Form, Plan& plan) const { plan = read_plan(node, scene_); }
+  void read(const JsonNode& node, Form, Plan& plan) const { plan = read_plan(node, scene_, policies_); }
   void read(const JsonNode& node, Form, Region& set) const { set = region(node); }
   void read(const JsonNode& node, Form, std::optional<Region>& set) const { set = region(node); }
   void read(const JsonNode& node, Form, Solid& value) const { read_alternative(node, value); }
@@ -140,6 +140,7 @@ class RecordReader {
 
   const Scene* scene_;
   std::string folder_;
+  Policies policies_;
   int depth_ = 0;  // levels of "and", "or", "not" above
 };
 

@@ -937,22 +937,22 @@ class Plan:
     or that are not finite.
     """
     @staticmethod
-    def from_json(text: str) -> Plan:
+    def from_json(text: str, policies: collections.abc.Mapping[str, Plan] = {}) -> Plan:
         """
-        A plan from JSON text. Raises ValueError that names the place and what was expected.
+        A plan from JSON text; policies: as of Problem.load. Raises ValueError that names the place and what was expected.
         """
     @staticmethod
     def hold(scene: Scene, state: numpy.typing.ArrayLike, duration: float) -> Plan:
         """
         The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
         """
-    def __getstate__(self) -> str:
+    def __getstate__(self) -> tuple[str, typing.Any]:
         ...
     def __init__(self, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: str) -> None:
+    def __setstate__(self, arg0: tuple[str, typing.Any]) -> None:
         ...
     def _repr_html_(self) -> str:
         """
@@ -981,6 +981,11 @@ class Plan:
     def limits(self) -> dict[str, typing.Any]:
         """
         Of motors, where the plan has them: by body, (force [N], torque [N m]).
+        """
+    @property
+    def policy(self) -> typing.Any:
+        """
+        The em.Policy that is asked; None: there is none.
         """
     @property
     def rows(self) -> int:
@@ -1037,13 +1042,13 @@ class Feedback(Plan):
         """
         A virtual spring and damper on a body: `stiffness` (6,) [N/m, N m/rad] and `damping` (6,) [N s/m, N m s/rad] along and about the world's axes, about its centre of mass. `states` (12,) or (R, 12): where it is to be, as position, rotation vector, velocity and angular velocity of its frame; None: zeros. The others as of Feedback.
         """
-    def __getstate__(self) -> str:
+    def __getstate__(self) -> tuple[str, typing.Any]:
         ...
     def __init__(self, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, step: float | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: str) -> None:
+    def __setstate__(self, arg0: tuple[str, typing.Any]) -> None:
         ...
 class PolicyPlan(Plan):
     """
@@ -1400,27 +1405,27 @@ class Problem:
     another unit, and of a start that falls or is outside of the capture set.
     """
     @staticmethod
-    def from_json(text: str, folder: typing.Any = None) -> Problem:
+    def from_json(text: str, folder: typing.Any = None, policies: collections.abc.Mapping[str, Plan] = {}) -> Problem:
         """
-        A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError that names the place and what was expected.
+        A problem from JSON text. folder: what the paths of its meshes are relative to; policies: as of load. Raises ValueError that names the place and what was expected.
         """
     @staticmethod
-    def load(path: typing.Any, *, start_outside: bool = False) -> Problem:
+    def load(path: typing.Any, *, start_outside: bool = False, policies: collections.abc.Mapping[str, Plan] = {}) -> Problem:
         """
-        Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected. Warns as the constructor does, and of friction along one direction, which files of version 0.13 may ask for.
+        Reads a JSON file. policies: by name, the em.Policy of which a file has that name alone. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected, as a policy. Warns as the constructor does, and of friction along one direction, which files of version 0.13 may ask for.
         """
     @staticmethod
     def schema() -> dict[str, typing.Any]:
         """
         The JSON Schema (draft-07) of problem files.
         """
-    def __getstate__(self) -> str:
+    def __getstate__(self) -> tuple[str, typing.Any]:
         ...
     def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, start_outside: bool = False, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, horizon: float | None = None, check: float | None = None, dwell: float = 0.0, plan: Plan | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: str) -> None:
+    def __setstate__(self, arg0: tuple[str, typing.Any]) -> None:
         ...
     def _repr_html_(self) -> str:
         """
@@ -1440,8 +1445,8 @@ class Problem:
         Writes a JSON file, atomically.
         
         meshes: 'embedded' writes the points of convex hulls, as those of a mesh, into the file; 'files' writes them into OBJ files
-        beside it, for compounds whose parts are all hulls without a pose of their own. Raises ValueError if a region is a
-        Predicate, and OSError if a file cannot be written.
+        beside it, for compounds whose parts are all hulls without a pose of their own. A policy goes by its name alone. Raises
+        ValueError if a region is a Predicate or a policy has no name, and OSError if a file cannot be written.
         """
     def to_json(self) -> str:
         """

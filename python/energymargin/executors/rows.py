@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import groupby
@@ -56,25 +57,24 @@ _SEARCHED = [one.name for one in fields(Row) if one.name != "particles"]
 
 @dataclass(frozen=True)
 class Work:
-    """One problem, and the metrics that are asked for. It is pickled as JSON."""
+    """One problem, and the metrics that are asked for."""
 
     index: int
     """The problem's stream index."""
     problem: Problem
     metrics: tuple[str, ...]
-    written: str | None = None
-    """The problem as JSON, if it is known already."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """How to make it where it is unpickled; ValueError for a user's own predicate."""
+        """How to make it where it is unpickled; ValueError for a user's own predicate, and for a
+        policy whose code cannot go there."""
         try:
-            return _read, (self.index, self.written or self.problem.to_json(), self.metrics)
+            return _read, (self.index, pickle.dumps(self.problem), self.metrics)
         except ValueError as error:
             raise ValueError(f"problem {self.index}: {error}") from error
 
 
-def _read(index: int, text: str, metrics: tuple[str, ...]) -> Work:
-    return Work(index, Problem.from_json(text), metrics)
+def _read(index: int, problem: bytes, metrics: tuple[str, ...]) -> Work:
+    return Work(index, pickle.loads(problem), metrics)
 
 
 def given_up(work: Work, why: str) -> Row:

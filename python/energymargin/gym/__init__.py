@@ -12,10 +12,8 @@ with needs_extra("em.gym", "gym"):
 
 from energymargin.gym.channels import CHANNELS, Channel
 from energymargin.gym.environment import ScriptedFuture, TaskEnv, present, register_environments
-from energymargin.gym.policies import policy_of
 from energymargin.gym.wrapper import CaptureWrapper
 
-__all__ = ["CHANNELS", "CaptureWrapper", "Channel", "ScriptedFuture", "TaskEnv"]
-__all__ += ["policy_of", "present"]
+__all__ = ["CHANNELS", "CaptureWrapper", "Channel", "ScriptedFuture", "TaskEnv", "present"]
 
 register_environments()

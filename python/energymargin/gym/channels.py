@@ -16,6 +16,8 @@ from energymargin.checks import whole_number
 from energymargin.tasks import balance, grasp, push, push_multi, scoop, topple
 from energymargin.tasks.scripted import Drive
 
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -36,6 +38,11 @@ class Channel:
     """Joint whose control gets the target."""
     offset: float = 0.0
     """What acts when the number is 0, such as the force that holds a weight."""
+
+    @property
+    def name(self) -> str:
+        """Among the commanded numbers of em.Policy."""
+        return self.joint or f"{self.body}.{WRENCH[self.axis]}"
 
     def __post_init__(self) -> None:
         """Checks them."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -141,6 +142,25 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     def nominal_action(self) -> Array:
         """What the task's script does in the next control step, on average."""
         return action_of(self._rows(), self.channels)
+
+    def policy_arguments(self) -> dict[str, Any]:
+        """Arguments of em.Policy for an agent of this environment: command, convert and period.
+
+        Raises ValueError on a task whose script drives more than the agent.
+        """
+        driven = {channel.body or channel.joint for channel in self.channels}
+        script = self.task.script(self.params)
+        others = sorted({*script.wrenches, *script.targets} - driven)
+        if others:
+            raise ValueError(
+                f"env is of a task whose script drives {others[0]!r} too, expected one whose "
+                "drives are all the agent's"
+            )
+        return {
+            "command": [channel.name for channel in self.channels],
+            "convert": partial(np.add, [channel.offset for channel in self.channels]),
+            "period": self.control_step,
+        }
 
     def present(self) -> Problem:
         """The question of the task at this state, without a clock."""

@@ -28,7 +28,9 @@ from energymargin.actions.choosing import (
 from energymargin.checks import core_count, finite_number, function_of, one_of, share, whole_number
 from energymargin.disturbances import Disturbance
 from energymargin.divergence import ANY, is_unknown
+from energymargin.gym.environment import ScriptedFuture
 from energymargin.metrics import TIMED, check_metrics, is_likelihood
+from energymargin.policies import Policy
 from energymargin.searches import SearchSettings, chosen_metrics, metric_search, value_of
 
 Shaping = Literal["potential", "additive"]
@@ -63,8 +65,9 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
     def __init__(
         self,
         env: gymnasium.Env[ObsType, ActType],
-        problem_of: ProblemOf,
+        problem_of: ProblemOf | None = None,
         *,
+        policy: Any = None,
         metric: str | None = "probability",
         settings: SearchSettings | None = None,
         disturbance: Disturbance | None = None,
@@ -83,7 +86,11 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
                 is in, with a horizon for probabilities, or None where there is nothing to ask. It
                 must not change the environment. With candidates it is also called with an action,
                 as `problem_of(env, action)`: the problem at the same state, whose plan has the
-                robot take that action first; with None the policy's action is taken.
+                robot take that action first; with None the policy's action is taken. None:
+                ScriptedFuture(), for environments of this package.
+            policy: an em.Policy, or an agent that `em.Policy.from_gymnasium` takes: what the robot
+                does in place of the problem's plan, from the state on; with candidates after the
+                action, for which `problem_of` is then not asked. A memory begins with zeros.
             metric: of the score, one of those of `em.score`; None: no score.
             settings: rollouts, nodes, strength of the disturbance and so on of score and choice;
                 its seed is not used. None is SearchSettings().
@@ -107,9 +114,13 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         given = {n: v for n, v in locals().items() if n not in ("self", "env", "__class__")}
         RecordConstructorArgs.__init__(self, _disable_deepcopy=True, **given)
         super().__init__(env)
-        self._problem_of: Any = function_of("problem_of", problem_of, "env")
-        if candidates is not None:
-            function_of("problem_of", problem_of, "env", "action")
+        asked = ScriptedFuture() if problem_of is None else problem_of
+        self._problem_of: Any = function_of("problem_of", asked, "env")
+        if policy is not None and not isinstance(policy, Policy):
+            policy = Policy.from_gymnasium(env, policy)
+        self._policy: Policy | None = policy
+        if candidates is not None and policy is None:
+            function_of("problem_of", asked, "env", "action")
         check_metrics([metric or "probability"])
         self._metric = metric
         self._weight = _checked_weight(reward_weight, metric)
@@ -165,7 +176,7 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         """The state's score, for `info`."""
         if self._metric is None:
             return {}
-        problem = self._problem_of(self.env)
+        problem = self._problem()
         if problem is None:
             return {"capture": {"score": nan}}
         settings = replace(self._settings, seed=self._seed())
@@ -173,16 +184,26 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
             "capture": score_of(problem, self._metric, settings, self._disturbance, self._threads)
         }
 
+    def _problem(self, *action: Any) -> Any:
+        """The Problem of the state, or of an action in it; None: there is nothing to ask."""
+        if self._policy is None:
+            return self._problem_of(self.env, *action)
+        problem = self._problem_of(self.env)
+        if problem is None:
+            return None
+        robot = self._policy.after(*action) if action else self._policy
+        return problem.replace(plan=robot, horizon=problem.horizon)
+
     def _filtered(self, action: ActType) -> tuple[ActType, dict[str, Any]]:
         """The action to take, and how it was chosen, for `info`."""
         if self._candidates is None:
             return action, {}
         others = candidates_of(self._candidates, self._observation, action, self._drawing())
         actions, seed = [action, *others], self._seed()
-        problem = self._problem_of(self.env, action)
+        problem = self._problem(action)
 
         def problem_of(number: int) -> Problem:
-            asked: Problem = self._problem_of(self.env, actions[number]) if number else problem
+            asked: Problem = self._problem(actions[number]) if number else problem
             return asked
 
         if problem is None:

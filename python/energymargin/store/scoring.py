@@ -122,7 +122,7 @@ def begin_run(
     run = store.begin(dataset, named, questions, future=future)
     known = run.known_problems(_sample(run.states, COMPARED))
     problems, _ = dataset.possible_problems(list(known), future=future)
-    if known != {number: _written(run, number, one)[0] for number, one in problems.items()}:
+    if known != {number: _digest(run, number, one) for number, one in problems.items()}:
         run.forget_problems()
     return run
 
@@ -226,15 +226,20 @@ def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
             )
 
 
-def _written(run: Run, number: int, problem: Problem) -> tuple[bytes, str | None]:
-    """The digest of a state's problem, and its JSON. A problem without one, as with a region of a
-    Python predicate, is known by the state's place in the dataset and its future."""
+def _digest(run: Run, number: int, problem: Problem) -> bytes:
+    """The digest of a state's problem: of its JSON. A problem without one, as with a region of a
+    Python predicate, is known by the state's place in the dataset, its future and its policy.
+
+    Raises ValueError on a policy without a name, which nothing tells from another.
+    """
+    policy = ""
+    if problem.plan is not None and problem.plan.policy is not None:
+        policy = f", with the plan {problem.plan.to_json()}"
     try:
-        text = problem.to_json()
+        return hashlib.sha256(problem.to_json().encode()).digest()
     except ValueError:
         ahead = "" if run.future is None else f", with the future {run.future.to_json()}"
-        return state_digest(f"{run.digest}{ahead}", number), None
-    return hashlib.sha256(text.encode()).digest(), text
+        return state_digest(f"{run.digest}{ahead}{policy}", number)
 
 
 class _MissingScores:
@@ -277,11 +282,10 @@ class _MissingScores:
         """What is missing of states, which the store may have of another dataset's."""
         problems, reasons = self._dataset.possible_problems(numbers, future=self._run.future)
         self.left_out |= reasons
-        known = {n: _written(self._run, n, problem) for n, problem in problems.items()}
-        lacking = self._run.pose({number: digest for number, (digest, _) in known.items()})
+        lacking = self._run.pose({n: _digest(self._run, n, one) for n, one in problems.items()})
         self._advance(sum(not metrics for metrics in lacking.values()))
         return [
-            Work(number, problems[number], metrics, known[number][1])
+            Work(number, problems[number], metrics)
             for number, metrics in lacking.items()
             if metrics
         ]
