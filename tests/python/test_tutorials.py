@@ -52,8 +52,8 @@ def tutorial(request):
     return nbformat.read(request.param, as_version=4), RUN["executed"](request.param)
 
 
-def test_there_are_seven_tutorials_and_the_page_of_them_names_each():
-    assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3", "4", "5", "6", "7"]
+def test_there_are_eight_tutorials_and_the_page_of_them_names_each():
+    assert [path.stem[0] for path in TUTORIALS] == list("12345678")
     page = (FOLDER / "index.md").read_text()
     assert all(f"({path.name})" in page for path in TUTORIALS)
 
@@ -144,6 +144,15 @@ def test_what_the_seventh_tutorial_says_would_help_does(more):
     pads = "PADS = ('panda_leftfinger', 'panda_rightfinger')\n"
     changed = gripped(lambda source: pads + source.replace("damping=50)})", more))
     assert changed.captured > 0.97
+
+
+def test_a_policy_takes_25_lines_and_holds_better_than_its_plan_unless_it_is_late():
+    cells = code_cells(nbformat.read(FOLDER / "8_how_robust_is_my_policy.ipynb", as_version=4))
+    assert sum(code_lines(cell.source) for cell in cells) <= 25
+    told = "".join(texts(cells[-1])[:1]).splitlines()
+    plan, policy, late = (list(map(float, re.findall(r"\d\.\d\d", line))) for line in told)
+    assert all(np.array(policy) > plan)
+    assert late[0] > plan[0] and late[-1] < plan[-1]
 
 
 def test_the_command_names_the_cell_that_fails_and_leaves_the_file_as_it_was(tmp_path):
