@@ -14,6 +14,7 @@ from energymargin_paper.evidence import (
     policies_loops as loops,
     policies_lqr as lqr,
     policies_pusht as pusht,
+    policies_told as asked_of_others,
 )
 from energymargin_paper.evidence.act import demo_of
 
@@ -36,7 +37,7 @@ def test_each_part_has_a_section_and_the_picture_shows_it(made):
     figure.savefig(folder / name, dpi=50)
     assert (folder / name).stat().st_size > 5_000
     for one in result.found["fetch"].values():
-        assert 0 <= one[fetch.LOOP] <= 1
+        assert 0 <= one[asked_of_others.LOOP] <= 1
 
 
 def test_it_goes_on_from_the_cases_that_it_has(made):
@@ -53,7 +54,7 @@ def test_it_goes_on_from_the_cases_that_it_has(made):
 def test_a_part_whose_package_is_missing_says_how_to_install_it(
     part, package, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(part, "find_spec", lambda _: None)
+    monkeypatch.setattr(asked_of_others, "find_spec", lambda _: None)
     name = part.__name__.rsplit("_", 1)[1]
     settings = policies.Settings(parts=(name,))
     text = policies.STUDY.reproduce(settings, tmp_path).to_markdown()

@@ -7,22 +7,28 @@ the probability in a scene of ours with the policy in the loop; what happened is
 
 from __future__ import annotations
 
+from functools import partial
 from importlib import import_module
-from importlib.util import find_spec
 from threading import local
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import mujoco, regions, scenes
-from energymargin._core import Cancel, Plan, Problem, Scene, World, capture_probability
+from energymargin._core import Cancel, Plan, Problem, Scene, World
 from energymargin.plans import nearest_steps
 from energymargin.policies import Policy
-from energymargin_paper.evidence.policies_told import draw_told, told_table
+from energymargin_paper.evidence.policies_told import (
+    FIRST,
+    draw,
+    missing,
+    questions as cases,
+    table,
+    told,
+)
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+__all__ = ["TITLE", "cases", "draw", "lacks", "report", "run"]
 
 Rows = NDArray[np.float64]
 
@@ -42,25 +48,13 @@ LEVER = 0.01  # m, of a torque about z
 BESIDE = 0.03  # m, that the policy pushes off the middle, to both sides at most
 WAITED = 8  # control steps at most from the first touch to the question
 TOUCHED = regions.Ball(BOX, center=(0, 0, 0), radius=NEAR, frame=GRIPPER)
-FRESH = 10_000  # seed of the first episode
-LOOP, OPEN = "the policy in the loop", "its plan"
 
 _own = local()
 
 
 def lacks() -> str:
     """What to install; empty if all is there."""
-    if find_spec("gymnasium_robotics"):
-        return ""
-    return (
-        "Left out: the package gymnasium-robotics is missing. "
-        "`pip install 'energymargin[fetch]'` installs it."
-    )
-
-
-def cases(settings: Any) -> list[str]:
-    """A question each."""
-    return [f"question {k}" for k in range(settings.questions)]
+    return missing("gymnasium-robotics", "gymnasium_robotics", "'energymargin[fetch]'")
 
 
 class Push:
@@ -106,7 +100,7 @@ class Push:
 
 def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
     """What is told of a question, and what happened."""
-    seed = FRESH + int(case.split()[1])
+    seed = FIRST + int(case.split()[1])
     random = np.random.default_rng([settings.seed, seed])
     env, scene = _environment()
     policy, strength = Push(random.uniform(-BESIDE, BESIDE)), random.uniform(*STRENGTHS)
@@ -128,24 +122,12 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
         plan=in_the_loop(policy, goal),
     )
 
-    def pushes(draws: np.random.Generator, times: Rows) -> Rows:
-        piece = np.floor(times / (HELD * CONTROL) + 1e-9).astype(int)
-        return np.asarray(_forces(draws, strength, int(piece[-1]) + 1)[piece])
-
-    options: dict[str, Any] = {
-        "rollouts": settings.rollouts,
-        "seed": seed,
-        "threads": 1,
-        "disturbance": pushes,
-        "undisturbed": False,
-        "cancel": cancel,
-    }
-    told = capture_probability(asked, **options).captured
-    alone = asked.replace(plan=replayed(asked, policy, goal))
-    open_loop = capture_probability(alone, **options).captured
-    forces = _forces(random, strength, -(-AHEAD // HELD))
-    stays = _played(env, scene, policy, forces)
-    return {LOOP: told, OPEN: open_loop, "stays": stays, "strength": strength}
+    alone = replayed(asked, policy, goal)
+    said = told(
+        asked, alone, partial(_forces, strength), settings=settings, seed=seed, cancel=cancel
+    )
+    forces = _forces(strength, random, -(-AHEAD // HELD))
+    return {**said, "stays": _played(env, scene, policy, forces)}
 
 
 def _environment() -> tuple[Any, Scene]:
@@ -215,7 +197,7 @@ def _played(env: Any, scene: Scene, policy: Push, forces: Rows) -> bool:
     return True
 
 
-def _forces(random: np.random.Generator, strength: float, pieces: int) -> Rows:
+def _forces(strength: float, random: np.random.Generator, pieces: int) -> Rows:
     """On the box, shape (pieces, 6)."""
     drawn = random.normal(size=(pieces, 6))
     return np.asarray(drawn * strength * np.array([1, 1, 0, 0, 0, LEVER]))
@@ -256,9 +238,4 @@ def report(settings: Any, found: dict[str, Any]) -> str:
         f"standard deviation is drawn anew for each question, up to {STRENGTHS[1]:g} N, and told. "
         "Does the box stay at the gripper for 0.6 s? *Happened*: in MuJoCo, once."
     )
-    return f"{text}\n\n{told_table(found, (LOOP, OPEN))}"
-
-
-def draw(ax: Axes, found: dict[str, Any]) -> None:
-    """Reliability."""
-    draw_told(ax, found, (LOOP, OPEN))
+    return f"{text}\n\n{table(found)}"

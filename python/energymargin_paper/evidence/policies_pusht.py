@@ -10,9 +10,9 @@ strong drag does, and its contacts have no friction.
 
 from __future__ import annotations
 
+from functools import partial
 from importlib import import_module
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +29,18 @@ from energymargin._core import (
     Problem,
     Scene,
     World,
-    capture_probability,
 )
 from energymargin.policies import Policy
-from energymargin_paper.evidence.policies_told import draw_told, told_table
+from energymargin_paper.evidence.policies_told import (
+    FIRST,
+    draw,
+    missing,
+    questions as cases,
+    table,
+    told,
+)
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+__all__ = ["TITLE", "cases", "draw", "lacks", "report", "run"]
 
 Rows = NDArray[np.float64]
 
@@ -56,20 +61,11 @@ BESIDE, ASKEW = 40.0, 0.5  # px and rad at most, of the agent off the middle, of
 AWAY = (120.0, 190.0)  # px, of the T from the goal
 HELD = 2  # control steps of one force
 STRENGTHS = (0.0, 12.0)  # N, standard deviation of a force along x and y, even draws
-FRESH = 10_000  # seed of the first episode
-LOOP, OPEN = "the policy in the loop", "its plan"
 
 
 def lacks() -> str:
     """What to install; empty if all is there."""
-    if find_spec("gym_pusht"):
-        return ""
-    return "Left out: the package gym-pusht is missing. `pip install gym-pusht` installs it."
-
-
-def cases(settings: Any) -> list[str]:
-    """A question each."""
-    return [f"question {k}" for k in range(settings.questions)]
+    return missing("gym-pusht", "gym_pusht", "gym-pusht")
 
 
 def pushed(agent: Rows, middle: Rows, angle: Rows) -> Rows:
@@ -89,7 +85,7 @@ def pushed(agent: Rows, middle: Rows, angle: Rows) -> Rows:
 
 def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
     """What is told of a question, and what happened."""
-    seed = FRESH + int(case.split()[1])
+    seed = FIRST + int(case.split()[1])
     random = np.random.default_rng([settings.seed, seed])
     env, strength = _environment(), random.uniform(*STRENGTHS)
     _placed(env, random)
@@ -105,24 +101,16 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
         plan=in_the_loop(scene),
     )
 
-    def pushes(draws: np.random.Generator, times: Rows) -> Rows:
-        piece = np.floor(times / (HELD * CONTROL) + 1e-9).astype(int)
-        rows = np.zeros((len(times), 6))
-        rows[:, :2] = strength * draws.normal(size=(int(piece[-1]) + 1, 2))[piece]
-        return rows
+    forces = partial(_forces, strength)
+    said = told(asked, replayed(asked), forces, settings=settings, seed=seed, cancel=cancel)
+    return {**said, "stays": _played(env, forces(random, -(-AHEAD // HELD)))}
 
-    options: dict[str, Any] = {
-        "rollouts": settings.rollouts,
-        "seed": seed,
-        "threads": 1,
-        "disturbance": pushes,
-        "undisturbed": False,
-        "cancel": cancel,
-    }
-    told = capture_probability(asked, **options).captured
-    alone = capture_probability(asked.replace(plan=replayed(asked)), **options).captured
-    forces = strength * random.normal(size=(-(-AHEAD // HELD), 2))
-    return {LOOP: told, OPEN: alone, "stays": _played(env, forces), "strength": strength}
+
+def _forces(strength: float, random: np.random.Generator, pieces: int) -> Rows:
+    """On the T, shape (pieces, 6)."""
+    rows = np.zeros((pieces, 6))
+    rows[:, :2] = strength * random.normal(size=(pieces, 2))
+    return rows
 
 
 def _environment() -> Any:
@@ -203,7 +191,7 @@ def _played(env: Any, forces: Rows) -> bool:
     inner = env.unwrapped
     for step in range(AHEAD):
         agent, middle, angle = _places(env)
-        inner.space.gravity = tuple(forces[step // HELD] / MASS / PIXEL)
+        inner.space.gravity = tuple(forces[step // HELD, :2] / MASS / PIXEL)
         env.step(pushed(agent[None], middle[None], np.array([angle]))[0])
         agent, middle, _ = _places(env)
         if PIXEL * np.linalg.norm(agent - middle) > NEAR:
@@ -255,9 +243,4 @@ def report(settings: Any, found: dict[str, Any]) -> str:
         f"drawn anew for each question, up to {STRENGTHS[1]:g} N (a pixel is a millimetre), and "
         "told. Does the T stay before the agent for 1.5 s? *Happened*: in pymunk, once."
     )
-    return f"{text}\n\n{told_table(found, (LOOP, OPEN))}"
-
-
-def draw(ax: Axes, found: dict[str, Any]) -> None:
-    """Reliability."""
-    draw_told(ax, found, (LOOP, OPEN))
+    return f"{text}\n\n{table(found)}"

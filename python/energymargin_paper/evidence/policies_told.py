@@ -1,13 +1,19 @@
-"""What was told of questions, against what happened: AUC with an interval, and calibration."""
+"""Questions about environments of others: what is told, and what it is worth.
+
+Told is the probability with the policy in the loop, and along its plan; against what happened it
+has an AUC with an interval, and a calibration error.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin._core import Cancel, Plan, Problem, capture_probability
 from energymargin.evaluation.bootstrap import auc_ap, bootstrap_weights, intervals, ranked
 from energymargin.table_text import markdown_table
 from energymargin_paper.evidence.calibration import calibration_error, reliability
@@ -15,25 +21,67 @@ from energymargin_paper.evidence.calibration import calibration_error, reliabili
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_told", "gathered", "told_table"]
+__all__ = ["FIRST", "Forces", "draw", "missing", "questions", "table", "told"]
 
 DRAWS = 2000  # of the bootstrap, over questions
+FIRST = 10_000  # seed of the first question; those from 0 on were seen before
+LOOP, OPEN = "the policy in the loop", "its plan"
+
+Rows = NDArray[np.float64]
+Forces = Callable[[np.random.Generator, int], Rows]
+"""Draws so many pieces of forces on an object, shape (pieces, 6)."""
 
 
-def gathered(found: dict[str, Any], name: str) -> NDArray[np.float64]:
+def missing(package: str, module: str, install: str) -> str:
+    """What to install; empty if all is there."""
+    if find_spec(module):
+        return ""
+    return f"Left out: the package {package} is missing. `pip install {install}` installs it."
+
+
+def questions(settings: Any) -> list[str]:
+    """The cases, a question each."""
+    return [f"question {k}" for k in range(settings.questions)]
+
+
+def told(
+    asked: Problem, alone: Plan, forces: Forces, *, settings: Any, seed: int, cancel: Cancel
+) -> dict[str, Any]:
+    """The probabilities of a problem with its policy, and with a plan, under forces that change
+    each `duration` of the problem."""
+
+    def forced(random: np.random.Generator, times: Rows) -> Rows:
+        piece = np.floor(times / asked.duration + 1e-9).astype(int)
+        return np.asarray(forces(random, int(piece[-1]) + 1)[piece])
+
+    return {
+        name: capture_probability(
+            problem,
+            disturbance=forced,
+            rollouts=settings.rollouts,
+            seed=seed,
+            threads=1,
+            undisturbed=False,
+            cancel=cancel,
+        ).captured
+        for name, problem in ((LOOP, asked), (OPEN, asked.replace(plan=alone)))
+    }
+
+
+def _gathered(found: dict[str, Any], name: str) -> Rows:
     """A number of each question, shape (N,)."""
     return np.array([one[name] for one in found.values()], dtype=float)
 
 
-def told_table(found: dict[str, Any], names: Sequence[str]) -> str:
-    """A row for each probability of the questions: "stays" is what happened."""
+def table(found: dict[str, Any]) -> str:
+    """A row for each probability of the questions; "stays" is what happened."""
     header = ["probability with", "questions", "told", "happened", "AUC", "calibration error"]
-    stays = gathered(found, "stays")
-    rows = [_row(name, gathered(found, name), stays) for name in names]
+    stays = _gathered(found, "stays")
+    rows = [_row(name, _gathered(found, name), stays) for name in (LOOP, OPEN)]
     return markdown_table(header, rows)
 
 
-def _row(name: str, told: NDArray[np.float64], stays: NDArray[np.float64]) -> list[str]:
+def _row(name: str, told: Rows, stays: Rows) -> list[str]:
     counts = [name, str(len(stays)), f"{told.mean():.2f}", f"{stays.mean():.2f}"]
     if len(np.unique(stays)) < 2:
         return [*counts, "-", "-"]
@@ -44,7 +92,7 @@ def _row(name: str, told: NDArray[np.float64], stays: NDArray[np.float64]) -> li
     return [*counts, f"**{auc:.3f}** {low:.3f} to {high:.3f}", _calibration(told, stays)]
 
 
-def _calibration(told: NDArray[np.float64], stays: NDArray[np.float64]) -> str:
+def _calibration(told: Rows, stays: Rows) -> str:
     """With what a perfectly calibrated probability would have with so few questions, in the mean
     of draws: an error is never zero."""
     random = np.random.default_rng(0)
@@ -55,11 +103,10 @@ def _calibration(told: NDArray[np.float64], stays: NDArray[np.float64]) -> str:
     return f"**{error:.3f}** ({np.mean(perfect):.3f} if perfect)"
 
 
-def draw_told(ax: Axes, found: dict[str, Any], names: Sequence[str]) -> None:
+def draw(ax: Axes, found: dict[str, Any]) -> None:
     """What happened over what was told, in bins."""
-    stays = gathered(found, "stays")
-    for name in names:
-        bins = reliability(gathered(found, name), stays)
+    for name in (LOOP, OPEN):
+        bins = reliability(_gathered(found, name), _gathered(found, "stays"))
         ax.plot(bins.predicted, bins.happened, "o-", ms=3, label=name)
     ax.plot([0, 1], [0, 1], color="black", lw=0.8, ls=":")
     ax.set(xlabel="probability told", ylabel="share that stayed")
