@@ -36,8 +36,16 @@ class Agent:
         """Actions, a row an observation. Raises ValueError on other shapes than the spaces'."""
         _require_shape("the agent sees", seen, self.sees, "observation", "give observe=")
         predict = getattr(self.model, "predict", None)
-        answer = _answer(self.model, seen) if predict is None else predict(seen, deterministic=True)
-        actions = np.asarray(answer if predict is None else answer[0])
+        if predict is None:
+            answer, state = _answer(self.model, seen), None
+        else:
+            answer, state = predict(seen, deterministic=True)
+        if state is not None:
+            raise ValueError(
+                "the agent has a state of its own, expected one without: give em.Policy an act "
+                "that keeps it in memory, a row a rollout"
+            )
+        actions = np.asarray(answer)
         _require_shape("the agent returned", actions, self.does, "action", "ask its own agent")
         return actions
 
@@ -64,6 +72,8 @@ def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
     inner = getattr(env, "unwrapped", None)
     if inner is None:
         raise ValueError(f"env is {shown(env)}, expected an environment of gymnasium")
+    if hasattr(getattr(model, "policy", None), "predict"):
+        model = model.policy  # of stable-baselines3: without its environment, which does not pickle
     if not callable(getattr(model, "predict", model)):
         raise ValueError(f"model is {shown(model)}, expected an agent with predict or a function")
     known = {name: value for name, value in given.items() if value is not None}

@@ -67,8 +67,11 @@ def future_rows(problem: Problem) -> list[NamedValue]:
     ]
     if problem.dwell > 0.0:
         rows.append(("an escape lasts", f"at least {problem.dwell:.3g} s"))
-    plan = COASTS if problem.plan is None else f"{problem.plan.duration:.4g} s"
-    return [*rows, ("plan", plan), *([] if problem.plan is None else _actions(problem.plan))]
+    if problem.plan is None:
+        return [*rows, ("plan", COASTS)]
+    if problem.plan.policy is None:
+        rows.append(("plan", f"{problem.plan.duration:.4g} s"))
+    return [*rows, *_actions(problem.plan)]
 
 
 def plan_rows(plan: Plan) -> list[NamedValue]:
@@ -88,9 +91,13 @@ def uniform_in_words(model: Uniform) -> str:
 
 
 def _actions(plan: Plan) -> list[NamedValue]:
-    """What it acts on: bodies by wrenches and velocities, joints by targets."""
+    """Who reacts, and what it acts on: bodies by wrenches and velocities, joints by targets."""
     acts = {"wrenches": plan.wrenches, "velocities": plan.velocities, "targets": plan.targets}
-    return [(name, f"of {', '.join(given)}") for name, given in acts.items() if given]
+    rows = [(name, f"of {', '.join(given)}") for name, given in acts.items() if given]
+    if plan.feedback is None:
+        return rows
+    name = "feedback" if plan.policy is None else f"policy {plan.policy.name}"
+    return [(name, f"every {plan.feedback['period']:.3g} s"), *rows]
 
 
 def disturbance_in_words(settings: Mapping[str, Any]) -> str:

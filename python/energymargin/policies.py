@@ -112,7 +112,7 @@ class Policy(PolicyPlan):
             model: an agent with `predict(observations, deterministic=True)`, as those of
                 stable-baselines3; a module of torch; or a function of observations (n, d) that
                 returns actions (n, a).
-            observe: from states (n, s) of your scene to what the agent sees, (n, d).
+            observe: what the agent sees of your scene, names or a function as of em.Policy.
             command: what the agent commands in your scene, m names.
             convert: from actions (n, a) to the commanded numbers (n, m); None: they are these.
             period: duration of the environment's step [s]; None: its `dt`.
@@ -126,9 +126,12 @@ class Policy(PolicyPlan):
     def after(self, action: ArrayLike) -> Policy:
         """The policy with an action, (m,) or as `convert` takes it, in place of its first answer.
 
-        It is the future of that action: what a guard and a filter ask about.
+        It is the future of that action: what a guard and a filter ask about. A name has the action
+        behind it.
         """
-        begun = Policy(**self._arguments)
+        name = self._arguments["name"]
+        named = name and f"{name} after {np.asarray(action).tolist()}"
+        begun = Policy(**{**self._arguments, "name": named})
         begun._first = begun._commands(np.asarray(action)[None], 1)
         return begun
 

@@ -163,6 +163,30 @@ TEST(Feedback, IsReadAsItIsWritten) {
   EXPECT_EQ(after(scene, back, 60), after(scene, plan, 60));
 }
 
+TEST(Policy, IsReadWithItsCodeByItsName) {
+  Feedback law;
+  law.period = 0.05;
+  law.observed = {"ball.x"};
+  law.corrected = {"ball.fx"};
+  law.delay = 1;
+  auto policy = std::make_shared<Policy>();
+  policy->memory = 2;
+  Plan plan;
+  plan.step = law.period;
+  plan.policy = policy;
+  plan = with_feedback(plan, law);
+  EXPECT_TRUE(rejects([&] { to_json(plan); }, {"Policy without name="}));
+  policy->name = "net";
+  const std::string text = to_json(plan);
+  const Plan back = plan_from_json(text, {{"net", plan}});
+  EXPECT_EQ(to_json(back), text);
+  EXPECT_EQ(back.policy, policy);
+  EXPECT_TRUE(rejects([&] { plan_from_json(text); }, {"plan.policy", "\"net\"", "no file has"}));
+  Plan other = plan;
+  other.feedback->delay = 0;
+  EXPECT_TRUE(rejects([&] { plan_from_json(text, {{"net", other}}); }, {"delay none", "1"}));
+}
+
 TEST(Feedback, WhatDoesNotFitIsRefusedByName) {
   const Scene scene = ball_in_space();
   const auto refused = [&](const std::function<void(Feedback&)>& change, std::initializer_list<std::string> words) {

@@ -129,6 +129,36 @@ def test_a_filter_asks_what_the_policy_does_after_each_action():
     assert found["probabilities"][1] > 0.7
 
 
+def test_an_environment_of_mujoco_is_scored_with_its_agent_in_the_loop():
+    """A pole on a cart: it falls alone, and the policy does in the scene what it does in MuJoCo."""
+    pytest.importorskip("mujoco")
+    env = gymnasium.make("InvertedPendulum-v5")
+    seen, _ = env.reset(seed=0)
+    with pytest.warns(em.PlausibilityWarning):  # of its motor, which the policy is
+        scene = em.scenes.from_mjcf(env.unwrapped.model, object="pole", effector="cart")
+    model = lambda seen: seen @ [[0.5], [4.0], [0.5], [0.9]]  # noqa: E731
+    names = ["slider", "hinge", "slider.velocity", "hinge.velocity"]
+    motor = {"command": ["cart.fx"], "convert": lambda actions: 100.0 * actions}
+    agent = em.Policy.from_gymnasium(env, model, observe=names, **motor)
+
+    def upright(env):
+        state = em.mujoco.state(scene, env.unwrapped.model, env.unwrapped.data)
+        held = em.regions.Joint("hinge", lower=-0.2, upper=0.2)
+        bounds = {"force": (20, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+        return em.Problem(scene, state, captured=held, horizon=0.4, **bounds)
+
+    now = upright(env)
+    moved = em.World(scene, agent).rollout(now.state, np.zeros(6), 0.4).state
+    for _ in range(10):
+        seen = env.step(model(seen[None])[0])[0]
+    told = {}
+    for policy in (None, agent):
+        looped = gym.CaptureWrapper(env, upright, policy=policy)
+        told[policy] = looped.reset(seed=0)[1]["capture"]["score"]
+    assert moved[[0, 2, 1, 3]] == pytest.approx(seen, abs=1e-3)
+    assert told[None] < 0.8 < told[agent]
+
+
 def test_a_model_is_a_policy_of_our_environments():
     env = gymnasium.make("EnergyMarginPush-v0").unwrapped
     model = lambda seen: np.full((len(seen), 2), (0.0, 2.0))  # noqa: E731

@@ -16,6 +16,7 @@ from scipy import stats
 
 import energymargin as em
 import energymargin.gym
+from energymargin.futures import future_rows
 from energymargin.monitor import Alarm
 from energymargin.store import score_dataset
 
@@ -588,6 +589,37 @@ def test_an_action_in_place_of_the_first_answer_is_what_a_plan_begins_with():
     assert np.isfinite(one).all()
     with pytest.raises(ValueError, match=r"shape \(1, 2\), expected \(1, 3\)"):
         policy().after([1.0, 2.0])
+    assert '"name": "net after [1, 0, 0]"' in problem(policy(name="net").after([1, 0, 0])).to_json()
+
+
+class Recurrent(Steady):
+    def predict(self, seen, deterministic=False):
+        return seen[:, :1], np.zeros(3)
+
+
+def test_an_agent_with_a_state_of_its_own_is_refused():
+    with pytest.raises(ValueError, match=r"agent has a state of its own.*keeps it in memory"):
+        asked(on_cart(Recurrent()))
+
+
+def test_an_agent_of_an_environment_goes_to_other_processes():
+    agent = em.Policy.from_gymnasium(gymnasium.make("EnergyMarginPush-v0"), Steady())
+    there = pickle.loads(pickle.dumps(agent.after([0.5, 1e9])))
+    assert np.array_equal(there._first, agent.after([0.5, 1e9])._first)
+
+
+def test_a_robot_that_goes_on_needs_a_horizon():
+    for robot in (policy(), feedback()):
+        with pytest.raises(ValueError, match=r"horizon is left out .*expected seconds"):
+            problem(robot, horizon=None)
+    assert problem(feedback(step=0.05, wrenches={"ball": np.zeros((20, 6))}), horizon=None).horizon
+
+
+def test_a_summary_says_who_reacts():
+    rows = dict(future_rows(problem(policy(name="net-1"))))
+    assert rows["policy net-1"] == "every 0.05 s"
+    assert "plan" not in rows
+    assert dict(future_rows(problem(feedback(1 / 50))))["feedback"] == "every 0.02 s"
 
 
 def test_a_guard_asks_what_the_policy_does_after_an_action():
@@ -696,4 +728,6 @@ def test_a_model_of_stable_baselines3_does_in_a_problem_what_it_does_in_its_envi
         seen = env.step(model.predict(seen, deterministic=True)[0])[0]
     moved = em.World(now.scene, now.plan).rollout(now.state, np.zeros(6), 0.5)
     assert np.allclose(moved.state, seen, atol=1e-3)  # blocks of 32 rows round in another way
-    assert held_by(env, model).rollouts == 40
+    sent = pickle.loads(pickle.dumps(now))
+    here, there = (em.capture_probability(p, rollouts=40, seed=2).exit_times for p in (now, sent))
+    assert np.array_equal(here, there)

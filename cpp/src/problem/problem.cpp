@@ -70,6 +70,9 @@ void require_clock(const Problem& problem) {
   if (problem.effector == Effector::drive) {
     reject("effector", "\"drive\" with a plan", "\"coast\": the plan says what the effector does");
   }
+  if (!problem.horizon && problem.plan->feedback && problem.plan->rows() == 1) {
+    reject("horizon", "left out with a robot that reacts for as long as it is asked", "seconds: its plan has one row");
+  }
   if (problem.horizon && !problem.plan->feedback && problem.plan->duration() < *problem.horizon - 0.5 * step) {
     reject("plan", text(problem.plan->duration()) + " s",
            "at least as long as the horizon, " + text(*problem.horizon) + " s");

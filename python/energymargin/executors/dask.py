@@ -29,7 +29,8 @@ class Dask:
     """The workers of a Dask cluster; each of their threads scores a problem at a time.
 
     Needs the extra [cluster], here and on the workers. Problems are sent to them as JSON, so
-    regions made of a Python predicate need threads.
+    regions made of a Python predicate need threads, and so does an em.Policy whose code cannot be
+    pickled.
     """
 
     scheduler: str | Client

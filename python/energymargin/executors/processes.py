@@ -24,7 +24,8 @@ from energymargin.parallel import RemoteWorkers
 class Processes:
     """Processes of this machine: one that crashes costs no more than a second of its work.
 
-    Problems are sent to them as JSON, so regions made of a Python predicate need threads.
+    Problems are sent to them as JSON, so regions made of a Python predicate need threads, and so
+    does an em.Policy whose code cannot be pickled.
     """
 
     count: int | None = None
