@@ -8,6 +8,7 @@
 #include <optional>
 #include <system_error>
 
+#include "asking.hpp"
 #include "base/thread_pool.hpp"
 #include "energymargin/limit.hpp"
 #include "given.hpp"
@@ -56,12 +57,12 @@ class LongCall {
     try {
       while (runs()) {
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        Asking::cut_late();
         report();
       }
     } catch (...) {
       stop = true;
-      const py::gil_scoped_release release;
-      result.wait();
+      while (runs()) Asking::cut_late();
       throw;
     }
     auto value = [&] {
@@ -84,6 +85,7 @@ class LongCall {
     options.limit = limit_;
     Result result = [&] {
       const py::gil_scoped_release release;
+      const Watchdog watchdog(limit_);
       return metric(problem, options);
     }();
     report();

@@ -2,6 +2,7 @@
 
 #include "energymargin/plan.hpp"
 
+#include "asking.hpp"
 #include "energymargin/problem_io.hpp"
 #include "given.hpp"
 #include "pickles.hpp"
@@ -74,6 +75,7 @@ Args:
     delay: control periods from an observation to its correction.
     limits: (low, high) of u, each (m,), infinite where there is none.
     start: of the law's time that is over as the plan begins [s].
+    noise: standard deviations of what is added to x in rollouts, (n,) or one for all; None: none. Searches have none.
     step: of a row of the plan [s]; None: the period.
 
 Raises ValueError on bad shapes, names and numbers.)doc";
@@ -111,7 +113,8 @@ PlanWithFeedback feedback_of(const GivenArray& gains, std::vector<std::string> o
                              std::vector<std::string> corrected, const std::optional<GivenArray>& states,
                              const Rows& wrenches, const Rows& targets, const Rows& velocities, const Limits& motors,
                              const Given<double>& period, const Given<int>& delay, const Bounds& limits,
-                             const Given<double>& start, const std::optional<Given<double>>& step) {
+                             const Given<double>& start, const std::optional<GivenArray>& noise,
+                             const std::optional<Given<double>>& step) {
   const auto m = static_cast<Eigen::Index>(corrected.size()), n = static_cast<Eigen::Index>(observed.size());
   Feedback law;
   law.gains = gains_of(gains, m, n);
@@ -125,6 +128,11 @@ PlanWithFeedback feedback_of(const GivenArray& gains, std::vector<std::string> o
     const auto array = py::array::ensure(states->value);
     law.references = array && array.ndim() == 1 ? States(vector("states", states->value, n).transpose())
                                                 : matrix("states", *states, -1, n);
+  }
+  if (noise) {
+    auto array = py::array::ensure(noise->value);
+    const bool is_one = array && array.ndim() == 0;
+    law.noise = is_one ? vector("noise", array.reshape({1}), 1).replicate(n, 1) : vector("noise", noise->value, n);
   }
   set_limits(law, limits);
   return {with_feedback(plan_rows(step.value_or(period), wrenches, targets, velocities, motors), std::move(law))};
@@ -144,13 +152,45 @@ PlanWithFeedback impedance_of(const std::string& body, const GivenArray& stiffne
       States(vector("damping", damping.value, 6).asDiagonal());
   return feedback_of({py::cast(gains)}, names({"x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz"}),
                      names({"fx", "fy", "fz", "tx", "ty", "tz"}), states, {}, {}, {}, {}, period, delay, limits,
-                     {py::cast(0.0)}, std::nullopt);
+                     {py::cast(0.0)}, std::nullopt, std::nullopt);
+}
+
+// What is corrected moves on until a contact has its force.
+PlanWithFeedback admittance_of(const std::map<std::string, std::string>& contacts, const Given<double>& force,
+                               const Given<double>& compliance, const Given<double>& period, const Rows& wrenches,
+                               const Rows& targets, const Rows& velocities, const Limits& motors,
+                               const Given<int>& delay, const Bounds& limits) {
+  std::vector<std::string> corrected, observed;
+  for (const auto& [name, contact] : contacts) {
+    corrected.push_back(name);
+    if (std::find(observed.begin(), observed.end(), contact) == observed.end()) observed.push_back(contact);
+  }
+  States gains = States::Zero(static_cast<Eigen::Index>(corrected.size()), static_cast<Eigen::Index>(observed.size()));
+  const double gain = given("compliance", compliance);
+  for (std::size_t i = 0; i < corrected.size(); ++i) {
+    const auto place = std::find(observed.begin(), observed.end(), contacts.at(corrected[i])) - observed.begin();
+    gains(static_cast<Eigen::Index>(i), place) = gain;
+  }
+  const Eigen::VectorXd wanted = Eigen::VectorXd::Constant(gains.cols(), given("force", force));
+  return feedback_of({py::cast(gains)}, observed, corrected, GivenArray{py::cast(wanted)}, wrenches, targets,
+                     velocities, motors, period, delay, limits, {py::cast(0.0)}, std::nullopt, std::nullopt);
 }
 
 // A user's function of (time, number, observations, seeds, memory), which returns (actions, memory).
 using Numbers = py::array_t<double>;
 using ActFunction = py::typing::Callable<py::typing::Tuple<Numbers, Numbers>(double, int, Numbers,
                                                                              py::array_t<std::uint64_t>, Numbers)>;
+
+constexpr const char* admittance_doc =
+    R"doc(A robot that presses with a force: what it moves goes on, or gives way, until a contact has that force.
+
+Args:
+    contacts: by the name of a corrected number, as `corrected` of Feedback, which contact it controls, as
+        {"slide": "force(finger, object)"}: fingers that press by targets, or an effector by velocities "b.vx".
+    force: wanted normal force [N].
+    compliance: of a target, [m/N] or [rad/N] for each newton that is missing; of a velocity [m/(N s)].
+
+The others are as of Feedback.)doc";
 
 struct PlanWithPolicy : Plan {};
 
@@ -168,11 +208,17 @@ PlanWithPolicy plan_with_policy(const ActFunction& act, std::vector<std::string>
   policy->memory = count("memory", memory, 0);
   policy->act = [held](const PolicyQuestion& asked, States& remembered, States& actions) {
     const py::gil_scoped_acquire acquire;
+    const Asking asking(asked.limit);
     const py::array_t<std::uint64_t> seeds(static_cast<py::ssize_t>(asked.seeds.size()), asked.seeds.data());
-    const py::tuple answer =
-        (*held)(asked.time, asked.number, py::cast(asked.observations), seeds, py::cast(remembered));
-    actions = answer[0].cast<States>();
-    remembered = answer[1].cast<States>();
+    try {
+      const py::tuple answer =
+          (*held)(asked.time, asked.number, py::cast(asked.observations), seeds, py::cast(remembered));
+      actions = answer[0].cast<States>();
+      remembered = answer[1].cast<States>();
+    } catch (const py::error_already_set&) {
+      if (!asking.was_cut()) throw;
+    }
+    return !asking.was_cut();
   };
   Feedback law;
   law.period = given("period", period);
@@ -221,6 +267,7 @@ py::object law_of(const Plan& plan) {
   arguments["delay"] = law.delay;
   arguments["limits"] = law.low.size() == 0 ? py::object(py::none()) : py::make_tuple(law.low, law.high);
   arguments["start"] = law.start;
+  arguments["noise"] = law.noise.size() == 0 ? py::object(py::none()) : py::cast(law.noise);
   return arguments;
 }
 
@@ -276,6 +323,16 @@ void bind_plan(py::module_& module) {
              return repr_of_fields("Plan", {{"duration", py::cast(plan.duration())}, {"of", names}});
            })
       .def(
+          "rest",
+          [](const Plan& plan, int done, const Given<double>& step, const std::optional<GivenArray>& memory) {
+            return rest_of(plan, done, given("step", step),
+                           memory ? vector("memory", memory->value, -1) : Eigen::VectorXd());
+          },
+          py::arg("done"), py::arg("step"), py::arg("memory") = py::none(),
+          "What is left after `done` steps [s] of a scene. Rows stay as they are where one begins there, and otherwise "
+          "have the scene's step. A Feedback and a Policy go on with their `memory` of then, as "
+          "`World.simulate(...).memory` has it; None: they begin anew. Raises ValueError if nothing is left.")
+      .def(
           "to_json", [](const Plan& plan) { return to_json(plan); },
           "The plan as JSON text, as it stands in a problem file.")
       .def_static(
@@ -291,7 +348,12 @@ void bind_plan(py::module_& module) {
       .def(py::init(&feedback_of), py::arg("gains"), py::kw_only(), py::arg("observed"), py::arg("corrected"),
            py::arg("states") = py::none(), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
            py::arg("velocities") = Rows{}, py::arg("motors") = Limits{}, py::arg("period"), py::arg("delay") = 0,
-           py::arg("limits") = py::none(), py::arg("start") = 0.0, py::arg("step") = py::none())
+           py::arg("limits") = py::none(), py::arg("start") = 0.0, py::arg("noise") = py::none(),
+           py::arg("step") = py::none())
+      .def_static("admittance", &admittance_of, py::arg("contacts"), py::kw_only(), py::arg("force"),
+                  py::arg("compliance"), py::arg("period"), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
+                  py::arg("velocities") = Rows{}, py::arg("motors") = Limits{}, py::arg("delay") = 0,
+                  py::arg("limits") = py::none(), admittance_doc)
       .def_static(
           "impedance", &impedance_of, py::arg("body"), py::kw_only(), py::arg("stiffness"), py::arg("damping"),
           py::arg("period"), py::arg("states") = py::none(), py::arg("delay") = 0, py::arg("limits") = py::none(),

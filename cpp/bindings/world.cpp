@@ -18,17 +18,9 @@ constexpr int few_steps = 100;
 
 struct Recording : StepCounts {
   Eigen::VectorXd times;
-  States states;
+  States states, memory;
   std::vector<std::vector<Contact>> contacts;
 };
-
-// Runs `simulation(limit)`, on another thread if it may take long.
-template <typename Simulation>
-auto run_simulation(double steps, LongCall& call, const Simulation& simulation) {
-  if (steps > few_steps) return call.run(simulation);
-  const py::gil_scoped_release release;
-  return simulation(call.limit());
-}
 
 // A world that several Python threads share: it answers one at a time.
 class SharedWorld {
@@ -60,6 +52,14 @@ class SharedWorld {
   std::timed_mutex mutex_;
 };
 
+// Runs `simulation(limit)`, on another thread if it may take long or ask a policy.
+template <typename Simulation>
+auto run_simulation(double steps, const SharedWorld& world, LongCall& call, const Simulation& simulation) {
+  if (steps > few_steps || world.world().memory() > 0) return call.run(simulation);
+  const py::gil_scoped_release release;
+  return simulation(call.limit());
+}
+
 // The steps after which a frame is recorded; by default all.
 std::vector<int> record_of(const std::optional<std::vector<Given<int>>>& numbers, int steps) {
   std::vector<int> record;
@@ -72,14 +72,16 @@ std::vector<int> record_of(const std::optional<std::vector<Given<int>>>& numbers
 }
 
 // The simulation ended with the last step of `record`.
-Recording recording_of(std::vector<Frame> frames, const std::vector<int>& record, int dimension) {
+Recording recording_of(std::vector<Frame> frames, const std::vector<int>& record, const World& world) {
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
-  recording.states.resize(static_cast<Eigen::Index>(frames.size()), dimension);
+  recording.states.resize(static_cast<Eigen::Index>(frames.size()), world.layout().dimension());
+  recording.memory.resize(static_cast<Eigen::Index>(frames.size()), world.memory());
   for (Eigen::Index i = 0; i < recording.times.size(); ++i) {
     Frame& frame = frames[static_cast<std::size_t>(i)];
     recording.times[i] = frame.time;
     recording.states.row(i) = frame.state.transpose();
+    recording.memory.row(i) = frame.memory.transpose();
     recording.contacts.push_back(std::move(frame.contacts));
     recording.unconverged = frame.unconverged;
     recording.lost_time = frame.lost_time;
@@ -98,14 +100,14 @@ Recording simulate(SharedWorld& shared, const Given<State>& state, const Given<i
   if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
   const std::vector<int> record = record_of(record_steps, steps);
   std::vector<Warning> warnings;
-  std::vector<Frame> frames = run_simulation(steps, call, [&](const Limit& limit) {
+  std::vector<Frame> frames = run_simulation(steps, shared, call, [&](const Limit& limit) {
     return shared.ask_until(limit, [&](World& world) {
       warnings = implausible_start(world, start);
       return world.simulate(start, besides, steps, record, limit);
     });
   });
   warn(warnings, shared.world().scene());
-  return recording_of(std::move(frames), record, shared.world().layout().dimension());
+  return recording_of(std::move(frames), record, shared.world());
 }
 
 Rollout roll_out(SharedWorld& shared, const Given<State>& state, const GivenArray& wrench,
@@ -117,7 +119,7 @@ Rollout roll_out(SharedWorld& shared, const Given<State>& state, const GivenArra
   const Disturbance disturbance = wrenches("wrench", wrench, scene.with_role(Role::object).size());
   const double seconds = given("duration", duration);
   const double plan_time = given("time", time);
-  Rollout rollout = run_simulation(seconds / scene.stepping().step, call, [&](const Limit& limit) {
+  Rollout rollout = run_simulation(seconds / scene.stepping().step, shared, call, [&](const Limit& limit) {
     return shared.ask_until(
         limit, [&](World& world) { return world.rollout(start, disturbance, seconds, audit, limit, plan_time); });
   });
@@ -177,6 +179,7 @@ void bind_results(py::module_& module) {
   py::class_<Recording> recording(module, "Simulation", "A recorded simulation of K frames.");
   recording.def_readonly("times", &Recording::times, "Shape (K,) [s].")
       .def_readonly("states", &Recording::states, "Shape (K, n).")
+      .def_readonly("memory", &Recording::memory, "What the plan's Feedback or Policy remembers, shape (K, h).")
       .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.");
   def_step_counts(recording, "Simulation steps, up to the last frame.");
 }

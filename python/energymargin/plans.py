@@ -1,14 +1,11 @@
-"""Plans and control times in steps of a scene, and what is left of a plan."""
+"""Plans and control times in steps of a scene."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Feedback, Plan
+from energymargin._core import Plan
 from energymargin.checks import positive_number
 
 ROUNDING = 1e-6  # of a step
@@ -53,34 +50,3 @@ def in_steps(plan: Plan, step: float) -> Plan:
     if abs(count - round(count)) <= ROUNDING * count:
         return plan
     return plan.fine_rows(step)
-
-
-def rest_of(plan: Plan, done: int, step: float) -> Plan:
-    """What is left of a plan after `done` steps [s] of a scene.
-
-    Its rows stay as they are where it begins with one, and otherwise have the scene's step. The law
-    of a Feedback goes on where it is, without the corrections that were on their way. Raises
-    ValueError if nothing is left, and of a policy, which begins at a problem's state.
-    """
-    each, law = round(plan.step / step), plan.feedback
-    if law is not None and not law["gains"].size:
-        raise ValueError(
-            "plan is a Policy, expected rows or a Feedback: what is left of it is code"
-        )
-    last = each * (plan.rows - 1)  # the row that stays with a feedback
-    if not 0 <= done < each * plan.rows and (law is None or done < 0):
-        raise ValueError(f"done is {done}, expected 0 to {each * plan.rows - 1}")
-    row = done if law is None else min(done, last)
-    repeats, first = (1, row // each) if row % each == 0 else (each, row)
-
-    def cut(rows: Mapping[str, Any]) -> dict[str, NDArray[np.float64]]:
-        return {name: np.repeat(all_of, repeats, axis=0)[first:] for name, all_of in rows.items()}
-
-    length = plan.step if repeats == 1 else step
-    parts: dict[str, Any] = {
-        name: cut(getattr(plan, name)) for name in ("wrenches", "targets", "velocities")
-    }
-    if law is None:
-        return Plan(length, **parts, limits=plan.limits)
-    begun = {**law, "start": law["start"] + done * step}
-    return Feedback(**begun, **parts, motors=plan.limits, step=length)

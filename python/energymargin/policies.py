@@ -43,7 +43,7 @@ class Policy(PolicyPlan):
         delay: control periods from an observation to its action. Until the first acts, wrenches
             and velocities are zero and joints keep the scene's targets.
         noise: standard deviation of what is added to the observations, a number or (d,); not in
-            searches and rare losses.
+            searches.
         limits: (low, high) of the actions, each (m,).
         convert: a function from what act says (n, a) to the commanded numbers (n, m), as from an
             agent's action; None: they are these.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin.plans import in_steps, nearest_steps, rest_of, whole_steps
+from energymargin.plans import in_steps, nearest_steps, whole_steps
 
 STEP = 1 / 240
 ROWS = np.arange(24.0).reshape(4, 6)
@@ -22,7 +22,7 @@ def plan(step=STEP):
 
 
 def test_what_is_left_has_the_later_rows_of_everything():
-    rest = rest_of(plan(), 1, STEP)
+    rest = plan().rest(1, STEP)
     assert (rest.rows, rest.step) == (3, STEP)
     assert np.array_equal(rest.wrenches["a"], ROWS[1:])
     assert np.array_equal(np.ravel(rest.targets["joint"]), [1, 2, 3])
@@ -31,20 +31,20 @@ def test_what_is_left_has_the_later_rows_of_everything():
 
 
 def test_a_row_that_has_begun_is_left_for_as_long_as_it_would_last():
-    rest = rest_of(plan(3 * STEP), 4, STEP)
+    rest = plan(3 * STEP).rest(4, STEP)
     assert rest.step == STEP and rest.duration == pytest.approx(8 * STEP)
     assert np.array_equal(np.ravel(rest.targets["joint"]), [1, 1, 2, 2, 2, 3, 3, 3])
 
 
 def test_coarse_rows_stay_coarse_where_one_begins():
-    rest = rest_of(plan(3 * STEP), 6, STEP)
+    rest = plan(3 * STEP).rest(6, STEP)
     assert (rest.rows, rest.step) == (2, 3 * STEP)
 
 
 @pytest.mark.parametrize("done", [-1, 4])
 def test_after_its_end_nothing_is_left(done):
     with pytest.raises(ValueError, match=f"done is {done}, expected 0 to 3"):
-        rest_of(plan(), done, STEP)
+        plan().rest(done, STEP)
 
 
 def test_times_are_whole_steps():

@@ -203,11 +203,6 @@ def test_until_an_answer_acts_joints_keep_their_targets():
     assert lost(3) == pytest.approx(lost(0) + 0.3, abs=0.02)
 
 
-def test_a_profile_says_that_it_cannot_ask_a_policy():
-    with pytest.raises(ValueError, match="Policy"):
-        em.margin_profile(problem(policy()), every=0.25, rollouts=2, nodes=10)
-
-
 # Files, stores and other processes
 
 
@@ -397,9 +392,7 @@ def test_the_law_of_a_feedback_goes_on_in_what_is_left_of_it():
     scene = problem().scene
     whole = em.World(scene, plan).rollout(scene.pack(), np.zeros(6), 0.4).state
     half = em.World(scene, plan).rollout(scene.pack(), np.zeros(6), 0.2).state
-    from energymargin.plans import rest_of
-
-    rest = rest_of(plan, 48, scene.step)
+    rest = plan.rest(48, scene.step)
     assert np.array_equal(em.World(scene, rest).rollout(half, np.zeros(6), 0.2).state, whole)
 
 

@@ -58,6 +58,7 @@ void validate(const DisturbanceModel& model, const Problem& problem);
 struct Draw {
   std::vector<Push> pushes{};
   std::optional<Plan> plan{};  //!< of ActuationNoise: the problem's plan with its noise
+  NoiseSeeds noise{};          //!< of what the problem's robot observes
 };
 
 //! Draw number `index`, of `steps` steps, from a valid model. A draw with a parent, of the same model but Draws and

@@ -2,8 +2,9 @@
 // How a robot corrects its plan by what it observes.
 
 #include <Eigen/Core>
-#include <optional>
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace energymargin {
@@ -21,7 +22,12 @@ struct Feedback {
   Eigen::MatrixXd references{};          //!< x_ref, (1, n), or a row a control time, the last of which stays
   int delay = 0;                         //!< control periods from an observation to its correction
   Eigen::VectorXd low{}, high{};         //!< limits of u, (m,); empty: none
+  Eigen::VectorXd noise{};               //!< standard deviations of what is added to x, (n,); empty: none
   double start = 0.0;                    //!< of the law's time that is over as the plan begins [s]
+  Eigen::VectorXd memory{};  //!< what the robot remembers as the plan begins; empty: nothing, it begins anew
 };
+
+//! Seeds of the noise of what a robot observes, each from a step of its plan on: ascending from 0.
+using NoiseSeeds = std::vector<std::pair<int, std::uint64_t>>;
 
 }  // namespace energymargin

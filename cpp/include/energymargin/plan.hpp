@@ -69,6 +69,11 @@ Plan with_feedback(Plan plan, Feedback feedback);
 //! The same plan with a row for each step [s] of a scene: each row begins at the step that is nearest to its time.
 Plan fine_rows(const Plan& plan, double step);
 
+//! What is left of a plan after `done` steps [s] of a scene, and of its feedback, which remembers `memory` then. Rows
+//! stay as they are where one begins there, and otherwise have the scene's step. Throws std::invalid_argument if
+//! nothing is.
+Plan rest_of(const Plan& plan, int done, double step, const Eigen::VectorXd& memory = {});
+
 //! The robot goes on as it moves at a state: free effectors, or the roots of others, keep their twist in their own
 //! frames, joints their targets. Rows have the scene's step; `duration` [s] is rounded to whole ones.
 Plan hold(const Scene& scene, const State& state, double duration);

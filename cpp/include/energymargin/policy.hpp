@@ -7,16 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/types.hpp"
 
 namespace energymargin {
 
 //! What a policy is asked at one control time of many rollouts.
 struct PolicyQuestion {
-  double time = 0.0;                        //!< since the problem's state [s]
+  double time = 0.0;                        //!< since the policy began [s]
   int number = 0;                           //!< of the control time, from 0
   const States& observations;               //!< a row a rollout: of named numbers, or else whole states
-  const std::vector<std::uint64_t>& seeds;  //!< of each rollout's own random numbers; empty: it has none
+  const std::vector<std::uint64_t>& seeds;  //!< of each rollout's own noise; empty: it has none
+  const Limit& limit;                       //!< once it is reached, nobody waits for the answer
 };
 
 //! Rollouts go on together from one control time to the next, and are asked about in blocks of `block` rows, so that
@@ -28,7 +30,9 @@ struct Policy {
   std::string name;                      //!< by which files know its code; empty: they refuse it
   std::shared_ptr<const void> origin{};  //!< of a binding's own: what it was made of
   Eigen::Index memory = 0;  //!< numbers that a rollout remembers from one control time to the next; at first zeros
-  std::function<void(const PolicyQuestion&, States& memory, States& actions)> act;
+
+  //! False if the limit was reached before it answered.
+  std::function<bool(const PolicyQuestion&, States& memory, States& actions)> act;
 };
 
 }  // namespace energymargin

@@ -73,6 +73,7 @@ struct Watch {
   int first = 0;                                           //!< steps of the plan, and of `check_every`, that are over
   const Plan* plan = nullptr;                              //!< if set: in place of the world's; it fits the scene
   const Eigen::VectorXd* commands = nullptr;               //!< of the plan's policy
+  const NoiseSeeds* noise = nullptr;                       //!< of what the robot observes; null: none
   bool audit = false;                                      //!< whether the energy is balanced
 };
 
@@ -94,7 +95,8 @@ struct Contact {
 struct Frame {
   double time = 0.0;  //!< [s]
   State state;
-  std::vector<Contact> contacts;
+  Eigen::VectorXd memory{};  //!< what the plan's feedback remembers
+  std::vector<Contact> contacts{};
   int unconverged = 0;     //!< steps until then whose contact solver did not converge
   double lost_time = 0.0;  //!< time until then in which nothing moved [s]
 };

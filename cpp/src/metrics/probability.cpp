@@ -52,9 +52,8 @@ class Estimator {
 
   CaptureProbability estimate() {
     if (options_.undisturbed) {
-      const std::vector<Push> none{no_push(problem_, timing_.horizon)};
-      undisturbed_ =
-          problem_.plan && problem_.plan->policy ? run_together({{none}}, {0}).front() : run(none, nullptr, 0);
+      const Push none = no_push(problem_, timing_.horizon);
+      undisturbed_ = problem_.plan && problem_.plan->policy ? run_together({{{none}}}).front() : run({{none}}, 0);
       if (!undisturbed_->complete) options_.limit.require();
       if (undisturbed_->diverged) throw Diverged("the undisturbed future");
     }
@@ -80,8 +79,7 @@ class Estimator {
     pool_.run(futures_.size() - first, [&](std::size_t i, std::size_t thread) {
       if (options_.limit.reached()) return;
       const std::size_t number = first + i, index = options_.first + number;
-      const auto [pushes, plan] = draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index);
-      futures_[number] = run(pushes, plan ? &*plan : nullptr, thread);
+      futures_[number] = run(draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index), thread);
       complete_[number] = futures_[number].complete ? 1 : 0;
       if (options_.rollout_counter) ++*options_.rollout_counter;
     });
@@ -90,12 +88,11 @@ class Estimator {
   // The same rollouts, which a policy is asked about together.
   void roll_together(std::size_t first) {
     std::vector<Draw> draws;
-    std::vector<std::uint64_t> numbers;
     for (std::size_t number = first; number < futures_.size(); ++number) {
-      numbers.push_back(options_.first + number);
-      draws.push_back(draw(options_.disturbance, problem_, timing_.horizon, options_.seed, numbers.back()));
+      const std::size_t index = options_.first + number;
+      draws.push_back(draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index));
     }
-    std::vector<Future> futures = run_together(std::move(draws), numbers);
+    std::vector<Future> futures = run_together(std::move(draws), options_.first + first);
     for (std::size_t i = 0; i < futures.size(); ++i) {
       complete_[first + i] = futures[i].complete ? 1 : 0;
       futures_[first + i] = std::move(futures[i]);
@@ -103,21 +100,21 @@ class Estimator {
     if (options_.rollout_counter) *options_.rollout_counter += static_cast<int>(futures.size());
   }
 
-  std::vector<Future> run_together(std::vector<Draw> draws, const std::vector<std::uint64_t>& numbers) {
+  // The first has this number.
+  std::vector<Future> run_together(std::vector<Draw> draws, std::size_t number = 0) {
     std::vector<std::vector<search::Exit>> exits(draws.size(),
                                                  std::vector<search::Exit>(sets_.size(), search::Exit(timing_.dwell)));
     std::vector<Together> rollouts(draws.size());
     for (std::size_t i = 0; i < draws.size(); ++i) {
-      rollouts[i].pushes = std::move(draws[i].pushes);
-      rollouts[i].plan = std::move(draws[i].plan);
-      rollouts[i].number = numbers[i];
+      rollouts[i].draw = std::move(draws[i]);
+      rollouts[i].number = number + i;
       rollouts[i].ends = [this, &exits, i](const State& state, int step) { return check(exits[i], state, step); };
     }
     const auto world = [this](std::size_t thread) -> World& {
       if (!worlds_[thread]) worlds_[thread].emplace(world_of(problem_));
       return *worlds_[thread];
     };
-    PolicyRollouts(problem_, timing_, options_.seed).run(rollouts, pool_, world, options_.limit);
+    PolicyRollouts(problem_, timing_).run(rollouts, pool_, world, options_.limit);
     std::vector<Future> futures(draws.size());
     for (std::size_t i = 0; i < futures.size(); ++i) {
       const Together& of = rollouts[i];
@@ -152,11 +149,10 @@ class Estimator {
   // The complete rollouts up to the first that is not.
   int counted() const { return static_cast<int>(std::find(complete_.begin(), complete_.end(), 0) - complete_.begin()); }
 
-  // The future under `pushes`; `plan`, unless it is null, is in place of the problem's.
-  Future run(const std::vector<Push>& pushes, const Plan* plan, std::size_t thread) {
+  Future run(const Draw& draw, std::size_t thread) {
     if (!worlds_[thread]) worlds_[thread].emplace(world_of(problem_));
     try {
-      return follow(*worlds_[thread], pushes, plan);
+      return follow(*worlds_[thread], draw);
     } catch (const Diverged&) {
       Future future;
       future.diverged = true;
@@ -164,13 +160,14 @@ class Estimator {
     }
   }
 
-  Future follow(World& world, const std::vector<Push>& pushes, const Plan* plan) const {
+  Future follow(World& world, const Draw& draw) const {
     std::vector<search::Exit> exits(sets_.size(), search::Exit(timing_.dwell));
     const auto ends = [&](const State& state, int step) { return check(exits, state, step); };
     Future future;
     Rollout rollout;
     if (!ends(problem_.state, 0)) {
-      rollout = search::roll_out_to_horizon(world, problem_.state, pushes, timing_, options_.limit, ends, plan);
+      rollout = search::roll_out_to_horizon(world, problem_.state, draw.pushes, timing_, options_.limit, ends,
+                                            draw.plan ? &*draw.plan : nullptr, &draw.noise);
       future.complete = rollout.complete;
       future.counts = rollout;
       future.effort = rollout.effort;

@@ -134,7 +134,7 @@ class ReplicaSimulator {
     try {
       const Rollout rollout =
           search::roll_out_to_horizon(world_, problem_.state, replica.pushes, timing_, options_.limit, left,
-                                      replica.plan ? &*replica.plan : nullptr);
+                                      replica.plan ? &*replica.plan : nullptr, &replica.noise);
       tally_ += rollout;
       if (rollout.complete && rollout.steps == timing_.horizon && !exit.left()) {
         exit.end();

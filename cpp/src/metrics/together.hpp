@@ -16,10 +16,9 @@ namespace energymargin {
 
 //! One of the rollouts that go on together.
 struct Together {
-  std::vector<Push> pushes;
-  std::optional<Plan> plan;                          // in place of the problem's
+  Draw draw;
   std::function<bool(const State&, int step)> ends;  // asked at each check time
-  std::uint64_t number = 0;                          // of its own random numbers
+  std::size_t number = 0;
 
   State state{};
   int steps = 0;
@@ -31,10 +30,9 @@ struct Together {
 //! The law of a problem's policy.
 class PolicyRollouts {
  public:
-  PolicyRollouts(const Problem& problem, const Timing& timing, std::uint64_t seed)
+  PolicyRollouts(const Problem& problem, const Timing& timing)
       : problem_(problem),
         timing_(timing),
-        seed_(seed),
         law_(*problem.plan->feedback),
         policy_(*problem.plan->policy),
         observer_(problem.scene, law_.observed) {}
@@ -44,19 +42,17 @@ class PolicyRollouts {
   template <typename WorldOf>
   void run(std::vector<Together>& rollouts, ThreadPool& pool, const WorldOf& world, const Limit& limit) {
     const auto count = static_cast<Eigen::Index>(rollouts.size());
-    memory_ = States::Zero(count, policy_.memory);
-    const Eigen::RowVectorXd first = first_commands(problem_.scene, law_).transpose();
-    queue_.assign(static_cast<std::size_t>(law_.delay) + 1, first.replicate(count, 1));
+    begin(count);
     for (Together& rollout : rollouts) {
       rollout.state = problem_.state;
       rollout.over = rollout.ends(rollout.state, 0);
     }
     int step = 0;
-    for (int number = 0; step < timing_.horizon; ++number) {
+    for (int number = first_number(); step < timing_.horizon; ++number) {
       const int next = std::min(first_step(number + 1), timing_.horizon);
       if (limit.reached()) return stop(rollouts);
       if (std::all_of(rollouts.begin(), rollouts.end(), [](const Together& each) { return each.over; })) return;
-      ask(rollouts, number);
+      if (!(step == 0 && goes_on()) && !ask(rollouts, number, limit)) return stop(rollouts);
       pool.run(rollouts.size(), [&](std::size_t i, std::size_t thread) {
         if (!rollouts[i].over)
           go_on(rollouts[i], world(thread), step, next, queue_.front().row(static_cast<Eigen::Index>(i)), limit);
@@ -69,16 +65,42 @@ class PolicyRollouts {
   static constexpr double rounding = 1e-6;  // of a step
 
   int first_step(int number) const {
-    const double steps = number * law_.period / problem_.scene.stepping().step;
+    const double steps = (number * law_.period - law_.start) / problem_.scene.stepping().step;
     return static_cast<int>(std::floor(steps + 0.5 + rounding));
+  }
+
+  // The last control time up to the problem's state, or for a policy that begins the one that it begins with.
+  int first_number() const {
+    int number = std::max(0, static_cast<int>(law_.start / law_.period) - 1);
+    while (first_step(number + 1) <= 0) ++number;
+    return number;
+  }
+
+  // Whether it has been asked before, and not again with the problem's state.
+  bool goes_on() const { return has_memory() && first_step(first_number()) < 0; }
+
+  bool has_memory() const { return law_.memory.size() > 0 && law_.memory[0] != 0.0; }
+
+  void begin(Eigen::Index count) {
+    const Eigen::Index size = static_cast<Eigen::Index>(law_.corrected.size()), queued = size * (law_.delay + 1);
+    Eigen::VectorXd memory = law_.memory;  // as Corrections have it
+    if (!has_memory()) {
+      memory = Eigen::VectorXd::Zero(1 + queued + policy_.memory);
+      memory.segment(1, queued) = first_commands(problem_.scene, law_).replicate(law_.delay + 1, 1);
+    }
+    memory_ = memory.tail(policy_.memory).transpose().replicate(count, 1);
+    queue_.clear();
+    for (Eigen::Index i = 0; i <= law_.delay; ++i) {
+      queue_.push_back(memory.segment(1 + i * size, size).transpose().replicate(count, 1));
+    }
   }
 
   static void stop(std::vector<Together>& rollouts) {
     for (Together& rollout : rollouts) rollout.complete = rollout.complete && rollout.over;
   }
 
-  // The oldest answers act first.
-  void ask(const std::vector<Together>& rollouts, int number) {
+  // The oldest answers act first. False if the limit was reached.
+  bool ask(const std::vector<Together>& rollouts, int number, const Limit& limit) {
     std::rotate(queue_.begin(), queue_.begin() + 1, queue_.end());
     States& actions = queue_.back();
     for (std::size_t first = 0; first < rollouts.size();) {
@@ -86,42 +108,44 @@ class PolicyRollouts {
       const std::size_t count = std::min(static_cast<std::size_t>(Policy::block) - place, rollouts.size() - first);
       const auto begin = rollouts.begin() + static_cast<std::ptrdiff_t>(first);
       const auto is_over = [](const Together& each) { return each.over; };
-      if (!std::all_of(begin, begin + static_cast<std::ptrdiff_t>(count), is_over)) {
-        ask_block(rollouts, first, count, place, number, actions);
-      }
+      const bool all_over = std::all_of(begin, begin + static_cast<std::ptrdiff_t>(count), is_over);
+      if (!all_over && !ask_block(rollouts, first, count, place, number, actions, limit)) return false;
       first += count;
     }
+    return true;
   }
 
   // Rows without a rollout repeat the first one's.
-  void ask_block(const std::vector<Together>& rollouts, std::size_t first, std::size_t count, std::size_t place,
-                 int number, States& actions) {
+  bool ask_block(const std::vector<Together>& rollouts, std::size_t first, std::size_t count, std::size_t place,
+                 int number, States& actions, const Limit& limit) {
     States observations(Policy::block, observer_.size()), memory(Policy::block, policy_.memory);
     States answers = States::Zero(Policy::block, actions.cols());
-    std::vector<std::uint64_t> seeds(Policy::block);
+    std::vector<std::uint64_t> seeds;
     for (std::size_t row = 0; row < static_cast<std::size_t>(Policy::block); ++row) {
       const std::size_t i = row >= place && row < place + count ? first + row - place : first;
       const auto at = static_cast<Eigen::Index>(row);
       observations.row(at) = observer_(rollouts[i].state);
       memory.row(at) = memory_.row(static_cast<Eigen::Index>(i));
-      seeds[row] = stream(seed_, rollouts[i].number);
+      if (!rollouts[i].draw.noise.empty()) seeds.push_back(rollouts[i].draw.noise.front().second);
     }
-    policy_.act({number * law_.period, number, observations, seeds}, memory, answers);
+    if (!policy_.act({number * law_.period, number, observations, seeds, limit}, memory, answers)) return false;
     const auto begin = static_cast<Eigen::Index>(place), rows = static_cast<Eigen::Index>(count);
     memory_.middleRows(static_cast<Eigen::Index>(first), rows) = memory.middleRows(begin, rows);
     actions.middleRows(static_cast<Eigen::Index>(first), rows) = answers.middleRows(begin, rows);
+    return true;
   }
 
   void go_on(Together& rollout, World& world, int step, int next, const Eigen::VectorXd& commands, const Limit& limit) {
     Watch watch;
     watch.first = step;
     watch.check_every = timing_.check;
-    watch.plan = rollout.plan ? &*rollout.plan : nullptr;
+    watch.plan = rollout.draw.plan ? &*rollout.draw.plan : nullptr;
     watch.commands = &commands;
     int check = step / timing_.check * timing_.check;
     watch.ends = [&](const State& state) { return rollout.over = rollout.ends(state, check += timing_.check); };
     try {
-      const Rollout part = world.rollout_unchecked(rollout.state, between(rollout.pushes, step, next), limit, watch);
+      const Rollout part =
+          world.rollout_unchecked(rollout.state, between(rollout.draw.pushes, step, next), limit, watch);
       rollout.state = part.state;
       rollout.steps += part.steps;
       rollout.effort += part.effort;
@@ -148,7 +172,6 @@ class PolicyRollouts {
 
   const Problem& problem_;
   Timing timing_;
-  std::uint64_t seed_;
   const Feedback& law_;
   const Policy& policy_;
   Observer observer_;

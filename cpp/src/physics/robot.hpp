@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
+#include "base/random_draws.hpp"
 #include "energymargin/plan.hpp"
 #include "physics/simulation.hpp"
 #include "scene/feedback.hpp"
@@ -27,31 +29,35 @@ class Corrections {
       observed_.push_back(observed(scene, name));
       if (observed_.back().kind == Observed::Kind::force) ++forces_;
     }
-    memory_.resize(1 + size() * (feedback.delay + 1) + (policy_ ? policy_->memory : forces_));
+    memory_.setZero(memory_size(feedback, policy_.get()));
   }
 
   Eigen::Index memory() const { return memory_.size(); }
 
-  //! A state without memory begins with a control time.
+  //! A state without memory begins as the law does, or with a control time.
   void restore(const State& state, Eigen::Index dimension) {
     has_moved_ = false;
-    if (state.size() == dimension)
-      memory_.setZero();
-    else
+    if (state.size() != dimension)
       memory_ = state.tail(memory_.size());
+    else if (feedback_.memory.size() > 0)
+      memory_ = feedback_.memory;
+    else
+      memory_.setZero();
   }
-  void append(const Simulation& simulation, State& state) {
+  const Eigen::VectorXd& remembered(const Simulation& simulation) {
     if (forces_ > 0 && has_moved_) memory_.tail(forces_) = measured(simulation);
-    state.conservativeResize(state.size() + memory_.size());
-    state.tail(memory_.size()) = memory_;
+    return memory_;
   }
 
-  //! Those of a step.
-  const double* at(const Simulation& simulation, int step) {
+  //! Those of a step; null if the limit was reached.
+  const double* at(const Simulation& simulation, int step, const NoiseSeeds* noise, const Limit& limit) {
     const double now = control_time(step);
     const bool begins = memory_[0] == 0.0;
     if (begins) memory_.segment(1, size() * (feedback_.delay + 1)) = first_.replicate(feedback_.delay + 1, 1);
-    if (begins || control_time(step - 1) != now) observe(simulation, std::max(0.0, now));
+    if (begins || control_time(step - 1) != now) {
+      const std::optional<std::uint64_t> seed = seed_of(noise, step);
+      if (!observe(simulation, std::max(0.0, now), seed, limit)) return nullptr;
+    }
     memory_[0] = 1.0;
     has_moved_ = true;
     return memory_.data() + 1;
@@ -67,30 +73,46 @@ class Corrections {
     return std::ceil(((step + 0.5 - rounding) * step_ + feedback_.start) / feedback_.period) - 1.0;
   }
 
-  void observe(const Simulation& simulation, double time) {
+  static std::optional<std::uint64_t> seed_of(const NoiseSeeds* noise, int step) {
+    std::optional<std::uint64_t> seed;
+    for (std::size_t i = 0; noise && i < noise->size() && (*noise)[i].first <= step; ++i) seed = (*noise)[i].second;
+    return seed;
+  }
+
+  bool observe(const Simulation& simulation, double time, std::optional<std::uint64_t> seed, const Limit& limit) {
     simulation.read(state_);
     const Eigen::Index queued = size() * feedback_.delay;
-    const Eigen::VectorXd newest = policy_ ? ask(time) : correct(simulation, time);
+    Eigen::VectorXd newest(size());
+    if (policy_ && !ask(time, seed, limit, newest)) return false;
+    if (!policy_) newest = correct(simulation, time, seed);
     auto queue = memory_.segment(1, queued + size());  // the oldest first
     if (queued > 0) queue.head(queued) = queue.tail(queued).eval();
     queue.tail(size()) = newest;
+    return true;
   }
 
-  Eigen::VectorXd correct(const Simulation& simulation, double time) {
+  Eigen::VectorXd correct(const Simulation& simulation, double time, std::optional<std::uint64_t> seed) {
     const auto row = [time](std::size_t count) { return static_cast<Eigen::Index>(std::min(time, count - 1.0)); };
     const auto at = row(static_cast<std::size_t>(feedback_.references.rows()));
-    const Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(simulation);
+    Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(simulation);
+    if (seed && feedback_.noise.size() > 0) {
+      Random random(*seed, static_cast<std::size_t>(time));
+      for (Eigen::Index i = 0; i < error.size(); ++i) error[i] -= feedback_.noise[i] * random.normal();
+    }
     return feedback_.gains[static_cast<std::size_t>(row(feedback_.gains.size()))] * error;
   }
 
-  // One rollout alone, whose row fills the block. It has no noise of its own.
-  Eigen::VectorXd ask(double time) {
+  // One rollout alone, whose row fills the block.
+  bool ask(double time, std::optional<std::uint64_t> seed, const Limit& limit, Eigen::VectorXd& newest) {
     const States observations = observer_(state_).replicate(Policy::block, 1);
     States memory = memory_.tail(policy_->memory).transpose().replicate(Policy::block, 1);
     States actions = States::Zero(Policy::block, size());
-    policy_->act({time * feedback_.period, static_cast<int>(time), observations, {}}, memory, actions);
+    const std::vector<std::uint64_t> seeds(seed ? Policy::block : 0, seed.value_or(0));
+    const PolicyQuestion question{time * feedback_.period, static_cast<int>(time), observations, seeds, limit};
+    if (!policy_->act(question, memory, actions)) return false;
     memory_.tail(policy_->memory) = memory.row(0).transpose();
-    return actions.row(0).transpose();
+    newest = actions.row(0).transpose();
+    return true;
   }
 
   Eigen::VectorXd numbers(const Simulation& simulation) {
@@ -146,22 +168,28 @@ class Robot {
   void restore(const State& state, Eigen::Index dimension) {
     if (corrections_) corrections_->restore(state, dimension);
   }
-  void append(const Simulation& simulation, State& state) {
-    if (corrections_) corrections_->append(simulation, state);
+
+  //! Those numbers now.
+  Eigen::VectorXd remembered(const Simulation& simulation) {
+    return corrections_ ? corrections_->remembered(simulation) : Eigen::VectorXd();
   }
 
-  //! What a policy commands until the next call; null: it is asked at its control times.
-  void take(const Eigen::VectorXd* commands) { commands_ = commands; }
+  //! What a policy commands until the next call, or null: it is asked at its control times; and the seeds of the noise
+  //! of what it observes.
+  void take(const Eigen::VectorXd* commands, const NoiseSeeds* noise) {
+    commands_ = commands;
+    noise_ = noise;
+  }
 
   //! Loads the simulation with what acts in a step of the plan. Behind its end nothing acts but the last targets, or
-  //! with a feedback the last row.
-  void act(Simulation& simulation, int step) {
+  //! with a feedback the last row. False if the limit was reached before a policy answered.
+  bool act(Simulation& simulation, int step, const Limit& limit) {
     const int last = plan_.rows() - 1;
     const int row = std::min(step, last);
     take_row(row);
-    if (plan_.feedback) correct(simulation, step);
+    if (plan_.feedback && !correct(simulation, step, limit)) return false;
     for (std::size_t i = 0; i < joints_.size(); ++i) simulation.set_target(joints_[i], targets_[i]);
-    if (step > last && !plan_.feedback) return;
+    if (step > last && !plan_.feedback) return true;
     for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
       const double* const wrench = wrenches_[i].data();
       simulation.actuate({wrench_bodies_[i], vector(wrench), vector(wrench + 3)});
@@ -171,6 +199,7 @@ class Robot {
       simulation.add_motor(servo_bodies_[i], velocities_[i].head<3>(), velocities_[i].tail<3>(),
                            servo.force.value_or(unlimited), servo.torque.value_or(unlimited));
     }
+    return true;
   }
 
  private:
@@ -207,8 +236,9 @@ class Robot {
     for (std::size_t i = 0; i < velocities_.size(); ++i) velocities_[i] = plan_.velocities[i].velocities.row(row);
   }
 
-  void correct(const Simulation& simulation, int step) {
-    const double* const corrections = commands_ ? commands_->data() : corrections_->at(simulation, step);
+  bool correct(const Simulation& simulation, int step, const Limit& limit) {
+    const double* const corrections = commands_ ? commands_->data() : corrections_->at(simulation, step, noise_, limit);
+    if (!corrections) return false;
     const Feedback& feedback = *plan_.feedback;
     for (std::size_t i = 0; i < corrected_.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);
@@ -219,6 +249,7 @@ class Robot {
       number += corrections[i];
       if (feedback.low.size() > 0) number = std::clamp(number, feedback.low[at], feedback.high[at]);
     }
+    return true;
   }
 
   Plan plan_;
@@ -226,6 +257,7 @@ class Robot {
   std::optional<Corrections> corrections_;
   std::vector<Place> corrected_;
   const Eigen::VectorXd* commands_ = nullptr;
+  const NoiseSeeds* noise_ = nullptr;
   std::vector<double> targets_;                                     // of a step
   std::vector<Eigen::Matrix<double, 6, 1>> wrenches_, velocities_;  // of a step
 };

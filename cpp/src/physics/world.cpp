@@ -145,11 +145,13 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
   std::optional<Robot>& robot = other ? other : engine_->robot;
   if (robot) {
     robot->restore(state, simulation.layout().dimension());
-    robot->take(watch.commands);
+    robot->take(watch.commands, watch.noise);
   }
   const auto read = [&](State& now) {
     simulation.read(now);
-    if (robot) robot->append(simulation, now);
+    if (!robot || robot->memory() == 0) return;
+    now.conservativeResize(now.size() + robot->memory());
+    now.tail(robot->memory()) = robot->remembered(simulation);
   };
   auto next = watch.record.begin();
   bool over = false;
@@ -162,7 +164,9 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
       if (i == 0 || robot) {
         simulation.unload();
         for (const Load& load : loads) simulation.load(load);
-        if (robot) robot->act(simulation, watch.first + result.steps);
+        over = robot && !robot->act(simulation, watch.first + result.steps, limit);
+        result.complete = !over;
+        if (over) break;
       }
       engine_->step(loads, result, auditor ? &*auditor : nullptr);
       ++result.steps;
@@ -202,23 +206,28 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
   std::vector<Frame> frames;
   auto next = record.begin();
   if (next != record.end() && *next == 0) {
-    frames.push_back({0.0, state, contacts(state)});
+    frames.push_back({0.0, state, {}, contacts(state)});
     ++next;
   }
   const double step = scene().stepping().step;
   Rollout whole;
   simulation.restore(state);
-  if (engine_->robot) engine_->robot->restore(state, layout().dimension());
+  if (engine_->robot) {
+    engine_->robot->restore(state, layout().dimension());
+    engine_->robot->take(nullptr, nullptr);
+    if (!frames.empty()) frames.front().memory = engine_->robot->remembered(simulation);
+  }
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_checks == 0) limit.require();
     simulation.unload();
     for (std::optional<Robot>* robot : {&engine_->robot, &second}) {
-      if (*robot) (*robot)->act(simulation, i - 1);
+      if (*robot && !(*robot)->act(simulation, i - 1, limit)) limit.require();
     }
     engine_->step({}, whole, nullptr);
     if (i != *next) continue;
-    frames.push_back({i * step, {}, simulation.contacts(), whole.unconverged, whole.lost_time});
+    frames.push_back({i * step, {}, {}, simulation.contacts(), whole.unconverged, whole.lost_time});
     simulation.read(frames.back().state);
+    if (engine_->robot) frames.back().memory = engine_->robot->remembered(simulation);
     ++next;
   }
   return frames;

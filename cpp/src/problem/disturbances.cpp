@@ -95,6 +95,17 @@ std::vector<Push> begun(const std::vector<Push>& sequence, int step) {
   return first;
 }
 
+// The seeds of noise that have begun before `step`, and one from there on.
+NoiseSeeds seeds_of_noise(const Problem& problem, const NoiseSeeds& begun, int step, std::uint64_t seed) {
+  NoiseSeeds seeds;
+  if (!problem.plan || !problem.plan->feedback) return seeds;
+  for (const auto& one : begun) {
+    if (one.first < step) seeds.push_back(one);
+  }
+  seeds.emplace_back(step, seed);
+  return seeds;
+}
+
 // How long the last piece is held is drawn anew, given that it is held until `step` at least.
 void draw_hold(const Uniform& model, const Problem& problem, int step, int steps, Random& random,
                std::vector<Push>& sequence) {
@@ -192,23 +203,24 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
 
 Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
           const Draw& parent, int step) {
+  const NoiseSeeds seeds = seeds_of_noise(problem, parent.noise, step, stream(stream(seed, index), 0));
   if (const auto* draws = std::get_if<Draws>(&model)) {
-    return {pushes(draws->rollouts[index - draws->first], steps), std::nullopt};
+    return {pushes(draws->rollouts[index - draws->first], steps), std::nullopt, seeds};
   }
   Random random(seed, index);
   if (const auto* noise = std::get_if<ActuationNoise>(&model)) {
-    return {{no_push(problem, steps)}, noisy_plan(*noise, problem, parent.plan, step, random)};
+    return {{no_push(problem, steps)}, noisy_plan(*noise, problem, parent.plan, step, random), seeds};
   }
   std::vector<Push> sequence = begun(parent.pushes, step);
   if (const auto* gaussian = std::get_if<Gaussian>(&model)) {
     extend(*gaussian, problem, steps, random, sequence);
-    return {sequence, std::nullopt};
+    return {sequence, std::nullopt, seeds};
   }
   const auto* boltzmann = std::get_if<Boltzmann>(&model);
   const Uniform& uniform = boltzmann ? boltzmann->proposal : std::get<Uniform>(model);
   draw_hold(uniform, problem, step, steps, random, sequence);
   extend(uniform, problem, steps, random, sequence);
-  return {sequence, std::nullopt};
+  return {sequence, std::nullopt, seeds};
 }
 
 }  // namespace energymargin

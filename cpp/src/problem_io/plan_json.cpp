@@ -96,12 +96,12 @@ std::vector<std::string> read_names(const JsonNode& node) {
   return names;
 }
 
-Eigen::VectorXd read_limits(const JsonNode& node, std::size_t count) {
-  return Eigen::Map<const Eigen::VectorXd>(node.numbers(count, true).data(), static_cast<Eigen::Index>(count));
+Eigen::VectorXd read_numbers(const JsonNode& node, std::size_t count, bool infinite = false) {
+  return Eigen::Map<const Eigen::VectorXd>(node.numbers(count, infinite).data(), static_cast<Eigen::Index>(count));
 }
 
 // What the laws of a Feedback and of a Policy have alike.
-const std::vector<std::string> law_keys = {"delay", "low", "high", "start"};
+const std::vector<std::string> law_keys = {"delay", "low", "high", "start", "remembered"};
 
 std::vector<std::string> with_law_keys(std::vector<std::string> keys) {
   keys.insert(keys.end(), law_keys.begin(), law_keys.end());
@@ -110,21 +110,22 @@ std::vector<std::string> with_law_keys(std::vector<std::string> keys) {
 
 void read_law(const JsonNode& node, Feedback& law) {
   if (node.has("delay")) law.delay = node["delay"].integer();
-  if (node.has("low")) law.low = read_limits(node["low"], law.corrected.size());
-  if (node.has("high")) law.high = read_limits(node["high"], law.corrected.size());
+  if (node.has("low")) law.low = read_numbers(node["low"], law.corrected.size(), true);
+  if (node.has("high")) law.high = read_numbers(node["high"], law.corrected.size(), true);
   if (node.has("start")) law.start = node["start"].number();
+  if (node.has("remembered")) law.memory = read_numbers(node["remembered"], node["remembered"].items().size());
 }
 
 void write_law(const Feedback& law, OrderedJson& json) {
   if (law.delay != 0) json["delay"] = law.delay;
-  for (const auto& [name, limits] : {std::pair{"low", &law.low}, {"high", &law.high}}) {
-    for (const double limit : *limits) json[name].push_back(problem_io::write(limit));
+  for (const auto& [name, numbers] : {std::pair{"low", &law.low}, {"high", &law.high}, {"remembered", &law.memory}}) {
+    for (const double number : *numbers) json[name].push_back(problem_io::write(number));
   }
   if (law.start != 0.0) json["start"] = law.start;
 }
 
 Feedback read_feedback(const JsonNode& node) {
-  node.allow_keys(with_law_keys({"period", "observed", "corrected", "gains", "references"}));
+  node.allow_keys(with_law_keys({"period", "observed", "corrected", "gains", "references", "noise"}));
   Feedback feedback{node["period"].number(), read_names(node["observed"]), read_names(node["corrected"])};
   const auto n = static_cast<Eigen::Index>(feedback.observed.size());
   const auto m = static_cast<Eigen::Index>(feedback.corrected.size());
@@ -133,6 +134,7 @@ Feedback read_feedback(const JsonNode& node) {
     feedback.gains.push_back(Eigen::Map<const States>(gains.row(row).data(), m, n));
   }
   feedback.references = read_rows(node["references"], static_cast<int>(n));
+  if (node.has("noise")) feedback.noise = read_numbers(node["noise"], feedback.observed.size());
   read_law(node, feedback);
   return feedback;
 }
@@ -147,6 +149,7 @@ OrderedJson write(const Feedback& feedback) {
   }
   json["gains"] = pack(gains);
   json["references"] = pack(feedback.references);
+  for (const double deviation : feedback.noise) json["noise"].push_back(deviation);
   write_law(feedback, json);
   return json;
 }

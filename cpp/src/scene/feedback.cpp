@@ -139,6 +139,13 @@ Corrected corrected(const std::string& name) {
   return {Corrected::Kind::target, name};
 }
 
+Eigen::Index memory_size(const Feedback& feedback, const Policy* policy) {
+  const auto is_force = [](const std::string& name) { return name.rfind(force_begins, 0) == 0; };
+  const auto forces = std::count_if(feedback.observed.begin(), feedback.observed.end(), is_force);
+  const auto corrected = static_cast<Eigen::Index>(feedback.corrected.size());
+  return 1 + corrected * (feedback.delay + 1) + (policy ? policy->memory : static_cast<Eigen::Index>(forces));
+}
+
 Eigen::VectorXd first_commands(const Scene& scene, const Feedback& feedback) {
   Eigen::VectorXd commands = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(feedback.corrected.size()));
   for (std::size_t i = 0; i < feedback.corrected.size(); ++i) {
@@ -156,6 +163,11 @@ void validate(const Feedback& feedback, const Plan& plan) {
   require_names("corrected", feedback.corrected);
   require_limits(feedback);
   for (const std::string& name : feedback.corrected) require_rows(name, plan);
+  if (const Eigen::Index size = memory_size(feedback, plan.policy.get());
+      feedback.memory.size() != 0 && feedback.memory.size() != size) {
+    reject("memory", std::to_string(feedback.memory.size()) + " numbers", std::to_string(size));
+  }
+  require_finite_numbers("memory", feedback.memory);
   if (plan.policy) return;
   require_names("observed", feedback.observed);
   const auto n = static_cast<Eigen::Index>(feedback.observed.size());
@@ -171,6 +183,10 @@ void validate(const Feedback& feedback, const Plan& plan) {
     reject("references", shape(feedback.references), "(K, " + std::to_string(n) + "), a column a number observed");
   }
   require_finite_numbers("references", feedback.references);
+  if (feedback.noise.size() != 0 && feedback.noise.size() != n) {
+    reject("noise", std::to_string(feedback.noise.size()) + " numbers", std::to_string(n) + ", one a number observed");
+  }
+  for (const double deviation : feedback.noise) require_not_negative("noise", deviation);
 }
 
 Plan with_feedback(Plan plan, Feedback feedback) {

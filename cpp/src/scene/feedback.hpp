@@ -52,6 +52,9 @@ struct Corrected {
 //! What the name of a corrected number says, whatever the scene.
 Corrected corrected(const std::string& name);
 
+//! How many numbers a robot remembers: whether it has begun, what acts and is to act, and forces or its own.
+Eigen::Index memory_size(const Feedback& feedback, const Policy* policy);
+
 //! What a policy commands before it has answered: joints keep the scene's targets, the rest is zero.
 Eigen::VectorXd first_commands(const Scene& scene, const Feedback& feedback);
 

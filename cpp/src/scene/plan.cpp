@@ -154,6 +154,26 @@ Plan fine_rows(const Plan& plan, double step) {
   return result;
 }
 
+Plan rest_of(const Plan& plan, int done, double step, const Eigen::VectorXd& memory) {
+  const int each = static_cast<int>(std::lround(plan.step / step)), rows = plan.rows();
+  if (done < 0 || (done >= each * rows && !plan.feedback)) {
+    reject("done", std::to_string(done), "0 to " + std::to_string(each * rows - 1));
+  }
+  int first = plan.feedback ? std::min(done, each * (rows - 1)) : done;  // the row that stays with a feedback
+  Plan rest = first % each == 0 ? plan : fine_rows(plan, step);
+  if (first % each == 0) first /= each;
+  const auto cut = [first](auto& all) { all = all.bottomRows(all.rows() - first).eval(); };
+  for (Drive& drive : rest.wrenches) cut(drive.wrenches);
+  for (Targets& targets : rest.targets) cut(targets.positions);
+  for (Servo& servo : rest.velocities) cut(servo.velocities);
+  if (rest.feedback) {
+    rest.feedback->start += done * step;
+    rest.feedback->memory = memory;
+    validate(*rest.feedback, rest);
+  }
+  return rest;
+}
+
 Plan hold(const Scene& scene, const State& state, double duration) {
   validate(scene, state);
   const double step = scene.stepping().step;

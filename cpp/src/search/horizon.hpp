@@ -62,11 +62,13 @@ class Exit {
 //! One rollout up to the horizon. `ends(state, step)` is asked at each check time behind the start, and may end it.
 template <typename Ends>
 Rollout roll_out_to_horizon(World& world, const State& start, const std::vector<Push>& pushes, const Timing& timing,
-                            const Limit& limit, const Ends& ends, const Plan* plan = nullptr) {
+                            const Limit& limit, const Ends& ends, const Plan* plan = nullptr,
+                            const NoiseSeeds* noise = nullptr) {
   int step = 0;
   Watch watch;
   watch.check_every = timing.check;
   watch.plan = plan;
+  watch.noise = noise;
   watch.ends = [&](const State& state) { return ends(state, step += timing.check); };
   Rollout rollout = world.rollout_unchecked(start, pushes, limit, watch);
   if (rollout.complete && rollout.steps == timing.horizon && step != timing.horizon)

@@ -963,6 +963,10 @@ class Plan:
         """
         The same plan with a row for each step [s] of a scene, at most the plan's own. Each row begins at the step that is nearest to its time.
         """
+    def rest(self, done: typing.SupportsInt | typing.SupportsIndex, step: float, memory: numpy.typing.ArrayLike | None = None) -> Plan:
+        """
+        What is left after `done` steps [s] of a scene. Rows stay as they are where one begins there, and otherwise have the scene's step. A Feedback and a Policy go on with their `memory` of then, as `World.simulate(...).memory` has it; None: they begin anew. Raises ValueError if nothing is left.
+        """
     def to_json(self) -> str:
         """
         The plan as JSON text, as it stands in a problem file.
@@ -1033,10 +1037,24 @@ class Feedback(Plan):
         delay: control periods from an observation to its correction.
         limits: (low, high) of u, each (m,), infinite where there is none.
         start: of the law's time that is over as the plan begins [s].
+        noise: standard deviations of what is added to x in rollouts, (n,) or one for all; None: none. Searches have none.
         step: of a row of the plan [s]; None: the period.
     
     Raises ValueError on bad shapes, names and numbers.
     """
+    @staticmethod
+    def admittance(contacts: collections.abc.Mapping[str, str], *, force: float, compliance: float, period: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None) -> Feedback:
+        """
+        A robot that presses with a force: what it moves goes on, or gives way, until a contact has that force.
+        
+        Args:
+            contacts: by the name of a corrected number, as `corrected` of Feedback, which contact it controls, as
+                {"slide": "force(finger, object)"}: fingers that press by targets, or an effector by velocities "b.vx".
+            force: wanted normal force [N].
+            compliance: of a target, [m/N] or [rad/N] for each newton that is missing; of a velocity [m/(N s)].
+        
+        The others are as of Feedback.
+        """
     @staticmethod
     def impedance(body: str, *, stiffness: numpy.typing.ArrayLike, damping: numpy.typing.ArrayLike, period: float, states: numpy.typing.ArrayLike | None = None, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None) -> Feedback:
         """
@@ -1044,7 +1062,7 @@ class Feedback(Plan):
         """
     def __getstate__(self) -> tuple[str, typing.Any]:
         ...
-    def __init__(self, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, step: float | None = None) -> None:
+    def __init__(self, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, noise: numpy.typing.ArrayLike | None = None, step: float | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1249,6 +1267,11 @@ class Simulation:
     def lost_time(self) -> float:
         """
         Time in which nothing moved, as bodies would have passed through each other [s].
+        """
+    @property
+    def memory(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        What the plan's Feedback or Policy remembers, shape (K, h).
         """
     @property
     def states(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:

@@ -15,10 +15,12 @@ from energymargin.checks import check_type, function_or_none, whole_number, yes_
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
-from energymargin.plans import control_period, in_steps, nearest_steps, rest_of, whole_steps
+from energymargin.plans import control_period, in_steps, nearest_steps, whole_steps
 from energymargin.searches import Search
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
+
+Rows = NDArray[np.float64]
 
 EFFORT = "effort/est"
 
@@ -192,8 +194,8 @@ def margin_profile(
     moments = nearest_steps(np.arange(last * step / apart + 1) * apart, step)
     numbers = [int(number) for number in moments if number <= last]
     lengths = [end - number if look is None else look for number in numbers]
-    states = _nominal(asked, numbers, limit)
-    problems, ended = _moments(asked, states, numbers, lengths)
+    states, memory = _nominal(asked, numbers, limit)
+    problems, ended = _moments(asked, states, memory, numbers, lengths)
     there = len(problems)
     numbers, lengths, states = numbers[:there], lengths[:there], states[:there]
     total, done = there * sum(draws for _, draws in questions), 0
@@ -247,9 +249,9 @@ def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
     if plan is not None:
         check_type("plan", plan, Plan, "a Plan")
         fitting = in_steps(plan, problem.scene.step)
-        return problem.replace(
-            plan=fitting, horizon=fitting.duration, effector="coast", start_outside=True
-        )
+        ends = fitting.feedback is None or problem.horizon is None  # with the plan's last row
+        horizon = fitting.duration if ends else problem.horizon
+        return problem.replace(plan=fitting, horizon=horizon, effector="coast", start_outside=True)
     if problem.horizon is None:
         raise ValueError(
             "problem is without plan and horizon, expected one: margin_profile(problem, plan)"
@@ -257,25 +259,26 @@ def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
     return problem
 
 
-def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> NDArray[np.float64]:
-    """States after so many steps without a disturbance, shape (K, n)."""
+def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> tuple[Rows, Rows]:
+    """States after so many steps without a disturbance, (K, n), and what the robot remembers."""
     start = problem.edge_start(problem.state)
     if numbers[-1] == 0:
-        return np.array([start])
+        return np.array([start]), np.zeros((1, 0))
     world = World(problem.scene, problem.plan)
-    return world.simulate(start, numbers[-1], record=list(numbers), **limit.rest()).states
+    done = world.simulate(start, numbers[-1], record=list(numbers), **limit.rest())
+    return done.states, done.memory
 
 
 def _moments(
-    problem: Problem, states: NDArray[np.float64], numbers: Sequence[int], lengths: Sequence[int]
+    problem: Problem, states: Rows, memory: Rows, numbers: Sequence[int], lengths: Sequence[int]
 ) -> tuple[list[Problem], str | None]:
     """The questions after so many steps about so many more, up to the first state that makes none,
     and why it does not; ValueError if that is the first."""
     problems: list[Problem] = []
     step, plan = problem.scene.step, problem.plan
-    for state, number, length in zip(states, numbers, lengths, strict=True):
+    for state, remembered, number, length in zip(states, memory, numbers, lengths, strict=True):
         try:
-            ahead = None if plan is None else rest_of(plan, number, step)
+            ahead = None if plan is None else plan.rest(number, step, remembered)
             moment = problem.with_state(state)
             asked = moment.replace(horizon=length * step, plan=ahead, start_outside=True)
         except ValueError as error:
