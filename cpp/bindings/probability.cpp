@@ -17,7 +17,7 @@ namespace {
 constexpr const char* interval_doc =
     R"((low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
 
-With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'lost', 'success' or
+With a tolerance or a threshold it is wider, by the number of looks. which: 'captured', 'lost', 'success' or
 'any'.)";
 
 using Function = py::typing::Callable<py::object(py::object, py::object)>;
@@ -63,9 +63,10 @@ DisturbanceModel disturbance_of(const Problem& problem, const Model& model, Prob
         if constexpr (!std::is_same_v<std::decay_t<decltype(alternative)>, Function>) {
           return alternative;
         } else {
-          if (options.tolerance) {
+          if (options.tolerance || options.above) {
             throw std::invalid_argument(
-                "tolerance is given with a function as disturbance, expected a model of em.disturbances, or rollouts=");
+                std::string(options.above ? "above" : "tolerance") +
+                " is given with a function as disturbance, expected a model of em.disturbances, or rollouts=");
           }
           options.rollouts = options.rollouts.value_or(rollouts_of_function);
           return draws_of(alternative, problem, options.first, *options.rollouts, options.seed);
@@ -77,9 +78,9 @@ DisturbanceModel disturbance_of(const Problem& problem, const Model& model, Prob
 CaptureProbability score_rare(const Problem& problem, const ProbabilityOptions& asked, const Model& model,
                               RareOptions options, LongCall& call) {
   for (const auto& [argument, is_given] :
-       {std::pair{"tolerance", asked.tolerance.has_value()}, std::pair{"success", asked.success},
-        std::pair{"by_object", asked.by_object}, std::pair{"first", asked.first != 0},
-        std::pair{"undisturbed=False", !asked.undisturbed},
+       {std::pair{"tolerance", asked.tolerance.has_value()}, std::pair{"above", asked.above.has_value()},
+        std::pair{"success", asked.success}, std::pair{"by_object", asked.by_object},
+        std::pair{"first", asked.first != 0}, std::pair{"undisturbed=False", !asked.undisturbed},
         std::pair{"most_diverged", asked.most_diverged != ProbabilityOptions{}.most_diverged}}) {
     if (!is_given) continue;
     throw std::invalid_argument(std::string(argument) +
@@ -110,7 +111,7 @@ CaptureProbability score_probability(const Problem& problem, const Keywords& key
   bool warns = true;
   std::optional<LevelFunction> level;
   keywords("disturbance", model)("rollouts", options.rollouts)("seed", options.seed)("first", options.first)(
-      "threads", options.threads)("tolerance", options.tolerance)("success", options.success)(
+      "threads", options.threads)("tolerance", options.tolerance)("above", options.above)("success", options.success)(
       "by_object", options.by_object)("undisturbed", options.undisturbed)("most_diverged", options.most_diverged)(
       "rare", rare)("level", level)("ahead", rare_options.ahead)("warn", warns)
       .end();
@@ -245,6 +246,8 @@ void def_counts(ProbabilityClass& type) {
                                      reinterpret_cast<const bool*>(p.successes.data()));
           },
           "Whether each rollout ends in the success set, shape (rollouts,); None unless success.")
+      .def_readonly("above", &CaptureProbability::above,
+                    "Whether the probability is above the threshold that was asked; None: that is not told.")
       .def_readonly("complete", &CaptureProbability::complete,
                     "Whether no rollout is missing. False if the timeout or the cancel came first.");
 }

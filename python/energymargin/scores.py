@@ -50,9 +50,11 @@ __all__ = [
 
 UNIFORM = Uniform()
 
-# What the core takes where a number is not given: the most with a tolerance, else the number.
+# What the core takes where a number is not given: the most with a tolerance or a threshold, else
+# the number.
 MOST_TREES = 1000
 MOST_ROLLOUTS = 10000
+MOST_OF_DECISION = 300
 ROLLOUTS = 30
 REPLICAS = 1000
 
@@ -220,6 +222,7 @@ def capture_probability(
     first: int = 0,
     threads: int | None = None,
     tolerance: float | None = None,
+    above: float | None = None,
     success: bool = False,
     by_object: bool = False,
     undisturbed: bool = True,
@@ -248,6 +251,10 @@ def capture_probability(
             them.
         tolerance: rollouts are added, 32, 64, 128, ..., until half of the 95 % interval is at most
             this. It takes at most `rollouts`, by default 10000.
+        above: rollouts are added, 8, 12, 16, 20, 25, ..., until `above` of the result tells whether
+            the probability is above this. Either wrong answer has a probability of at most .05,
+            by a sequential test (Ville's inequality). It takes at most `rollouts`, by default 300;
+            near the threshold it is not told by then: None.
         success: also the probability of being in the success set at the horizon. Rollouts go on
             after an exit.
         undisturbed: also one rollout without a disturbance, before the others.
@@ -257,8 +264,8 @@ def capture_probability(
         by_object: of several objects also the probability of any, and of each.
         rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting
             (Brehier et al. 2016). `rollouts` are replicas, by default 1000. `lost` is what it is
-            for. For the loss of all objects alone, without success, by_object and tolerance, and
-            for Uniform, Gaussian and noise of the plan.
+            for. For the loss of all objects alone, without success, by_object, tolerance and above,
+            and for Uniform, Gaussian and noise of the plan.
         level: with rare, a function of a state, shape (n,), that rises towards a loss; by default
             how far the edge of the capture set is where it is forecast to be nearest. `lost` is
             unbiased with any, and precise with a good one.
@@ -281,7 +288,9 @@ def capture_probability(
     has the same texts.
     """
     given = locals() | {"threads": core_count("threads", threads)}
-    count = rollouts or (REPLICAS if rare else ROLLOUTS if tolerance is None else MOST_ROLLOUTS)
+    most = ROLLOUTS if tolerance is None else MOST_ROLLOUTS
+    most = most if above is None else MOST_OF_DECISION
+    count = rollouts or (REPLICAS if rare else most)
     return core.capture_probability(**given | {"progress": _counted(progress, count)})
 
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/beta.hpp>
+#include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -20,7 +21,9 @@ constexpr int default_rollouts = 30;
 constexpr double confidence_of_tolerance = 0.95;
 
 int most_of(const ProbabilityOptions& options) {
-  return options.rollouts.value_or(options.tolerance ? most_rollouts : default_rollouts);
+  return options.rollouts.value_or(options.above       ? most_of_decision
+                                   : options.tolerance ? most_rollouts
+                                                       : default_rollouts);
 }
 
 // The outcome of one rollout.
@@ -58,12 +61,12 @@ class Estimator {
       if (undisturbed_->diverged) throw Diverged("the undisturbed future");
     }
     const int most = most_of(options_);
-    int wanted = options_.tolerance ? std::min(first_look, most) : most;
-    for (long long look = wanted; look < most; look *= 2) ++looks_;
+    int wanted = std::min(options_.above ? first_decision : options_.tolerance ? first_look : most, most);
+    for (int look = wanted; look < most; look = next_look(look)) ++looks_;
     while (true) {
       roll(wanted);
-      if (counted() < wanted || wanted == most || meets_tolerance()) break;
-      wanted = static_cast<int>(std::min<long long>(2LL * wanted, most));
+      if (counted() < wanted || wanted == most || is_enough()) break;
+      wanted = std::min(next_look(wanted), most);
     }
     if (counted() == 0 && options_.limit.reached()) options_.limit.require();
     return result(wanted);
@@ -202,6 +205,21 @@ class Estimator {
     return std::pow(total(weights), 2) / squares;
   }
 
+  int next_look(int look) const { return options_.above ? look + std::max(4, look / 4) : 2 * look; }
+
+  bool is_enough() const { return options_.above ? decision(counted()).has_value() : meets_tolerance(); }
+
+  std::optional<bool> decision(int count) const {
+    int captured = 0, rollouts = 0;
+    for (int i = 0; i < count; ++i) {
+      const Future& future = futures_[static_cast<std::size_t>(i)];
+      if (future.diverged) continue;
+      ++rollouts;
+      captured += future.exits[0] < 0 ? 1 : 0;
+    }
+    return is_above(*options_.above, captured, rollouts);
+  }
+
   bool meets_tolerance() const {
     const std::vector<double> shares = weights(counted());
     const double confidence = 1.0 - (1.0 - confidence_of_tolerance) / looks_;
@@ -238,6 +256,7 @@ class Estimator {
     const int count = counted();
     p.complete = count == wanted;
     p.looks = looks_;
+    if (options_.above) p.above = decision(count);
     count_rollouts(count, p);
     set_times(p);
     const std::vector<double> shares = weights(count);
@@ -295,7 +314,7 @@ class Estimator {
   std::optional<Future> undisturbed_;
   std::vector<Future> futures_;
   std::vector<char> complete_;
-  int looks_ = 1;  // the most looks at the tolerance
+  int looks_ = 1;  // the most looks at the tolerance or the threshold
   ThreadPool pool_;
   std::vector<std::optional<World>> worlds_;  // of each thread, from its first rollout on
 };
@@ -305,6 +324,13 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
   if (options.rollouts) require_at_least("rollouts", *options.rollouts, 1);
   require_at_least("threads", options.threads, 1);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
+  if (options.above && !(*options.above > 0.0 && *options.above < 1.0)) {
+    reject("above", text(*options.above), "a probability between 0 and 1");
+  }
+  if (options.above && options.tolerance) reject("tolerance", "given with above", "one of them");
+  if (options.above && std::holds_alternative<disturbances::Boltzmann>(options.disturbance)) {
+    reject("above", "given with a Boltzmann disturbance", "one whose rollouts all weigh the same");
+  }
   if (!(options.most_diverged >= 0.0 && options.most_diverged <= 1.0)) {
     reject("most_diverged", text(options.most_diverged), "a share, from 0 to 1");
   }
@@ -331,6 +357,17 @@ CaptureProbability capture_probability(const Problem& problem, const Probability
   CaptureProbability p = Estimator(problem, options).estimate();
   p.warnings = implausible(p, problem);
   return p;
+}
+
+std::optional<bool> is_above(double threshold, int captured, int rollouts, double error) {
+  const double inside = captured, outside = rollouts - captured;
+  const double at_threshold = inside * std::log(threshold) + outside * std::log1p(-threshold);
+  const double all = std::log(boost::math::beta(inside + 1.0, outside + 1.0)) - at_threshold;
+  const double below = boost::math::ibeta(inside + 1.0, outside + 1.0, threshold);
+  const double beyond = boost::math::ibetac(inside + 1.0, outside + 1.0, threshold);
+  if (all + std::log(beyond / (1.0 - threshold)) >= -std::log(error)) return true;
+  if (all + std::log(below / threshold) >= -std::log(error)) return false;
+  return std::nullopt;
 }
 
 Interval interval(double probability, double effective, double confidence) {

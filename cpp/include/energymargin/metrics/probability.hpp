@@ -18,13 +18,20 @@ namespace energymargin {
 inline constexpr int first_look = 32;
 inline constexpr int most_rollouts = 10000;
 
+//! Of a threshold: it is asked at so many rollouts first, and then at a quarter more each time; the most by default, and
+//! the probability of each of both wrong answers.
+inline constexpr int first_decision = 8;
+inline constexpr int most_of_decision = 300;
+inline constexpr double error_of_decision = 0.05;
+
 struct ProbabilityOptions {
   DisturbanceModel disturbance = disturbances::Uniform{};
-  std::optional<int> rollouts{};  //!< unset: 30, or `most_rollouts` if there is a tolerance
+  std::optional<int> rollouts{};  //!< unset: 30, or `most_rollouts` with a tolerance, `most_of_decision` with `above`
   std::uint64_t seed = 0;
   std::uint64_t first = 0;            //!< number of the first rollout: a part of them has the bits of the whole
   int threads = 1;                    //!< the probability does not depend on it
   std::optional<double> tolerance{};  //!< rollouts are added until half of the 95 % interval is at most this
+  std::optional<double> above{};      //!< rollouts are added until it is told whether the probability is above this
   bool success = false;               //!< also for the success set at the horizon: rollouts go on after an exit
   bool by_object = false;             //!< also for any object, and for each: rollouts go on until all have left
   bool undisturbed = true;            //!< also one rollout without a disturbance, before the random ones
@@ -65,7 +72,8 @@ struct CaptureProbability : StepCounts {
   int rollouts = 0;                      //!< random rollouts that count; of splitting the replicas
   int diverged = 0;                      //!< rollouts that diverged, and do not count
   double effective = 0.0;                //!< effective sample size: rollouts of equal weight that say as much
-  int looks = 1;                         //!< the most looks at the tolerance; intervals are wider by them (Bonferroni)
+  int looks = 1;  //!< the most looks at a tolerance or a threshold; intervals are wider by them (Bonferroni)
+  std::optional<bool> above{};           //!< whether it is above `ProbabilityOptions::above`, if that was told
   bool complete = true;                  //!< no rollout is missing
   std::optional<Splitting> splitting{};  //!< of rare losses
   std::vector<Warning> warnings{};       //!< what speaks against the probability
@@ -74,6 +82,12 @@ struct CaptureProbability : StepCounts {
 //! Throws std::invalid_argument on a problem without horizon and plan, and on bad options; std::runtime_error if too
 //! many rollouts diverge; Cancelled or TimedOut if the limit is reached before the first one is complete.
 CaptureProbability capture_probability(const Problem& problem, const ProbabilityOptions& options = {});
+
+//! Whether a probability is above a threshold, of which `captured` of `rollouts` say something; none: it is not told. A
+//! probability at most the threshold is ever called above, after any number of independent rollouts, with probability
+//! `error` at most, and one at least the threshold as seldom called not above: Ville's inequality for the likelihoods of
+//! all probabilities beyond it, evenly weighed (Robbins, Annals of Mathematical Statistics, 1970).
+std::optional<bool> is_above(double threshold, int captured, int rollouts, double error = error_of_decision);
 
 //! Clopper and Pearson's interval of a probability that `effective` rollouts estimate.
 Interval interval(double probability, double effective, double confidence = 0.95);
