@@ -2130,8 +2130,13 @@ class CaptureProbability:
         """
         (low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
         
-        With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'lost', 'success' or
+        With a tolerance or a threshold it is wider, by the number of looks. which: 'captured', 'lost', 'success' or
         'any'.
+        """
+    @property
+    def above(self) -> bool | None:
+        """
+        Whether the probability is above the threshold that was asked; None: that is not told.
         """
     @property
     def any(self) -> Survival | None:
