@@ -61,8 +61,8 @@ def test_a_profile_asks_a_policy_later_what_it_would_do_then():
         held, every=0.1, ahead=0.2, rollouts=20, nodes=5, disturbance=NOTHING
     )
     assert (profile.probabilities[:3] == 1).all()
-    after = em.margin_profile(held, policy(act, period=0.1).rest(48, held.scene.step),
-                              every=0.1, ahead=0.4, rollouts=20, nodes=5, disturbance=NOTHING)  # fmt: skip
+    later = policy(act, period=0.1).rest(48, held.scene.step)
+    after = em.margin_profile(held, later, every=0.1, ahead=0.4, rollouts=20, nodes=5, disturbance=NOTHING)  # fmt: skip
     assert after.probabilities[0] == 0
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem, Scene, World
-from energymargin.plans import nearest_steps, rest_of
+from energymargin.plans import nearest_steps
 
 __all__ = ["Law", "followed", "tracking", "values_of"]
 
@@ -122,7 +122,7 @@ def _model(problem: Problem, state: Rows, begin: int, count: int, law: Law) -> t
     """How the observed at the end of a control period follow from those at its begin, (n, n), and
     from a command that is held, (n, m): central differences."""
     whole: Any = problem.plan
-    scene, plan = problem.scene, rest_of(whole, begin, problem.scene.step)
+    scene, plan = problem.scene, whole.rest(begin, problem.scene.step)
     world = World(scene, plan)
 
     def end(of: World, start: Rows) -> Rows:
