@@ -75,6 +75,7 @@ if typing.TYPE_CHECKING:
         report as report,
         scenes as scenes,
         store as store,
+        surrogates as surrogates,
         tasks as tasks,
         viewer as viewer,
     )
@@ -98,6 +99,7 @@ if typing.TYPE_CHECKING:
         score as score,
     )
     from energymargin.searches import SearchSettings as SearchSettings
+    from energymargin.surrogates import Surrogate as Surrogate
 
     __version__: str
 
@@ -108,7 +110,7 @@ PLAIN = (
     "recordings",
 )
 EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra of its name
-SUBPACKAGES = (*PLAIN, "scenes", "store", "tasks", *EXTRAS)
+SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)
 NAMES = {
     "actions": [
         *("Guard", "Improvement", "MarginProfile", "Ranking"),
@@ -121,6 +123,7 @@ NAMES = {
     "policies": ["Policy"],
     "scoring": ["ScoreError", "ScoreTable", "score"],
     "searches": ["SearchSettings"],
+    "surrogates": ["Surrogate"],
 }
 HOMES = {name: module for module, names in NAMES.items() for name in names}
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from energymargin.scenes.reports import SceneReport
     from energymargin.scoring import ScoreTable
     from energymargin.store import Run, ScoreStore
+    from energymargin.surrogates import Surrogate
     from energymargin.trajectories import Trajectory
 
 NONE_FOUND = "infinite: no way out was found"
@@ -350,6 +351,22 @@ def run(one: Run) -> Summary:
     if one.sampling is not None:
         rows["not known for sure"] = f"{one.sampling}; each score is the mean of its particles"
     return Summary(f"Run {one.number} of {one.store.path.name}", list(rows.items()))
+
+
+def surrogate(one: Surrogate) -> Summary:
+    """What it learned, and how good it is on trajectories that it did not learn from."""
+    good = one.quality
+    rows = {
+        "score": f"{one.metric} of {one.source['task']}",
+        "features": f"{len(one.names) - len(one.given)} of a state",
+        "given with a state": ", ".join(one.given) or "nothing",
+        "tested on": f"{good.states} states of {good.trajectories} trajectories",
+        "AUC": f"{good.auc:.3f}, of the scores themselves {good.auc_of_scores:.3f}",
+        "calibration error": f"{good.calibration_error:.3f}",
+        "within the interval": f"{good.coverage:.1%}, expected {one.coverage:.1%}",
+        "refused": f"{good.refused:.1%}",
+    }
+    return Summary(f"Surrogate of {one.source['task']}", list(rows.items()))
 
 
 # Trajectories

@@ -1,6 +1,6 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-rank | grasps | report | view. Each command has its own file; other packages register more, as
-`reproduce`.
+learn | rank | grasps | report | view. Each command has its own file; other packages register more,
+as `reproduce`.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -27,6 +27,7 @@ from energymargin.cli.fields import described
 from energymargin.cli.generate import generate
 from energymargin.cli.grasps import grasps
 from energymargin.cli.importing import import_recordings
+from energymargin.cli.learn import learn
 from energymargin.cli.rank import rank
 from energymargin.cli.report import report
 from energymargin.cli.score import score
@@ -144,7 +145,7 @@ def _options(
     pass
 
 
-for command in (demo, tasks, generate, score, evaluate, export, rank, grasps, report):
+for command in (demo, tasks, generate, score, evaluate, export, learn, rank, grasps, report):
     app.command()(described(command))
 app.command("import")(described(import_recordings))
 app.command("view")(described(view_command))

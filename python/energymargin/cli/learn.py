@@ -1,0 +1,86 @@
+"""The command `energymargin learn`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.markup import escape
+
+from energymargin.cli.places import require_free
+from energymargin.cli.terminal import loading, out, say
+from energymargin.summary import summary
+
+if TYPE_CHECKING:
+    from energymargin.datasets import Dataset
+    from energymargin.surrogates import Surrogate
+
+BATCH = 1000  # states whose time is taken
+REPEATS = 20  # of which the fastest counts, whatever else the machine does
+
+
+def learn(
+    scores: Path,
+    *,
+    output: Path,
+    data: Path | None = None,
+    run: int | None = None,
+    metric: str | None = None,
+    coverage: float = 0.9,
+    seed: int = 0,
+    overwrite: bool = False,
+) -> None:
+    """Learn a score from the states that have it, so that it takes microseconds a state: a
+    surrogate, for `em.Surrogate.load`.
+
+    It needs a few hundred trajectories, and 50 at least. Of ten, five grow boosted trees, one
+    calibrates them, two say how wide the intervals are, and two are the test that is shown: AUC
+    beside that of the scores, calibration, coverage. States unlike the training are refused later
+    on.
+
+    Example: `energymargin score push.h5 --frames 2 --metrics probability`, and then
+    `energymargin learn push-scores.db -o push-surrogate.npz`
+
+    Args:
+        output: The surrogate, a .npz file.
+        data: The dataset; if not given, the one beside the scores: push.h5 of push-scores.db.
+        metric: Which score; the first of the run if not given.
+        coverage: How probable it is that the score of a state of a new trajectory is within its
+            interval.
+    """
+    require_free(output, overwrite=overwrite, suffixes=(".npz",))
+    with loading():
+        from energymargin import datasets
+        from energymargin.store import ScoreStore
+        from energymargin.surrogates import Surrogate
+
+    beside = scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
+    with ScoreStore(scores) as store, datasets.open(data or beside) as dataset:
+        chosen = store.run(run)
+        surrogate = Surrogate.learn(chosen, dataset, metric, coverage=coverage, seed=seed)
+        batch, one, rollouts = *_seconds(surrogate, dataset), chosen.seconds()
+    surrogate.save(output)
+    out.print(summary(surrogate))
+    faster = f": {rollouts / batch:,.0f} times faster than its score" if rollouts else ""
+    say(f"A state takes {1e6 * batch:.2g} us among {BATCH:,}, {1e3 * one:.2g} ms alone{faster}")
+    say(f"Wrote {escape(str(output))}. Next: em.Surrogate.load({escape(repr(str(output)))})")
+
+
+def _seconds(surrogate: Surrogate, dataset: Dataset) -> tuple[float, float]:
+    """What a state takes in a batch, and alone [s]."""
+    import numpy as np
+
+    first = dataset.trajectories[0]
+    given = {**first.params, **({"time": 0.0} if "time" in surrogate.given else {})}
+    states = np.resize(first.states, (BATCH, first.states.shape[1]))
+
+    def fastest(asked: np.ndarray) -> float:
+        times = []
+        for _ in range(REPEATS):
+            begun = time.perf_counter()
+            surrogate(asked, params=given)
+            times.append(time.perf_counter() - begun)
+        return min(times)
+
+    return fastest(states) / BATCH, fastest(states[0])

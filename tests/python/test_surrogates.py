@@ -1,0 +1,234 @@
+"""Scores that are learned from a store: what they say, what they refuse, what they keep."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import run_here
+from sklearn.ensemble import HistGradientBoostingRegressor
+
+import energymargin as em
+from energymargin.store import ScoreStore
+from energymargin.surrogates import fitting
+from energymargin.surrogates.trees import compiled
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A dataset of balance and its probabilities."""
+    place = tmp_path_factory.mktemp("surrogate")
+    dataset = em.datasets.generate("balance", trajectories=80, seed=1)
+    dataset.save(place / "balance.h5")
+    path, ahead = place / "balance-scores.db", em.datasets.Future(2)
+    em.store.score_dataset(dataset, path, ["probability"], future=ahead, rollouts=10)
+    return place
+
+
+@pytest.fixture(scope="module")
+def dataset(folder):
+    return em.datasets.load(folder / "balance.h5")
+
+
+@pytest.fixture(scope="module")
+def surrogate(folder, dataset):
+    with ScoreStore(folder / "balance-scores.db") as store:
+        return em.Surrogate.learn(store.run(), dataset)
+
+
+def estimates(surrogate, trajectory):
+    return surrogate(trajectory.states, params=trajectory.params, time=trajectory.times)
+
+
+def made(states=2000, trajectories=100, *, seed=0, **options):
+    """A model of features x and y whose score is the logistic of 3 x, and y is noise."""
+    random = np.random.default_rng(seed)
+    features = random.normal(size=(states, 2))
+    scores = random.binomial(30, 1 / (1 + np.exp(-3 * features[:, 0]))) / 30
+    known = {"bounded": True, "monotone": [0, 0], "mirrored": [], "coverage": 0.9, "seed": seed}
+    numbers = np.repeat(np.arange(trajectories), states // trajectories)
+    return fitting.fitted(features, scores, numbers, **known | options)[0], features, scores
+
+
+def test_compiled_trees_say_what_those_of_scikit_learn_say():
+    random = np.random.default_rng(0)
+    features = random.normal(size=(500, 5)).round(1)  # values that are thresholds, too
+    model = HistGradientBoostingRegressor(max_iter=20, max_leaf_nodes=16)
+    model.fit(features, features[:, 0] * features[:, 1] + np.abs(features[:, 2]))
+    asked = random.normal(size=(2000, 5))
+    assert np.allclose(compiled(model, features)(asked), model.predict(asked), atol=1e-12)
+
+
+def test_it_predicts_and_is_calibrated_on_trajectories_it_did_not_learn_from(surrogate):
+    good = surrogate.quality
+    assert good.trajectories == 16
+    assert good.auc > good.auc_of_scores - 0.03
+    assert good.calibration_error < 0.08
+    assert good.coverage > 0.75
+    assert good.refused < 0.1
+
+
+def test_no_trajectory_is_in_two_parts():
+    numbers = np.repeat(np.arange(50), 7)
+    parts = fitting.parts_of(numbers, seed=3)
+    of_each = [set(numbers[part].tolist()) for part in parts]
+    assert [len(one) for one in of_each] == [25, 5, 10, 10]
+    assert len(set().union(*of_each)) == 50
+
+
+def test_intervals_hold_in_new_trajectories_whose_errors_are_alike():
+    """The mean over 200 calibrations of 40 trajectories, within three standard errors."""
+    random = np.random.default_rng(0)
+    held = []
+    for _ in range(200):
+        errors = np.abs(random.normal(size=40))[:, None] * random.uniform(0.5, 1.5, size=(40, 8))
+        width = fitting.conformal(errors.ravel(), np.repeat(np.arange(40), 8), 0.9)
+        new = np.abs(random.normal(size=400)) * random.uniform(0.5, 1.5, size=400)
+        held.append(np.mean(new <= width))
+    error = np.std(held) / np.sqrt(len(held))
+    assert 0.9 - 3 * error < np.mean(held) < 0.95
+
+
+def test_too_few_trajectories_for_an_interval_are_refused():
+    with pytest.raises(ValueError, match=r"coverage is 0.95, expected .* at most 0.909 with 10"):
+        fitting.conformal(np.arange(10.0), np.arange(10), 0.95)
+
+
+def test_states_unlike_the_training_are_refused(surrogate, dataset):
+    trajectory = dataset.trajectories[0]
+    moved = trajectory.states.copy()
+    moved[:, 0] += 20.0  # m, of the object
+    found = surrogate(moved, params=trajectory.params, time=trajectory.times)
+    assert found.refused.all()
+    assert np.isnan([found.value, found.low, found.high]).all()
+    assert not estimates(surrogate, trajectory).refused.all()
+
+
+def test_one_state_has_the_numbers_that_it_has_among_others(surrogate, dataset):
+    trajectory = dataset.trajectories[1]
+    several = estimates(surrogate, trajectory)
+    one = surrogate(trajectory.states[2], params=trajectory.params, time=trajectory.times[2])
+    assert one.value == pytest.approx(several.value[2], abs=1e-12)
+    assert one.low <= one.value <= one.high
+
+
+def test_what_others_are_seen_as_does_not_change_with_the_frame():
+    task = em.tasks.make("push", friction=0.3)
+    trajectory = task.rollout(0)
+    layout = em.surrogates.Layout.of(task.layout)
+    bodies = [task.layout.unpack(state) for state in trajectory.states]
+    turned = []
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    for state in bodies:
+        placed = {
+            name: {
+                "position": turn @ body["position"] + (3, -1, 0),
+                "yaw": body["yaw"] + 0.7,
+                "velocity": turn @ body["velocity"],
+                "angular_velocity": body["angular_velocity"],
+            }
+            for name, body in state.items()
+        }
+        turned.append(task.layout.pack(**placed))
+    seen = [name.startswith("effector_in_object") for name in layout.names]
+    before = layout.features(trajectory.states)[:, seen]
+    after = layout.features(np.array(turned))[:, seen]
+    assert before.shape[1] == 7
+    assert np.allclose(before, after, atol=1e-3)  # bodies tilt a little, a yaw does not
+
+
+def test_a_monotone_score_never_falls():
+    model, *_ = made(monotone=[1, 0])
+    line = np.column_stack([np.linspace(-2, 2, 200), np.zeros(200)])
+    assert (np.diff(model.value(line)) >= 0).all()
+    free, *_ = made()
+    assert (np.diff(free.value(line)) < 0).any()
+
+
+def test_a_state_and_its_mirror_image_have_the_same_score():
+    model, features, _ = made(mirrored=[1, 0])
+    found, mirrored = model(features), model(-features)
+    assert np.array_equal(found.value, mirrored.value, equal_nan=True)
+
+
+def test_a_file_keeps_every_bit(surrogate, dataset, tmp_path):
+    surrogate.save(tmp_path / "one.npz")
+    again = em.Surrogate.load(tmp_path / "one.npz")
+    for name in ("value", "low", "high", "refused"):
+        found = [getattr(estimates(s, dataset.trajectories[2]), name) for s in (surrogate, again)]
+        assert np.array_equal(*found, equal_nan=True)
+    assert again.quality == surrogate.quality
+    assert again.facts == surrogate.facts
+
+
+def test_features_of_ones_own_are_asked_for_when_a_file_is_read(folder, dataset, tmp_path):
+    def gap(states):
+        return states[:, :3] - states[:, 13:16]
+
+    with ScoreStore(folder / "balance-scores.db") as store:
+        surrogate = em.Surrogate.learn(store.run(), dataset, features=(gap, ("x", "y", "z")))
+    assert surrogate.names == ("x", "y", "z", "time")
+    surrogate.save(tmp_path / "own.npz")
+    with pytest.raises(ValueError, match="features of its own: give load"):
+        em.Surrogate.load(tmp_path / "own.npz")
+    again = em.Surrogate.load(tmp_path / "own.npz", features=gap)
+    found = [estimates(s, dataset.trajectories[0]).value for s in (surrogate, again)]
+    assert np.array_equal(*found, equal_nan=True)
+
+
+def test_another_scene_is_refused_and_a_state_of_its_own_is_not(surrogate, dataset):
+    problem = dataset.problems([3], future=em.datasets.Future(2))[0]
+    surrogate.require(problem)
+    heavier = problem.replace(scene=problem.scene.with_body("object", mass=1.5))
+    with pytest.raises(ValueError, match=r"scene.bodies.object.mass = 1.5, but .* with 1.0"):
+        surrogate.require(heavier)
+    with pytest.raises(ValueError, match="horizon"):
+        surrogate.require(problem.replace(horizon=0.1, plan=None))
+
+
+def test_bad_input_is_named(surrogate, dataset, folder, tmp_path):
+    states = dataset.trajectories[0].states
+    with pytest.raises(ValueError, match="time is missing"):
+        surrogate(states)
+    with pytest.raises(ValueError, match=r"states has shape \(10, 25\), expected \(N, 26\)"):
+        surrogate(states[:, 1:], time=0.0)
+    with pytest.raises(ValueError, match=r"time has shape \(3,\)"):
+        surrogate(states, time=[0.0, 1.0, 2.0])
+    with ScoreStore(folder / "balance-scores.db") as store:
+        run = store.run()
+        with pytest.raises(ValueError, match="'nothing' is no feature"):
+            em.Surrogate.learn(run, dataset, monotone={"nothing": 1})
+        with pytest.raises(ValueError, match="metric is 'capture', expected one of probability"):
+            em.Surrogate.learn(run, dataset, "capture")
+        other = em.datasets.generate("balance", trajectories=2, seed=5)
+        with pytest.raises(ValueError, match="is not the dataset that run 1"):
+            em.Surrogate.learn(run, other)
+    with pytest.raises(ValueError, match="is no surrogate, or damaged"):
+        em.Surrogate.load(folder / "balance.h5")
+
+
+def test_a_file_of_other_scores_is_refused(surrogate, tmp_path):
+    surrogate.save(tmp_path / "old.npz")
+    with np.load(tmp_path / "old.npz") as file:
+        arrays = dict(file)
+    about = json.loads(str(arrays["about"]))
+    about["source"]["algorithm"] = "0.13.0"
+    np.savez(tmp_path / "old.npz", **arrays | {"about": np.array(json.dumps(about))})
+    with pytest.raises(ValueError, match=r"algorithm 0.13.0, and this energymargin gives those"):
+        em.Surrogate.load(tmp_path / "old.npz")
+
+
+def test_few_trajectories_are_refused():
+    with pytest.raises(ValueError, match="scores of 10 trajectories, expected at least 50"):
+        made(trajectories=10)
+
+
+def test_the_command_learns_shows_how_good_it_is_and_writes_the_same(folder, surrogate, dataset):
+    done = run_here("learn", "balance-scores.db", "-o", "b.npz", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "calibration error" in done.stdout
+    assert "times faster than its score" in " ".join(done.stderr.split())
+    again = em.Surrogate.load(folder / "b.npz")
+    found = [estimates(s, dataset.trajectories[4]).value for s in (surrogate, again)]
+    assert np.array_equal(*found, equal_nan=True)
+    assert run_here("learn", "balance-scores.db", "-o", "b.npz", cwd=folder).returncode == 2
