@@ -121,7 +121,7 @@ def test_push_returns_while_every_worker_is_busy(problem, gate):
         assert sorted(gate.asked) == [0, 1]  # both wait in problem_of
         for number in range(2, 100):
             live.push(number, problem.state)
-        assert live.counters == (100, 0, 97, 0, 0) and live.latest is None
+        assert live.counters[:5] == (100, 0, 97, 0, 0) and live.latest is None
         gate.open()
         assert live.wait(LONG)
         assert live.latest.time == 99
@@ -259,7 +259,7 @@ def test_close_does_not_wait_for_a_problem_and_no_reading_comes_after_it(problem
     gate.open()
     assert live.wait(LONG)
     assert heard == [] and live.latest is None
-    assert live.counters == (2, 0, 2, 0, 0)
+    assert live.counters[:5] == (2, 0, 2, 0, 0)
     with pytest.raises(RuntimeError, match="the monitor is closed"):
         live.push(2, problem.state)
     live.close()  # again: nothing happens

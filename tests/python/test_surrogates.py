@@ -8,6 +8,7 @@ from command_line import run_here
 from sklearn.ensemble import HistGradientBoostingRegressor
 
 import energymargin as em
+from energymargin.monitor import Alarm, Conditions
 from energymargin.store import ScoreStore
 from energymargin.surrogates import fitting
 from energymargin.surrogates.trees import compiled
@@ -232,3 +233,62 @@ def test_the_command_learns_shows_how_good_it_is_and_writes_the_same(folder, sur
     found = [estimates(s, dataset.trajectories[4]).value for s in (surrogate, again)]
     assert np.array_equal(*found, equal_nan=True)
     assert run_here("learn", "balance-scores.db", "-o", "b.npz", cwd=folder).returncode == 2
+
+
+def readings(task, trajectory, first_look=None, **options):
+    """Of a monitor that waits for each state."""
+
+    def question(state, time):
+        return task.future(state, time, trajectory.params, 0.55)
+
+    options = {"alarm": Alarm(0.3, 0.7), "rollouts": 10, "period": 10.0} | options
+    with em.Monitor(question, first_look=first_look, **options) as monitor:
+        for time, state in zip(trajectory.times, trajectory.states, strict=True):
+            monitor.push(time, state)
+            monitor.wait()
+        return monitor.history, monitor.counters
+
+
+def test_a_monitor_takes_rollouts_only_where_the_first_look_is_unsure(surrogate):
+    task = em.tasks.make("balance")
+    trajectory = task.rollout(1001, frames=30)
+
+    def look(state, time):
+        return surrogate(state, params=trajectory.params, time=time)
+
+    history, counters = readings(task, trajectory, look)
+    plain, _ = readings(task, trajectory)
+    assert (len(history), counters.scored, counters.failed) == (30, 30, 0)
+    for reading, rolled in zip(history, plain, strict=True):
+        if reading.rollouts:
+            assert reading.value == rolled.value
+        else:
+            assert reading.interval[1] < 0.3 or reading.interval[0] >= 0.7
+            assert reading.probability is None
+    without = sum(reading.rollouts == 0 for reading in history)
+    assert 0 < without == counters.foreseen
+    assert sum(a.alarm != b.alarm for a, b in zip(history, plain, strict=True)) <= 3
+
+
+def test_a_monitor_leaves_states_that_the_first_look_refuses_to_rollouts(surrogate):
+    task = em.tasks.make("balance")
+    trajectory = task.rollout(1001, frames=5)
+
+    def far(state, time):
+        return surrogate(state + 50.0 * (np.arange(26) == 0), time=time)
+
+    history, counters = readings(task, trajectory, far)
+    assert (counters.foreseen, counters.refused) == (0, 5)
+    assert all(reading.rollouts == 10 for reading in history)
+
+
+def test_a_first_look_needs_an_alarm_and_no_threshold_of_rollouts(surrogate):
+    for alarm in (None, Alarm(0.5, from_data=True, conditions=Conditions(10, 0.55, 10.0))):
+        with pytest.raises(ValueError, match="but a first look needs an alarm of a number"):
+            em.Monitor(
+                lambda s, t: None,
+                alarm=alarm,
+                rollouts=10,
+                period=10.0,
+                first_look=lambda s, t: surrogate(s, time=t),
+            )

@@ -11,7 +11,7 @@ import time as clock
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +32,9 @@ from energymargin.monitor.alarm import Alarm, Threshold
 from energymargin.monitor.conditions import Pace
 from energymargin.searches import SearchSettings, metric_search
 
+if TYPE_CHECKING:
+    from energymargin.surrogates import Estimates
+
 LONGEST_CLOSE = 0.2  # s
 UNKNOWN = (math.nan, math.nan)
 
@@ -39,6 +42,8 @@ _log = logging.getLogger("energymargin.monitor")
 
 ProblemOf = Callable[[NDArray[np.float64], float], Problem]
 """Called with (state, time); returns the question about that state."""
+FirstLook = Callable[[NDArray[np.float64], float], "Estimates"]
+"""Called with (state, time); returns what a surrogate says of that state."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,7 @@ class Reading:
     interval: tuple[float, float]
     """95 % interval of the value."""
     rollouts: int
-    """Number of rollouts behind the value, without those that diverged."""
+    """Number of rollouts behind the value, without those that diverged; 0 of a first look."""
     trend: float
     """Slope of the values over the monitor's `trend_window` [1/s]; NaN with fewer than two."""
     alarm: bool
@@ -63,7 +68,7 @@ class Reading:
     late: bool
     """Whether that is more than the monitor's `period`."""
     probability: CaptureProbability | None = field(default=None, repr=False)
-    """The probability with its curve over time; None with an `error`."""
+    """The probability with its curve over time; None with an `error`, and of a first look."""
     error: Exception | None = None
     """Why the state has no value: what `problem_of` or the score raised."""
 
@@ -84,6 +89,17 @@ class Counters(NamedTuple):
     """Scored, but later than a period after their push."""
     failed: int
     """Without a value."""
+    foreseen: int = 0
+    """Scored by the first look alone."""
+    refused: int = 0
+    """Unlike the states that the first look learned from, and left to rollouts."""
+
+
+class _Foreseen(NamedTuple):
+    """What a first look is sure of."""
+
+    value: float
+    interval: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +140,7 @@ class Monitor(Closing):
         trend_window: float = 0.5,
         kept: int = 1000,
         on_reading: Callable[[Reading], object] | None = None,
+        first_look: FirstLook | None = None,
     ) -> None:
         """Starts the workers.
 
@@ -144,6 +161,10 @@ class Monitor(Closing):
             trend_window: time over which the trend is taken [s].
             kept: readings in `history`, at most.
             on_reading: called with each reading, by one worker at a time. It should be short.
+            first_look: a function (state, time) that returns what an em.Surrogate says of the
+                state. Where its interval is on one side of the alarm, from `off` on or below `on`,
+                its value is the reading, without rollouts. An alarm is needed, and none of a
+                threshold from data, which holds for rollouts.
 
         The value depends on state, seed and number of rollouts alone: the same bits on any machine.
         Raises ValueError on bad arguments.
@@ -159,6 +180,15 @@ class Monitor(Closing):
         self._conditions = None if self.rule is None else self.rule.holds_for()
         if self._conditions is not None:
             self._conditions.require(rollouts, self._period, self._disturbance)
+        self._first_look: FirstLook | None = function_or_none(
+            "first_look", first_look, "state", "time"
+        )
+        if first_look is not None and (self.rule is None or self.rule.from_data):
+            alarm_text = "None" if self.rule is None else "a threshold from data"
+            raise ValueError(
+                f"alarm is {alarm_text}, but a first look needs an alarm of a number of yours: "
+                "Alarm(on=..., off=...)"
+            )
         count = whole_number("workers", workers, 1)
         self._threads = max(1, core_count("threads", threads) // (count if threads is None else 1))
         self._most_waiting = whole_number("waiting", waiting, 1)
@@ -296,11 +326,27 @@ class Monitor(Closing):
             self._busy += 1
             return self._waiting.pop()
 
-    def _score(self, pushed: _Pushed) -> CaptureProbability | Exception:
-        begun = clock.monotonic()
+    def _foreseen(self, pushed: _Pushed) -> _Foreseen | None:
+        """What a first look says, if it is on one side of the alarm."""
+        if self._first_look is None or self.rule is None:
+            return None
+        found = self._first_look(pushed.state, pushed.time)
+        if found.refused:
+            with self._lock:
+                self._count(refused=1)
+            return None
+        low, high = float(found.low), float(found.high)
+        off = self.rule.on if self.rule.off is None else self.rule.off
+        sure = high < self.rule.on or low >= off
+        return _Foreseen(float(found.value), (low, high)) if sure else None
+
+    def _score(self, pushed: _Pushed) -> CaptureProbability | _Foreseen | Exception:
         with self._lock:
             rollouts = self._pace.rollouts
         try:
+            if (foreseen := self._foreseen(pushed)) is not None:
+                return foreseen
+            begun = clock.monotonic()
             problem = self._problem_of(pushed.state, pushed.time)
             if self._conditions is not None:
                 self._conditions.require_horizon(problem.horizon)
@@ -320,7 +366,7 @@ class Monitor(Closing):
             self._pace.note(rollouts, asked - begun, clock.monotonic() - asked)
         return probability
 
-    def _deliver(self, pushed: _Pushed, score: CaptureProbability | Exception) -> None:
+    def _deliver(self, pushed: _Pushed, score: CaptureProbability | _Foreseen | Exception) -> None:
         with self._delivery:
             with self._lock:
                 if pushed.cancel.is_set:
@@ -337,22 +383,28 @@ class Monitor(Closing):
                 why = diverged if reading.error is None else _text(reading.error)
                 self._warn(f"the state at {reading.time:g} s has no score", why)
 
-    def _noted(self, pushed: _Pushed, score: CaptureProbability | Exception) -> Reading:
+    def _noted(self, pushed: _Pushed, score: CaptureProbability | _Foreseen | Exception) -> Reading:
         """The reading, once alarm, history and counters know it."""
         lateness = clock.monotonic() - pushed.came
         late = lateness > self._period
-        failed = isinstance(score, Exception)
-        if isinstance(score, Exception) or is_unknown(score):
-            value, interval, rollouts, trend = math.nan, UNKNOWN, 0, math.nan
-            self._count(failed=1)
+        error = score if isinstance(score, Exception) else None
+        probability = score if isinstance(score, CaptureProbability) else None
+        if isinstance(score, _Foreseen):
+            (value, interval), rollouts = score, 0
+        elif isinstance(score, Exception) or is_unknown(score):
+            value, interval, rollouts = math.nan, UNKNOWN, 0
         else:
             value, interval, rollouts = float(score.captured), score.interval(), score.rollouts
+        trend = math.nan
+        if math.isnan(value):
+            self._count(failed=1)
+        else:
             self._follow(pushed.time, value)
             trend = self._trend(pushed.time, value)
-            self._count(scored=1, late=int(late))
+            self._count(scored=1, late=int(late), foreseen=int(isinstance(score, _Foreseen)))
         reading = Reading(
             *(pushed.time, value, interval, rollouts, trend, self._is_on, lateness, late),
-            *((None, score) if failed else (score, None)),
+            *(probability, error),
         )
         bisect.insort(self._history, reading, key=lambda known: known.time)
         del self._history[: -self._kept]
