@@ -62,7 +62,8 @@ def test_a_profile_asks_a_policy_later_what_it_would_do_then():
     )
     assert (profile.probabilities[:3] == 1).all()
     later = policy(act, period=0.1).rest(48, held.scene.step)
-    after = em.margin_profile(held, later, every=0.1, ahead=0.4, rollouts=20, nodes=5, disturbance=NOTHING)  # fmt: skip
+    asks = {"rollouts": 20, "nodes": 5, "disturbance": NOTHING}
+    after = em.margin_profile(held, later, every=0.1, ahead=0.4, **asks)
     assert after.probabilities[0] == 0
 
 
