@@ -22,8 +22,8 @@ Vector = NDArray[np.float64]
 PARTS = (0.5, 0.1, 0.2, 0.2)  # of the trajectories: for trees, calibration, intervals, and the test
 LEAST = 50  # trajectories; with fewer there are no intervals of 90 %
 TREES, RATE = 100, 0.1
-NEIGHBOURS = 256  # states of the training to which a new one is compared
-LIKE = 0.99  # share of the states of other trajectories that count as like the training's
+NEIGHBOURS = 512  # states of the training to which a new one is compared
+LIKE = 0.95  # share of the states of other trajectories that count as like the training's
 
 
 def fitted(
@@ -55,17 +55,21 @@ def fitted(
         values=trees.values,
         constant=np.array(trees.constant),
         linear=np.array(platt(trees(table[tune]), scores[tune]) if bounded else (1.0, 0.0)),
-        width=np.array(0.0),
+        widths=np.zeros(2),
         scale=scale,
-        neighbours=table[chosen] / scale,
+        neighbours=(table[chosen] / scale).astype(np.float32),
         reach=np.array(np.inf),
         mirrored=flipped,
     )
     value = model.value(table[widen])
     errors = np.abs(value - scores[widen]) / model.spread(value)
-    width = conformal(errors, trajectory[widen], coverage)
+    unsure = model.is_unsure(value)
+    widths = [
+        conformal(errors[group], trajectory[widen][group], coverage, bounded=bounded)
+        for group in (~unsure, unsure)
+    ]
     reach = np.quantile(model.distances(table[tune | widen]), LIKE)
-    return replace(model, width=np.array(width), reach=np.array(reach)), test
+    return replace(model, widths=np.array(widths), reach=np.array(reach)), test
 
 
 def parts_of(trajectory: NDArray[np.int64], seed: int) -> list[NDArray[np.bool_]]:
@@ -134,18 +138,20 @@ def _as_labels(scores: Vector) -> tuple[NDArray[np.int64], Vector]:
     return np.repeat([1, 0], len(scores)), np.concatenate([scores, 1 - scores])
 
 
-def conformal(errors: Vector, trajectory: NDArray[np.int64], coverage: float) -> float:
-    """The error that a state of a new trajectory does not exceed with this probability.
-
-    Raises ValueError if there are too few trajectories to say so.
-    """
+def conformal(
+    errors: Vector, trajectory: NDArray[np.int64], coverage: float, *, bounded: bool
+) -> float:
+    """The error that a state of a new trajectory does not exceed with this probability; inf of a
+    probability, `bounded`, if there are too few trajectories to say so. ValueError of others."""
     _, own, counts = np.unique(trajectory, return_inverse=True, return_counts=True)
     order = np.argsort(errors)
     level = np.cumsum(1 / counts[own][order]) / (len(counts) + 1)
     reached = np.flatnonzero(level >= coverage - 1e-12)
-    if not 0 < coverage < 1 or not len(reached):
-        raise ValueError(
-            f"coverage is {coverage:g}, expected above 0 and at most {level[-1]:.3f} with "
-            f"{len(counts)} trajectories for the intervals: score more of them"
-        )
-    return float(errors[order][reached[0]])
+    if len(reached):
+        return float(errors[order][reached[0]])
+    if bounded:
+        return np.inf
+    raise ValueError(
+        f"coverage is {coverage:g}, expected at most {len(counts) / (len(counts) + 1):.3f} with "
+        f"{len(counts)} trajectories for the intervals: score more of them"
+    )

@@ -15,6 +15,7 @@ Vector = NDArray[np.float64]
 
 FINEST = 1e-3  # m, rad, m/s or rad/s: the least scale of a feature
 NARROWEST = 0.05  # of a probability's spread
+SURE = 0.05  # of 0 or of 1: so near is a probability that is sure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,11 +45,12 @@ class Model(Record):
     constant: Vector
     linear: Vector
     """Slope and offset of the sum, by which it is calibrated, shape (2,)."""
-    width: Vector
-    """Half the interval, as a multiple of the spread; shape ()."""
+    widths: Vector
+    """Half the interval, as a multiple of the spread: of values that are sure, and of others; shape
+    (2,)."""
     scale: Vector
     """Spread of each feature among the training's states, shape (F,)."""
-    neighbours: Vector
+    neighbours: NDArray[np.float32]
     """Some of those states, each feature by its scale, shape (A, F)."""
     reach: Vector
     """Distance to the nearest of them from which on a state is refused; shape ()."""
@@ -66,11 +68,19 @@ class Model(Record):
         table = unmirrored(features, self.mirrored)
         refused = self.distances(table) > self.reach
         value = np.where(refused, np.nan, self.value(table))
-        half = self.width * self.spread(value)
+        return Estimates(value, *self.interval(value), refused)
+
+    def interval(self, value: Vector) -> tuple[Vector, Vector]:
+        """Lower and upper ends for values, shape (N,) each."""
+        half = self.widths[self.is_unsure(value).astype(int)] * self.spread(value)
         low, high = value - half, value + half
-        if self.bounded:
-            low, high = low.clip(0, 1), high.clip(0, 1)
-        return Estimates(value, low, high, refused)
+        return (low.clip(0, 1), high.clip(0, 1)) if self.bounded else (low, high)
+
+    def is_unsure(self, value: Vector) -> NDArray[np.bool_]:
+        """Whether values are probabilities that are not near 0 or 1, shape (N,)."""
+        if not self.bounded:
+            return np.zeros(len(value), dtype=bool)
+        return np.asarray((value > SURE) & (value < 1 - SURE))
 
     def value(self, table: Vector) -> Vector:
         """Calibrated values of features that are `unmirrored`, shape (N,)."""
@@ -86,7 +96,7 @@ class Model(Record):
 
     def distances(self, table: Vector) -> Vector:
         """To the nearest of the neighbours, shape (N,)."""
-        own = table / self.scale
+        own = (table / self.scale).astype(np.float32)
         squares: Any = self.squares  # type: ignore[attr-defined]
         nearest = (squares - 2 * own @ self.neighbours.T).min(axis=1) + (own * own).sum(axis=1)
         return np.asarray(np.sqrt(np.maximum(nearest, 0)))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
-from energymargin.checks import numbers_of
+from energymargin.checks import numbers_of, share
 from energymargin.datasets import Dataset
 from energymargin.metrics import is_likelihood
 from energymargin.replacing import replaced
@@ -51,7 +51,8 @@ class Surrogate(Record, Summarized):
     given: tuple[str, ...]
     """What has to be given with a state: parameters of its trajectory that differ, and "time"."""
     coverage: float
-    """Probability with which the score of a state of a new trajectory is within its interval."""
+    """Probability with which the score of a state of a new trajectory is within its interval: of
+    probabilities near 0 or 1, and of others, each by themselves."""
     source: dict[str, Any] = field(repr=False)
     """The run: task, parameters, settings, future, digest of the dataset."""
     facts: Facts = field(repr=False)
@@ -97,6 +98,7 @@ class Surrogate(Record, Summarized):
         Raises ValueError on another dataset, on fewer than 50 trajectories with scores, and on
         names that are not there.
         """
+        share("coverage", coverage)
         if why := run.why_not_of(dataset, "dataset", str(run.store.path)):
             raise ValueError(why)
         labelled = run.labelled_scores()
@@ -134,7 +136,7 @@ class Surrogate(Record, Summarized):
         )
         held = np.full(len(scores), np.nan)
         held[known[is_test]] = model.value(unmirrored(table[known[is_test]], model.mirrored))
-        inside = np.abs(held - scores) <= model.width * model.spread(held)
+        low, high = model.interval(held)
         return Surrogate(
             metric=metric,
             names=names,
@@ -146,7 +148,7 @@ class Surrogate(Record, Summarized):
                 labelled,
                 metric,
                 values=held,
-                inside=inside,
+                inside=(low <= scores) & (scores <= high),
                 refused=model(table).refused,
                 frames=HORIZON if run.future is None else run.future.frames,
             ),
