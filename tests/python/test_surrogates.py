@@ -91,7 +91,7 @@ def test_intervals_hold_in_new_trajectories_whose_errors_are_alike():
 
 def test_too_few_trajectories_for_an_interval_are_refused():
     """Or say nothing, of a probability."""
-    with pytest.raises(ValueError, match="coverage is 0.95, expected at most 0.909 with 10 traj"):
+    with pytest.raises(ValueError, match=r"coverage is 0\.95, expected at most 0\.909 with 10"):
         fitting.conformal(np.arange(10.0), np.arange(10), 0.95, bounded=False)
     assert fitting.conformal(np.arange(10.0), np.arange(10), 0.95, bounded=True) == np.inf
 
