@@ -142,12 +142,12 @@ def test_pusht_is_in_our_scene_what_it_is_there():
     )
     near = em.regions.Ball("T", (0, 0, 0), pusht.NEAR, frame="agent")
     asked = em.Problem(
-        scene, state, captured=near, force=(1, 1, 0), torque=(0, 0, 0), duration=0.2, horizon=1.5
+        scene, state, captured=near, force=(1, 1, 0), torque=(0, 0, 0), duration=0.2, horizon=3.0
     )
-    loop = pusht.in_the_loop(scene)
+    loop = pusht.in_the_loop(scene, 60.0)
     ends = [
-        np.asarray(em.World(scene, plan).simulate(state, 300).states)[-1]
-        for plan in (loop, pusht.replayed(asked))
+        np.asarray(em.World(scene, plan).simulate(state, 600).states)[-1]
+        for plan in (loop, pusht.replayed(asked, 60.0))
     ]
     assert ends[1] == pytest.approx(ends[0], abs=1e-3)
     assert ends[0][1] > 0.15

@@ -1,7 +1,7 @@
 """gym-pusht: a scripted policy pushes a T, with pushes of random strength, in pymunk.
 
 A question: the agent is behind the T, and its policy pushes it towards the goal while random forces
-act on the T. Will the T still be before the agent all along the next 1.5 s? The answer is the
+act on the T. Will the T still be before the agent all along the next 3 s? The answer is the
 probability in a scene of ours with the policy in the loop; what happened is the environment's.
 
 A pixel is a millimetre. The environment stops all bodies after each of its steps of 10 ms, as a
@@ -49,18 +49,19 @@ ENVIRONMENT = "gym_pusht/PushT-v0"
 PIXEL = 1e-3  # m
 SUBSTEP, CONTROL = 0.01, 0.1  # s
 STIFFNESS, DAMPING = 100.0, 20.0  # 1/s^2, 1/s: how the agent follows its target, as there
-AHEAD = 15  # control steps
+AHEAD = 30  # control steps
 RADIUS = 0.015  # m, of the agent
 MIDDLE = 0.045  # m, of the T's centre of mass from the outer face of its bar
 MASS, INERTIA = 1.0, 3e-3  # kg, kg m^2
 PARTS = (((0.12, 0.03), 0.015), ((0.03, 0.09), 0.075))  # bar and stem: sizes, and how far from it
 NEAR = 0.085  # m, of the T's centre of mass from the agent's; a T that is pushed is at 0.06
-STEP, ACROSS, TURN = 12.0, 0.8, 60.0  # px ahead of the agent, share, px aside for a radian
+STEP, ACROSS = 12.0, 0.8  # px ahead of the agent, share of what it is off aside
+TURNS = (-200.0, 60.0)  # px aside for a radian, even draws: policies from bad to good
 GOAL = np.array([256.0, 256.0])  # px
-BESIDE, ASKEW = 40.0, 0.5  # px and rad at most, of the agent off the middle, of the T off the goal
+BESIDE, ASKEW = 55.0, 0.8  # px and rad at most, of the agent off the middle, of the T off the goal
 AWAY = (120.0, 190.0)  # px, of the T from the goal
 HELD = 2  # control steps of one force
-STRENGTHS = (0.0, 12.0)  # N, standard deviation of a force along x and y, even draws
+STRENGTHS = (0.0, 10.0)  # N, standard deviation of a force along x and y, even draws
 
 
 def lacks() -> str:
@@ -68,17 +69,18 @@ def lacks() -> str:
     return missing("gym-pusht", "gym_pusht", "gym-pusht")
 
 
-def pushed(agent: Rows, middle: Rows, angle: Rows) -> Rows:
+def pushed(turn: float, agent: Rows, middle: Rows, angle: Rows) -> Rows:
     """Targets of the agent at places (n, 2) of agent and T and angles of it (n,), shape (n, 2).
 
-    Ahead along the T's axis, and aside to where the push turns that axis to the goal. All in px.
+    Ahead along the T's axis, and aside to where the push turns that axis to the goal: `turn` px for
+    a radian that it is off. A policy whose turn is too small, or below 0, loses the T by itself.
     """
     along = np.column_stack([-np.sin(angle), np.cos(angle)])
     side = np.column_stack([np.cos(angle), np.sin(angle)])
     way = GOAL - middle
     off = np.arctan2((side * way).sum(axis=1), (along * way).sum(axis=1))  # to the goal, clockwise
     now = ((agent - middle) * side).sum(axis=1)
-    wanted = np.clip(-TURN * off, -BESIDE, BESIDE)
+    wanted = np.clip(-turn * off, -BESIDE, BESIDE)
     aside = ACROSS * (wanted - now)
     return np.asarray(agent + STEP * along + aside[:, None] * side)
 
@@ -87,7 +89,7 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
     """What is told of a question, and what happened."""
     seed = FIRST + int(case.split()[1])
     random = np.random.default_rng([settings.seed, seed])
-    env, strength = _environment(), random.uniform(*STRENGTHS)
+    env, strength, turn = _environment(), random.uniform(*STRENGTHS), random.uniform(*TURNS)
     _placed(env, random)
     scene = scene_of()
     asked = Problem(
@@ -98,12 +100,13 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
         duration=HELD * CONTROL,
         captured=regions.Ball("T", center=(0, 0, 0), radius=NEAR, frame="agent"),
         horizon=AHEAD * CONTROL,
-        plan=in_the_loop(scene),
+        plan=in_the_loop(scene, turn),
     )
 
     forces = partial(_forces, strength)
-    said = told(asked, replayed(asked), forces, settings=settings, seed=seed, cancel=cancel)
-    return {**said, "stays": _played(env, forces(random, -(-AHEAD // HELD)))}
+    said = told(asked, replayed(asked, turn), forces, settings=settings, seed=seed, cancel=cancel)
+    stays = _played(env, turn, forces(random, -(-AHEAD // HELD)))
+    return {**said, "stays": stays, "strength": strength}
 
 
 def _forces(strength: float, random: np.random.Generator, pieces: int) -> Rows:
@@ -186,20 +189,20 @@ def _state(env: Any, scene: Scene) -> Rows:
     )
 
 
-def _played(env: Any, forces: Rows) -> bool:
+def _played(env: Any, turn: float, forces: Rows) -> bool:
     """Whether the T stays before the agent there, looked at in each control step."""
     inner = env.unwrapped
     for step in range(AHEAD):
         agent, middle, angle = _places(env)
         inner.space.gravity = tuple(forces[step // HELD, :2] / MASS / PIXEL)
-        env.step(pushed(agent[None], middle[None], np.array([angle]))[0])
+        env.step(pushed(turn, agent[None], middle[None], np.array([angle]))[0])
         agent, middle, _ = _places(env)
         if PIXEL * np.linalg.norm(agent - middle) > NEAR:
             return False
     return True
 
 
-def in_the_loop(scene: Scene) -> Policy:
+def in_the_loop(scene: Scene, turn: float) -> Policy:
     """Agent and policy: a new target every 0.1 s, which the agent follows at 100 Hz. Its memory is
     the target [px] and the agent's velocity [px/s]."""
     periods = round(CONTROL / SUBSTEP)
@@ -209,7 +212,7 @@ def in_the_loop(scene: Scene) -> Policy:
         agent, middle, angle = _seen(scene, states)
         target, velocity = memory[:, :2], memory[:, 2:]
         if round(time / SUBSTEP) % periods == 0:
-            target = pushed(agent, middle, angle)
+            target = pushed(turn, agent, middle, angle)
         velocity = velocity + SUBSTEP * (STIFFNESS * (target - agent) - DAMPING * velocity)
         return PIXEL * velocity, np.hstack([target, velocity])
 
@@ -223,11 +226,11 @@ def _seen(scene: Scene, states: Rows) -> tuple[Rows, Rows, Rows]:
     return agent[:, :2] / PIXEL, block[:, :2] / PIXEL, 2 * np.arctan2(block[:, 5], block[:, 6])
 
 
-def replayed(asked: Problem) -> Plan:
+def replayed(asked: Problem, turn: float) -> Plan:
     """What the agent does if nothing disturbs the T, as a plan."""
     steps, periods = round(SUBSTEP / asked.scene.step), round(AHEAD * CONTROL / SUBSTEP)
     record = [steps * k for k in range(1, periods + 1)]
-    world = World(asked.scene, in_the_loop(asked.scene))
+    world = World(asked.scene, in_the_loop(asked.scene, turn))
     states = np.asarray(world.simulate(asked.state, record[-1], record=record).states)
     rows = np.zeros((periods, 6))
     places = np.vstack([asked.state, states])[:, asked.scene.slice("agent")][:, :3]
@@ -239,8 +242,9 @@ def report(settings: Any, found: dict[str, Any]) -> str:
     """What was told and what happened."""
     text = (
         f"{ENVIRONMENT}: a scripted policy pushes the T towards the goal, from off its middle and "
-        "askew, while forces act on the T that change every 0.2 s. Their standard deviation is "
-        f"drawn anew for each question, up to {STRENGTHS[1]:g} N (a pixel is a millimetre), and "
-        "told. Does the T stay before the agent for 1.5 s? *Happened*: in pymunk, once."
+        "askew, while forces act on the T that change every 0.2 s. Policies are good and bad: how "
+        "far one goes aside for an error is drawn anew for each question, and so is the standard "
+        f"deviation of the forces, up to {STRENGTHS[1]:g} N (a pixel is a millimetre). Both are "
+        "told. Does the T stay before the agent for 3 s? *Happened*: in pymunk, once."
     )
     return f"{text}\n\n{table(found)}"

@@ -25,7 +25,7 @@ __all__ = ["FIRST", "Forces", "draw", "missing", "questions", "table", "told"]
 
 DRAWS = 2000  # of the bootstrap, over questions
 FIRST = 10_000  # seed of the first question; those from 0 on were seen before
-LOOP, OPEN = "the policy in the loop", "its plan"
+LOOP, OPEN, FORCE = "the policy in the loop", "its plan", "the strength of the forces alone"
 
 Rows = NDArray[np.float64]
 Forces = Callable[[np.random.Generator, int], Rows]
@@ -78,7 +78,8 @@ def table(found: dict[str, Any]) -> str:
     header = ["probability with", "questions", "told", "happened", "AUC", "calibration error"]
     stays = _gathered(found, "stays")
     rows = [_row(name, _gathered(found, name), stays) for name in (LOOP, OPEN)]
-    return markdown_table(header, rows)
+    alone = _row(FORCE, -_gathered(found, "strength"), stays)
+    return markdown_table(header, [*rows, [*alone[:2], "", *alone[3:5], ""]])
 
 
 def _row(name: str, told: Rows, stays: Rows) -> list[str]:
