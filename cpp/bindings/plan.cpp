@@ -196,8 +196,8 @@ struct PlanWithPolicy : Plan {};
 
 PlanWithPolicy plan_with_policy(const ActFunction& act, std::vector<std::string> observed,
                                 std::vector<std::string> commanded, const Given<double>& period,
-                                const Given<int>& delay, const Given<int>& memory, const Bounds& limits,
-                                std::string name) {
+                                const Given<int>& delay, const Given<int>& memory, const GivenArray& noise,
+                                const Bounds& limits, std::string name) {
   const std::shared_ptr<ActFunction> held(new ActFunction(act), [](const ActFunction* last) {
     const py::gil_scoped_acquire acquire;
     delete last;
@@ -205,6 +205,7 @@ PlanWithPolicy plan_with_policy(const ActFunction& act, std::vector<std::string>
   auto policy = std::make_shared<Policy>();
   policy->origin = held;
   policy->name = std::move(name);
+  policy->noise = vector("noise", noise.value, -1);
   policy->memory = count("memory", memory, 0);
   policy->act = [held](const PolicyQuestion& asked, States& remembered, States& actions) {
     const py::gil_scoped_acquire acquire;
@@ -373,7 +374,8 @@ void bind_plan(py::module_& module) {
                                              }));
   py::class_<PlanWithPolicy, Plan>(module, "PolicyPlan", "A plan whose robot is asked what to do; em.Policy makes it.")
       .def(py::init(&plan_with_policy), py::arg("act"), py::kw_only(), py::arg("observed"), py::arg("commanded"),
-           py::arg("period"), py::arg("delay"), py::arg("memory"), py::arg("limits"), py::arg("name"));
+           py::arg("period"), py::arg("delay"), py::arg("memory"), py::arg("noise"), py::arg("limits"),
+           py::arg("name"));
 }
 
 }  // namespace energymargin::binding

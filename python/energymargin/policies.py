@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import PolicyPlan
 from energymargin.agents import arguments_of
-from energymargin.checks import shown, whole_number
+from energymargin.checks import numbers_of, shown, whole_number
 
 Rows = NDArray[np.float64]
 Observe = Sequence[str] | Callable[[Rows], ArrayLike]
@@ -77,7 +77,11 @@ class Policy(PolicyPlan):
         self._first: Rows | None = None
         self._observe = observe if callable(observe) else None
         self._memory = 0 if memory is None else whole_number("memory", memory, 1)
-        self._noise = None if noise is None else np.asarray(noise, dtype=float)
+        self._noise = np.atleast_1d(numbers_of("noise", [] if noise is None else noise))
+        if self._noise.ndim > 1 or not (np.isfinite(self._noise) & (self._noise >= 0)).all():
+            raise ValueError(
+                f"noise is {shown(noise)}, expected numbers of at least 0, (d,) or one"
+            )
         super().__init__(
             self._answer,
             observed=[] if observe is None or callable(observe) else list(observe),
@@ -85,6 +89,7 @@ class Policy(PolicyPlan):
             period=period,
             delay=delay,
             memory=self._memory,
+            noise=self._noise,
             limits=limits,
             name=name or "",
         )
@@ -168,7 +173,9 @@ class Policy(PolicyPlan):
         rows = len(seen)
         if self._observe is not None:
             seen = _numbers("observe", self._observe(seen), (rows, None))
-        if self._noise is not None and len(seeds):
+        if self._noise.size and len(seeds):
+            if self._noise.size not in (1, seen.shape[1]):
+                raise ValueError(f"noise has {self._noise.size} numbers, expected {seen.shape[1]}")
             draws = [np.random.default_rng([number, int(seed)]) for seed in seeds]
             seen = seen + [one.standard_normal(seen.shape[1]) for one in draws] * self._noise
         answer = self._act(seen, memory if self._memory else None, time)

@@ -233,6 +233,7 @@ def test_a_file_without_the_code_of_its_policy_says_so_in_one_line(tmp_path):
         (policy(period=0.1), 'policies."net". has period 0.1, expected that of the file, 0.05'),
         (policy(delay=2), "has delay 2, expected that of the file, none"),
         (policy(memory=1), "has memory 1"),
+        (policy(noise=0.1), r"has noise \[0.1\], expected that of the file, none"),
         (policy(observe=None), "has observed none"),
         (feedback(), "is Feedback.*, expected an em.Policy"),
     ],
@@ -361,6 +362,20 @@ def test_a_policy_meets_beliefs_noise_of_the_robot_and_a_tolerance_as_a_feedback
             (*kept["probability"].values, *noisy.exit_times, narrow.rollouts, *alone.state)
         )
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize(
+    ("noise", "words"),
+    [
+        (-1, "noise is -1, expected numbers of at least 0"),
+        ([0.1, float("nan")], "noise is .*nan"),
+        ("much", "noise is 'much', expected numbers"),
+        ([0.1, 0.2], "noise has 2 numbers, expected 6"),
+    ],
+)
+def test_what_is_no_noise_is_refused(noise, words):
+    with pytest.raises(ValueError, match=words):
+        asked(policy(noise=noise), undisturbed=False)
 
 
 def test_a_timeout_keeps_nothing_half_done():

@@ -29,6 +29,7 @@ struct Policy {
 
   std::string name;                      //!< by which files know its code; empty: they refuse it
   std::shared_ptr<const void> origin{};  //!< of a binding's own: what it was made of
+  Eigen::VectorXd noise{};               //!< standard deviations, one an observation or one for all, that `act` adds
   Eigen::Index memory = 0;  //!< numbers that a rollout remembers from one control time to the next; at first zeros
 
   //! False if the limit was reached before it answered.

@@ -158,6 +158,7 @@ OrderedJson write(const Policy& policy, const Feedback& law) {
   OrderedJson json = {{"name", policy.name}, {"period", law.period}, {"commanded", law.corrected}};
   if (!law.observed.empty()) json["observed"] = law.observed;
   if (policy.memory != 0) json["memory"] = policy.memory;
+  for (const double deviation : policy.noise) json["noise"].push_back(deviation);
   write_law(law, json);
   return json;
 }
@@ -172,7 +173,7 @@ const Plan& find_policy(const JsonNode& node, const std::string& name, const Pol
 }
 
 void require_same(const std::string& name, const OrderedJson& given, const OrderedJson& wanted) {
-  for (const char* key : {"period", "commanded", "observed", "memory", "delay", "low", "high"}) {
+  for (const char* key : {"period", "commanded", "observed", "memory", "noise", "delay", "low", "high"}) {
     const OrderedJson one = given.value(key, OrderedJson()), other = wanted.value(key, OrderedJson());
     if (one == other) continue;
     const auto shown = [](const OrderedJson& json) { return json.is_null() ? "none" : shortened(json.dump()); };
@@ -182,7 +183,7 @@ void require_same(const std::string& name, const OrderedJson& given, const Order
 }
 
 void read_policy(const JsonNode& node, const Policies& policies, Plan& plan) {
-  node.allow_keys(with_law_keys({"name", "period", "commanded", "observed", "memory"}));
+  node.allow_keys(with_law_keys({"name", "period", "commanded", "observed", "memory", "noise"}));
   Feedback law{node["period"].number(), {}, read_names(node["commanded"])};
   if (node.has("observed")) law.observed = read_names(node["observed"]);
   read_law(node, law);
@@ -191,6 +192,10 @@ void read_policy(const JsonNode& node, const Policies& policies, Plan& plan) {
   Policy written;
   written.name = name;
   if (node.has("memory")) written.memory = node["memory"].integer();
+  if (node.has("noise")) {
+    const std::vector<double> noise = node["noise"].all_numbers();
+    written.noise = Eigen::Map<const Eigen::VectorXd>(noise.data(), static_cast<Eigen::Index>(noise.size()));
+  }
   require_same(name, write(*given.policy, *given.feedback), write(written, law));
   plan.feedback = std::move(law);
   plan.policy = given.policy;
