@@ -1072,7 +1072,7 @@ class PolicyPlan(Plan):
     """
     A plan whose robot is asked what to do; em.Policy makes it.
     """
-    def __init__(self, act: collections.abc.Callable[[float, int, numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.uint64], numpy.typing.NDArray[numpy.float64]], tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]], *, observed: collections.abc.Sequence[str], commanded: collections.abc.Sequence[str], period: float, delay: int, memory: int, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None, name: str) -> None:
+    def __init__(self, act: collections.abc.Callable[[float, int, numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.uint64], numpy.typing.NDArray[numpy.float64]], tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]], *, observed: collections.abc.Sequence[str], commanded: collections.abc.Sequence[str], period: float, delay: int, memory: int, noise: numpy.typing.ArrayLike, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None, name: str) -> None:
         ...
 class Contact:
     """
