@@ -82,18 +82,36 @@ def test_intervals_hold_in_new_trajectories_whose_errors_are_alike():
     held = []
     for _ in range(200):
         errors = np.abs(random.normal(size=40))[:, None] * random.uniform(0.5, 1.5, size=(40, 8))
-        width = fitting.conformal(errors.ravel(), np.repeat(np.arange(40), 8), 0.9, bounded=True)
+        width = fitting.conformal(errors.ravel(), np.repeat(np.arange(40), 8), 0.9)
         new = np.abs(random.normal(size=400)) * random.uniform(0.5, 1.5, size=400)
         held.append(np.mean(new <= width))
     error = np.std(held) / np.sqrt(len(held))
     assert 0.9 - 3 * error < np.mean(held) < 0.95
 
 
-def test_too_few_trajectories_for_an_interval_are_refused():
-    """Or say nothing, of a probability."""
-    with pytest.raises(ValueError, match=r"coverage is 0\.95, expected at most 0\.909 with 10"):
-        fitting.conformal(np.arange(10.0), np.arange(10), 0.95, bounded=False)
-    assert fitting.conformal(np.arange(10.0), np.arange(10), 0.95, bounded=True) == np.inf
+def test_too_few_trajectories_say_nothing():
+    assert fitting.conformal(np.arange(10.0), np.arange(10), 0.9) == 9.0
+    assert fitting.conformal(np.arange(10.0), np.arange(10), 0.95) == np.inf
+    model, features, _ = made(trajectories=50, coverage=0.99)
+    found = model(features[:20])
+    assert (found.low[~found.refused] == 0).all() and (found.high[~found.refused] == 1).all()
+
+
+def test_scores_that_are_no_probabilities_are_learned_as_they_are():
+    random = np.random.default_rng(0)
+    features = random.normal(size=(3000, 2))
+    joules = 5 + 2 * features[:, 0] + random.normal(size=3000) * 0.1
+    known = {"monotone": [0, 0], "mirrored": [], "coverage": 0.9, "seed": 0}
+    numbers = np.repeat(np.arange(100), 30)
+    model, test = fitting.fitted(features, joules, numbers, bounded=False, **known)
+    found = model(features[test])
+    held = (found.low <= joules[test]) & (joules[test] <= found.high)
+    assert 0.85 < held[~found.refused].mean() < 0.97
+    assert np.nanmean(np.abs(found.value - joules[test])) < 0.3
+
+
+def test_a_calibration_of_lost_states_alone_changes_nothing():
+    assert fitting.platt(np.array([-1.0, -2.0]), np.zeros(2)) == (1.0, 0.0)
 
 
 def test_states_unlike_the_training_are_refused(surrogate, dataset):
@@ -206,17 +224,19 @@ def test_bad_input_is_named(surrogate, dataset, folder, tmp_path):
         other = em.datasets.generate("balance", trajectories=2, seed=5)
         with pytest.raises(ValueError, match="is not the dataset that run 1"):
             em.Surrogate.learn(run, other)
-    with pytest.raises(ValueError, match="is no surrogate, or damaged"):
-        em.Surrogate.load(folder / "balance.h5")
+    np.savez(tmp_path / "other.npz", states=states)
+    for other in (folder / "balance.h5", tmp_path / "other.npz"):
+        with pytest.raises(ValueError, match="is no surrogate, or damaged"):
+            em.Surrogate.load(other)
 
 
 def test_a_file_of_other_scores_is_refused(surrogate, tmp_path):
     surrogate.save(tmp_path / "old.npz")
     with np.load(tmp_path / "old.npz") as file:
         arrays = dict(file)
-    about = json.loads(str(arrays["about"]))
-    about["source"]["algorithm"] = "0.13.0"
-    np.savez(tmp_path / "old.npz", **arrays | {"about": np.array(json.dumps(about))})
+    about = json.loads(str(arrays["text"]))
+    about["about"]["source"]["algorithm"] = "0.13.0"
+    np.savez(tmp_path / "old.npz", **arrays | {"text": np.array(json.dumps(about))})
     with pytest.raises(ValueError, match=r"algorithm 0.13.0, and this energymargin gives those"):
         em.Surrogate.load(tmp_path / "old.npz")
 

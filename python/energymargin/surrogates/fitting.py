@@ -64,10 +64,8 @@ def fitted(
     value = model.value(table[widen])
     errors = np.abs(value - scores[widen]) / model.spread(value)
     unsure = model.is_unsure(value)
-    widths = [
-        conformal(errors[group], trajectory[widen][group], coverage, bounded=bounded)
-        for group in (~unsure, unsure)
-    ]
+    groups = [(errors[which], trajectory[widen][which]) for which in (~unsure, unsure)]
+    widths = [conformal(*group, coverage) for group in groups]
     reach = np.quantile(model.distances(table[tune | widen]), LIKE)
     return replace(model, widths=np.array(widths), reach=np.array(reach)), test
 
@@ -108,8 +106,9 @@ def grown(
         if bounded:
             labels, weights = _as_labels(scores)
             there = weights > 0
-            twice = np.concatenate([features, features])
-            model.fit(twice[there], labels[there], weights[there])
+            if len(np.unique(labels[there])) < 2:
+                raise ValueError(f"scores are all {scores[0]:g}, expected some of others to learn")
+            model.fit(np.concatenate([features, features])[there], labels[there], weights[there])
         else:
             model.fit(features, scores)
         return compiled(model, features)
@@ -121,7 +120,7 @@ def platt(logits: Vector, scores: Vector) -> tuple[float, float]:
     from sklearn.linear_model import LogisticRegression
 
     labels, weights = _as_labels(scores)
-    if not weights[labels == 1].any() or not weights[labels == 0].any():
+    if len(np.unique(labels[weights > 0])) < 2:
         return 1.0, 0.0
     model = LogisticRegression(C=100.0).fit(np.tile(logits, 2)[:, None], labels, weights)
     return max(float(model.coef_[0, 0]), 0.0), float(model.intercept_[0])
@@ -130,28 +129,14 @@ def platt(logits: Vector, scores: Vector) -> tuple[float, float]:
 def _as_labels(scores: Vector) -> tuple[NDArray[np.int64], Vector]:
     """Labels and weights, shape (2 N,): a state with a probability of .3 is captured by .3, and
     lost by .7."""
-    if scores.min() < 0 or scores.max() > 1 or scores.max() == 0 or scores.min() == 1:
-        raise ValueError(
-            f"scores go from {scores.min():g} to {scores.max():g}, expected probabilities, some "
-            "above 0 and some below 1"
-        )
     return np.repeat([1, 0], len(scores)), np.concatenate([scores, 1 - scores])
 
 
-def conformal(
-    errors: Vector, trajectory: NDArray[np.int64], coverage: float, *, bounded: bool
-) -> float:
-    """The error that a state of a new trajectory does not exceed with this probability; inf of a
-    probability, `bounded`, if there are too few trajectories to say so. ValueError of others."""
+def conformal(errors: Vector, trajectory: NDArray[np.int64], coverage: float) -> float:
+    """The error that a state of a new trajectory does not exceed with this probability; inf if
+    there are too few trajectories to say so."""
     _, own, counts = np.unique(trajectory, return_inverse=True, return_counts=True)
     order = np.argsort(errors)
     level = np.cumsum(1 / counts[own][order]) / (len(counts) + 1)
     reached = np.flatnonzero(level >= coverage - 1e-12)
-    if len(reached):
-        return float(errors[order][reached[0]])
-    if bounded:
-        return np.inf
-    raise ValueError(
-        f"coverage is {coverage:g}, expected at most {len(counts) / (len(counts) + 1):.3f} with "
-        f"{len(counts)} trajectories for the intervals: score more of them"
-    )
+    return float(errors[order][reached[0]]) if len(reached) else np.inf

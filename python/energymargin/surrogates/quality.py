@@ -37,7 +37,7 @@ class Quality:
     """Share of the states that are unlike the training."""
 
 
-def quality(
+def quality_of(
     labelled: LabelledScores,
     metric: str,
     *,

@@ -27,13 +27,15 @@ from energymargin.surrogates.facts import Facts, common_facts, require
 from energymargin.surrogates.features import FeaturesOf, Layout
 from energymargin.surrogates.fitting import fitted
 from energymargin.surrogates.model import Estimates, Model, unmirrored
-from energymargin.surrogates.quality import Quality, quality
+from energymargin.surrogates.quality import Quality, quality_of
 
 Vector = NDArray[np.float64]
 
+KEPT = ("metric", "names", "given", "coverage", "source", "facts")  # as JSON
 FORMAT, VERSION = "energymargin-surrogate", 1
 TIME = "time"
 HORIZON = 2  # frames of the labels of the test, of scores without a horizon
+SOURCE = ("task", "parameters", "settings", "digest", "algorithm")  # of a run
 SAMPLE = 60  # states whose problems tell what never changes
 
 
@@ -54,7 +56,7 @@ class Surrogate(Record, Summarized):
     """Probability with which the score of a state of a new trajectory is within its interval: of
     probabilities near 0 or 1, and of others, each by themselves."""
     source: dict[str, Any] = field(repr=False)
-    """The run: task, parameters, settings, future, digest of the dataset."""
+    """The run: its task, parameters, settings, future, the dataset's digest, the algorithm."""
     facts: Facts = field(repr=False)
     """What all problems have in common that it learned from."""
     quality: Quality
@@ -113,9 +115,7 @@ class Surrogate(Record, Summarized):
             raise ValueError(f"run has no finite score of {metric!r}, expected some")
         layout = Layout.of(problems[0].scene)
         features_of, own = features or (layout.features, layout.names)
-        states, params = _inputs(
-            dataset, timed=run.future is not None and run.future.plan == "script"
-        )
+        states, params = _inputs(dataset, timed=getattr(run.future, "plan", None) == "script")
         names = (*own, *params)
         task = tasks.make(dataset.task, **dataset.parameters)
         signs = getattr(task, "monotone", {}) if monotone is None else monotone
@@ -142,9 +142,9 @@ class Surrogate(Record, Summarized):
             names=names,
             given=tuple(params),
             coverage=coverage,
-            source=_source(run),
+            source={name: getattr(run, name) for name in SOURCE} | {"future": str(run.future)},
             facts=common_facts(problems),
-            quality=quality(
+            quality=quality_of(
                 labelled,
                 metric,
                 values=held,
@@ -192,13 +192,13 @@ class Surrogate(Record, Summarized):
         require(self.facts, problem)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the file in one go. Raises OSError if it cannot be written."""
-        kept = ("metric", "names", "given", "coverage", "source", "facts")
-        about = {"format": FORMAT, "version": VERSION, **{n: getattr(self, n) for n in kept}}
+        """Writes the file, in one go, of numpy's .npz. Raises OSError if it cannot be written."""
+        about = {name: getattr(self, name) for name in KEPT}
         about |= {"quality": asdict(self.quality), "layout": asdict(self.layout)}
-        text = np.array(json.dumps(about))
+        text = np.array(json.dumps({"format": FORMAT, "version": VERSION, "about": about}))
+        written: dict[str, Any] = {"text": text, **self.model.arrays()}
         with replaced(Path(path)) as file, file.open("wb") as opened:
-            np.savez(opened, about=text, allow_pickle=False, **self.model.arrays())
+            np.savez(opened, **written)
 
     @staticmethod
     def load(path: str | os.PathLike[str], *, features: FeaturesOf | None = None) -> Surrogate:
@@ -208,42 +208,31 @@ class Surrogate(Record, Summarized):
         another file, on one of another version, or whose scores this energymargin no longer gives,
         and if that function is missing; OSError if it cannot be read.
         """
-        about, arrays = _read(Path(path))
-        if about["source"]["algorithm"] != algorithm():
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                arrays = dict(file)
+            whole = json.loads(str(arrays.pop("text")))
+        except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            raise ValueError(f"{path} is no surrogate, or damaged: {error}") from error
+        if (whole["format"], whole["version"]) != (FORMAT, VERSION):
             raise ValueError(
-                f"{path} learned from scores of algorithm {about['source']['algorithm']}, and this "
-                f"energymargin gives those of {algorithm()}: score the dataset and learn again"
+                f"{path} is {whole['format']}, version {whole['version']}, expected {FORMAT}, "
+                f"version {VERSION}: learn again"
             )
-        layout = Layout(**about["layout"])
-        own = tuple(about["names"][: len(about["names"]) - len(about["given"])])
-        if features is None and own != layout.names:
+        about = whole["about"]
+        if (learned := about["source"]["algorithm"]) != algorithm():
+            raise ValueError(
+                f"{path} learned from scores of algorithm {learned}, and this energymargin gives "
+                f"those of {algorithm()}: score the dataset and learn again"
+            )
+        layout, quality = Layout(**about.pop("layout")), Quality(**about.pop("quality"))
+        names, given = (tuple(about.pop(name)) for name in ("names", "given"))
+        if features is None and names != (*layout.names, *given):
             raise ValueError(f"{path} has features of its own: give load(..., features=FUNCTION)")
+        made = {"names": names, "given": given, "layout": layout, "quality": quality}
         return Surrogate(
-            metric=about["metric"],
-            names=tuple(about["names"]),
-            given=tuple(about["given"]),
-            coverage=about["coverage"],
-            source=about["source"],
-            facts=about["facts"],
-            quality=Quality(**about["quality"]),
-            layout=layout,
-            model=Model(**arrays),
-            features_of=features or layout.features,
+            **about | made, model=Model(**arrays), features_of=features or layout.features
         )
-
-
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """What a file says, and its arrays."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
-        about = json.loads(str(arrays.pop("about")))
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{path} is no surrogate, or damaged: {error}") from error
-    if about.get("format") != FORMAT or about.get("version") != VERSION:
-        found = f"{about.get('format')!r}, version {about.get('version')}"
-        raise ValueError(f"{path} is {found}, expected {FORMAT!r}, version {VERSION}: learn again")
-    return about, arrays
 
 
 def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]]:
@@ -264,14 +253,3 @@ def _table(
     expected = (len(states), len(names) - len(params))
     found = numbers_of("features", features_of(states), f"numbers of shape {expected}", expected)
     return np.column_stack([found, *params.values()])
-
-
-def _source(run: Run) -> dict[str, Any]:
-    return {
-        "task": run.task,
-        "parameters": run.parameters,
-        "settings": run.settings,
-        "future": None if run.future is None else run.future.all(),
-        "dataset": run.digest,
-        "algorithm": run.algorithm,
-    }
