@@ -2,10 +2,10 @@
 sees the others.
 
 The numbers of a body are `object.x`, `.y`, `.z` [m], `.yaw` [rad], `.tilt_x`, `.tilt_y`, `.tilt_z`
-(the vertical in the body's frame), `.vx`, `.vy`, `.vz` [m/s], `.wx`, `.wy`, `.wz` [rad/s]. Another
-body, as an object sees it in its own frame, has `effector_in_object.x` to `.vz`, and `.distance`
-[m]. They do not change if both are moved or turned together. A joint has `finger.position` and
-`finger.velocity`.
+(the vertical in the body's frame), `.vx`, `.vy`, `.vz` [m/s], `.wx`, `.wy`, `.wz` [rad/s]. A body
+that is no object, as an object sees it in its own frame, has `effector_in_object.x` to `.vz`, and
+`.distance` [m]. They do not change if both are moved or turned together. A joint has
+`finger.position` and `finger.velocity`.
 """
 
 from __future__ import annotations
@@ -51,8 +51,9 @@ class Layout:
 
     @property
     def pairs(self) -> list[tuple[str, str]]:
-        """Each object, after each other body."""
-        return [(other, own) for own in self.objects for other in self.bodies if other != own]
+        """Each object, after each body that is none."""
+        others = [name for name in self.bodies if name not in self.objects]
+        return [(other, own) for own in self.objects for other in others]
 
     @property
     def names(self) -> tuple[str, ...]:

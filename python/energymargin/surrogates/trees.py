@@ -84,7 +84,7 @@ def compiled(model: Any, features: Vector) -> Trees:
         from sklearn import __version__
 
         raise RuntimeError(
-            f"trees of scikit-learn {__version__} are read wrongly: install one from 1.4 to 1.9"
+            f"trees of scikit-learn {__version__} are read wrongly: install one from 1.3 to 1.9"
         )
     return trees
 
