@@ -187,14 +187,21 @@ def test_features_of_ones_own_are_asked_for_when_a_file_is_read(folder, dataset,
         return states[:, :3] - states[:, 13:16]
 
     with ScoreStore(folder / "balance-scores.db") as store:
-        surrogate = em.Surrogate.learn(store.run(), dataset, features=(gap, ("x", "y", "z")))
+        surrogate = em.Surrogate.learn(
+            store.run(), dataset, features=(gap, ("x", "y", "z")), mirrored=["x"]
+        )
     assert surrogate.names == ("x", "y", "z", "time")
     surrogate.save(tmp_path / "own.npz")
     with pytest.raises(ValueError, match="features of its own: give load"):
         em.Surrogate.load(tmp_path / "own.npz")
     again = em.Surrogate.load(tmp_path / "own.npz", features=gap)
-    found = [estimates(s, dataset.trajectories[0]).value for s in (surrogate, again)]
+    trajectory = dataset.trajectories[0]
+    found = [estimates(s, trajectory).value for s in (surrogate, again)]
     assert np.array_equal(*found, equal_nan=True)
+    turned = trajectory.states.copy()
+    turned[:, 0] = 2 * turned[:, 13] - turned[:, 0]  # the object on the other side of the effector
+    mirrored = again(turned, time=trajectory.times).value
+    assert np.allclose(found[0], mirrored, atol=1e-9, equal_nan=True)
 
 
 def test_another_scene_is_refused_and_a_state_of_its_own_is_not(surrogate, dataset):
@@ -213,6 +220,8 @@ def test_bad_input_is_named(surrogate, dataset, folder, tmp_path):
         surrogate(states)
     with pytest.raises(ValueError, match=r"states has shape \(10, 25\), expected \(N, 26\)"):
         surrogate(states[:, 1:], time=0.0)
+    with pytest.raises(ValueError, match="states has numbers that are not finite"):
+        surrogate(states * np.nan, time=0.0)
     with pytest.raises(ValueError, match=r"time has shape \(3,\)"):
         surrogate(states, time=[0.0, 1.0, 2.0])
     with ScoreStore(folder / "balance-scores.db") as store:
@@ -235,7 +244,7 @@ def test_a_file_of_other_scores_is_refused(surrogate, tmp_path):
     with np.load(tmp_path / "old.npz") as file:
         arrays = dict(file)
     about = json.loads(str(arrays["text"]))
-    about["about"]["source"]["algorithm"] = "0.13.0"
+    about["source"]["algorithm"] = "0.13.0"
     np.savez(tmp_path / "old.npz", **arrays | {"text": np.array(json.dumps(about))})
     with pytest.raises(ValueError, match=r"algorithm 0.13.0, and this energymargin gives those"):
         em.Surrogate.load(tmp_path / "old.npz")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -57,16 +58,19 @@ class Model(Record):
     mirrored: NDArray[np.int64]
     """Features that change their signs together without a change of the score."""
 
-    def __post_init__(self) -> None:
-        """Makes the trees, which are not a field."""
-        trees = Trees(self.splits, self.thresholds, self.values, float(self.constant))
-        object.__setattr__(self, "trees", trees)
-        object.__setattr__(self, "squares", (self.neighbours**2).sum(axis=1))
+    @cached_property
+    def trees(self) -> Trees:
+        """The trees."""
+        return Trees(self.splits, self.thresholds, self.values, float(self.constant))
+
+    @cached_property
+    def _squares(self) -> NDArray[np.float32]:
+        return np.asarray((self.neighbours**2).sum(axis=1))
 
     def __call__(self, features: Vector) -> Estimates:
         """Of N states' features, shape (N, F)."""
         table = unmirrored(features, self.mirrored)
-        refused = self.distances(table) > self.reach
+        refused = ~(self.distances(table) <= self.reach)  # and where that is not a number
         value = np.where(refused, np.nan, self.value(table))
         return Estimates(value, *self.interval(value), refused)
 
@@ -84,8 +88,7 @@ class Model(Record):
 
     def value(self, table: Vector) -> Vector:
         """Calibrated values of features that are `unmirrored`, shape (N,)."""
-        trees: Trees = self.trees  # type: ignore[attr-defined]
-        found: Vector = self.linear[0] * trees(table) + self.linear[1]
+        found: Vector = self.linear[0] * self.trees(table) + self.linear[1]
         return 1 / (1 + np.exp(-found)) if self.bounded else found
 
     def spread(self, value: Vector) -> Vector:
@@ -97,8 +100,9 @@ class Model(Record):
     def distances(self, table: Vector) -> Vector:
         """To the nearest of the neighbours, shape (N,)."""
         own = (table / self.scale).astype(np.float32)
-        squares: Any = self.squares  # type: ignore[attr-defined]
-        nearest = (squares - 2 * own @ self.neighbours.T).min(axis=1) + (own * own).sum(axis=1)
+        nearest = (self._squares - 2 * own @ self.neighbours.T).min(axis=1) + (own * own).sum(
+            axis=1
+        )
         return np.asarray(np.sqrt(np.maximum(nearest, 0)))
 
     def arrays(self) -> dict[str, NDArray[Any]]:

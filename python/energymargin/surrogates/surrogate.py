@@ -170,6 +170,10 @@ class Surrogate(Record, Summarized):
         if own.ndim not in (1, 2) or own.shape[-1] != self.layout.dimension:
             n = self.layout.dimension
             raise ValueError(f"states has shape {own.shape}, expected (N, {n}) or ({n},)")
+        if not np.isfinite(own).all():
+            raise ValueError(
+                "states has numbers that are not finite, expected poses and velocities"
+            )
         whole = np.atleast_2d(own)
         known = {**(params or {}), **given}
         columns = {}
@@ -193,9 +197,9 @@ class Surrogate(Record, Summarized):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file, in one go, of numpy's .npz. Raises OSError if it cannot be written."""
-        about = {name: getattr(self, name) for name in KEPT}
+        about = {"format": FORMAT, "version": VERSION, **{n: getattr(self, n) for n in KEPT}}
         about |= {"quality": asdict(self.quality), "layout": asdict(self.layout)}
-        text = np.array(json.dumps({"format": FORMAT, "version": VERSION, "about": about}))
+        text = np.array(json.dumps(about))
         written: dict[str, Any] = {"text": text, **self.model.arrays()}
         with replaced(Path(path)) as file, file.open("wb") as opened:
             np.savez(opened, **written)
@@ -211,15 +215,15 @@ class Surrogate(Record, Summarized):
         try:
             with np.load(path, allow_pickle=False) as file:
                 arrays = dict(file)
-            whole = json.loads(str(arrays.pop("text")))
+            about = json.loads(str(arrays.pop("text")))
+            kind, version = about.pop("format"), about.pop("version")
         except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise ValueError(f"{path} is no surrogate, or damaged: {error}") from error
-        if (whole["format"], whole["version"]) != (FORMAT, VERSION):
+        if (kind, version) != (FORMAT, VERSION):
             raise ValueError(
-                f"{path} is {whole['format']}, version {whole['version']}, expected {FORMAT}, "
-                f"version {VERSION}: learn again"
+                f"{path} is {kind}, version {version}, expected {FORMAT}, version {VERSION}: learn "
+                "again"
             )
-        about = whole["about"]
         if (learned := about["source"]["algorithm"]) != algorithm():
             raise ValueError(
                 f"{path} learned from scores of algorithm {learned}, and this energymargin gives "
