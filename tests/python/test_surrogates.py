@@ -250,6 +250,24 @@ def test_a_file_of_other_scores_is_refused(surrogate, tmp_path):
         em.Surrogate.load(tmp_path / "old.npz")
 
 
+def test_scores_of_elsewhere_are_learned(dataset, tmp_path):
+    """In joules, and infinite where there is no way out."""
+    gaps = np.concatenate([states[:, 0] - states[:, 13] for states in all_states(dataset)])
+    joules = np.where(gaps > 0.3, np.inf, 5 * gaps**2)
+    told = {"source": "here"}
+    number = em.store.add_scores(tmp_path / "e.db", dataset, {"escape": joules}, settings=told)
+    with ScoreStore(tmp_path / "e.db") as store:
+        surrogate = em.Surrogate.learn(store.run(number), dataset, "escape")
+    found = surrogate(np.concatenate(all_states(dataset)))
+    known = np.isfinite(joules) & ~found.refused
+    assert 0 < np.isinf(joules).sum() < len(joules)
+    assert np.corrcoef(found.value[known], joules[known])[0, 1] > 0.9
+
+
+def all_states(dataset):
+    return [trajectory.states for trajectory in dataset.trajectories]
+
+
 def test_few_trajectories_are_refused():
     with pytest.raises(ValueError, match="scores of 10 trajectories, expected at least 50"):
         made(trajectories=10)

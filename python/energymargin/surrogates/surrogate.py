@@ -35,7 +35,7 @@ KEPT = ("metric", "names", "given", "coverage", "source", "facts")  # as JSON
 FORMAT, VERSION = "energymargin-surrogate", 1
 TIME = "time"
 HORIZON = 2  # frames of the labels of the test, of scores without a horizon
-SOURCE = ("task", "parameters", "settings", "digest", "algorithm")  # of a run
+SOURCE = ("task", "parameters", "settings", "digest")  # of a run
 SAMPLE = 60  # states whose problems tell what never changes
 
 
@@ -103,6 +103,11 @@ class Surrogate(Record, Summarized):
         share("coverage", coverage)
         if why := run.why_not_of(dataset, "dataset", str(run.store.path)):
             raise ValueError(why)
+        if not run.up_to_date:
+            raise ValueError(
+                f"run has scores of algorithm {run.algorithm}, expected those of {algorithm()}, "
+                "which this energymargin gives: score the dataset again"
+            )
         labelled = run.labelled_scores()
         metric = run.metrics[0] if metric is None else metric
         if metric not in labelled.scores:
@@ -142,7 +147,11 @@ class Surrogate(Record, Summarized):
             names=names,
             given=tuple(params),
             coverage=coverage,
-            source={name: getattr(run, name) for name in SOURCE} | {"future": str(run.future)},
+            source={
+                **{name: getattr(run, name) for name in SOURCE},
+                "future": str(run.future),
+                "algorithm": algorithm(),
+            },
             facts=common_facts(problems),
             quality=quality_of(
                 labelled,
