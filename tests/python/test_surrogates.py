@@ -253,7 +253,7 @@ def test_a_file_of_other_scores_is_refused(surrogate, tmp_path):
 def test_scores_of_elsewhere_are_learned(dataset, tmp_path):
     """In joules, and infinite where there is no way out."""
     gaps = np.concatenate([states[:, 0] - states[:, 13] for states in all_states(dataset)])
-    joules = np.where(gaps > 0.3, np.inf, 5 * gaps**2)
+    joules = np.where(gaps > 0.3, np.inf, np.minimum(5 * np.abs(gaps), 2))
     told = {"source": "here"}
     number = em.store.add_scores(tmp_path / "e.db", dataset, {"escape": joules}, settings=told)
     with ScoreStore(tmp_path / "e.db") as store:
@@ -261,7 +261,7 @@ def test_scores_of_elsewhere_are_learned(dataset, tmp_path):
     found = surrogate(np.concatenate(all_states(dataset)))
     known = np.isfinite(joules) & ~found.refused
     assert 0 < np.isinf(joules).sum() < len(joules)
-    assert np.corrcoef(found.value[known], joules[known])[0, 1] > 0.9
+    assert np.corrcoef(found.value[known], joules[known])[0, 1] > 0.8
 
 
 def all_states(dataset):
