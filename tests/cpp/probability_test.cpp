@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/random_draws.hpp"
 #include "scenes.hpp"
 
 namespace energymargin {
@@ -66,6 +67,33 @@ TEST(Probability, IsNoneOfTooManyOrAllRolloutsThatDiverged) {
   EXPECT_THROW(probability(5, 5, 0.99), std::runtime_error);
   EXPECT_THROW(probability(1, 1, 0.01), std::runtime_error);
   EXPECT_EQ(probability(5, 4, 0.99).rollouts, 1);
+}
+
+// All of n rollouts stay: the likelihood ratio is the mean of (p / .9)^n over p from .9 to 1.
+TEST(Probability, IsAboveAThresholdOnceTheEvidenceIsTwentyToOne) {
+  for (const int n : {0, 20, 43, 44, 300, 10000}) {
+    const double evidence = (1.0 - std::pow(0.9, n + 1)) / (n + 1) / 0.1 / std::pow(0.9, n);
+    EXPECT_EQ(is_above(0.9, n, n).has_value(), evidence >= 20.0) << n;
+  }
+  EXPECT_EQ(is_above(0.9, 9000, 10000), std::nullopt);
+  EXPECT_EQ(is_above(0.9, 0, 10000), false);
+  EXPECT_EQ(is_above(0.5, 9000, 10000), true);
+}
+
+TEST(Probability, IsSeldomEverCalledAboveOrNotAboveWhatItIs) {
+  int above = 0, below = 0;
+  for (std::size_t run = 0; run < 2000; ++run) {
+    Random random(7, run);
+    std::optional<bool> told;
+    for (int n = 1, captured = 0; n <= 300 && !told; ++n) {
+      captured += random.uniform() < 0.7 ? 1 : 0;
+      told = is_above(0.7, captured, n);
+    }
+    above += told == true ? 1 : 0;
+    below += told == false ? 1 : 0;
+  }
+  EXPECT_LT(above, 0.05 * 2000 + 3 * 10);
+  EXPECT_LT(below, 0.05 * 2000 + 3 * 10);
 }
 
 // Who asks many questions in a row wants to know, and to go on.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/distributions/beta.hpp>
 #include <boost/math/special_functions/beta.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -362,7 +363,9 @@ CaptureProbability capture_probability(const Problem& problem, const Probability
 std::optional<bool> is_above(double threshold, int captured, int rollouts, double error) {
   const double inside = captured, outside = rollouts - captured;
   const double at_threshold = inside * std::log(threshold) + outside * std::log1p(-threshold);
-  const double all = std::log(boost::math::beta(inside + 1.0, outside + 1.0)) - at_threshold;
+  const double beta = boost::math::lgamma(inside + 1.0) + boost::math::lgamma(outside + 1.0) -
+                      boost::math::lgamma(inside + outside + 2.0);
+  const double all = beta - at_threshold;
   const double below = boost::math::ibeta(inside + 1.0, outside + 1.0, threshold);
   const double beyond = boost::math::ibetac(inside + 1.0, outside + 1.0, threshold);
   if (all + std::log(beyond / (1.0 - threshold)) >= -std::log(error)) return true;
