@@ -17,6 +17,7 @@ namespace {
 constexpr const char* interval_doc =
     R"((low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
 
+With design="sobol" it is that of the `effective` size, which eight groups of the rollouts tell: it holds about as often.
 With a tolerance or a threshold it is wider, by the number of looks. which: 'captured', 'lost', 'success' or
 'any'.)";
 
@@ -79,8 +80,9 @@ CaptureProbability score_rare(const Problem& problem, const ProbabilityOptions& 
                               RareOptions options, LongCall& call) {
   for (const auto& [argument, is_given] :
        {std::pair{"tolerance", asked.tolerance.has_value()}, std::pair{"above", asked.above.has_value()},
-        std::pair{"success", asked.success}, std::pair{"by_object", asked.by_object},
-        std::pair{"first", asked.first != 0}, std::pair{"undisturbed=False", !asked.undisturbed},
+        std::pair{"design", asked.design != Design::independent}, std::pair{"success", asked.success},
+        std::pair{"by_object", asked.by_object}, std::pair{"first", asked.first != 0},
+        std::pair{"undisturbed=False", !asked.undisturbed},
         std::pair{"most_diverged", asked.most_diverged != ProbabilityOptions{}.most_diverged}}) {
     if (!is_given) continue;
     throw std::invalid_argument(std::string(argument) +
@@ -109,12 +111,15 @@ CaptureProbability score_probability(const Problem& problem, const Keywords& key
   Model model;
   bool rare = false;
   bool warns = true;
+  std::string design = "independent";
   std::optional<LevelFunction> level;
   keywords("disturbance", model)("rollouts", options.rollouts)("seed", options.seed)("first", options.first)(
-      "threads", options.threads)("tolerance", options.tolerance)("above", options.above)("success", options.success)(
-      "by_object", options.by_object)("undisturbed", options.undisturbed)("most_diverged", options.most_diverged)(
-      "rare", rare)("level", level)("ahead", rare_options.ahead)("warn", warns)
+      "threads", options.threads)("tolerance", options.tolerance)("above", options.above)("design", design)(
+      "success", options.success)("by_object", options.by_object)("undisturbed", options.undisturbed)(
+      "most_diverged", options.most_diverged)("rare", rare)("level", level)("ahead", rare_options.ahead)("warn", warns)
       .end();
+  require_word("design", design, {"independent", "sobol"});
+  options.design = design == "sobol" ? Design::sobol : Design::independent;
   if (!rare && level) throw std::invalid_argument("level is given, expected rare=True with it");
   if (!rare && rare_options.ahead) throw std::invalid_argument("ahead is given, expected rare=True with it");
   if (level) rare_options.level = level_of(*level);
@@ -142,7 +147,7 @@ double confidence_of_look(const CaptureProbability& p, const Given<double>& conf
 }
 
 Ends interval_of_look(const CaptureProbability& p, double probability, double confidence) {
-  return ends(interval(probability, p.effective, confidence));
+  return ends(interval(probability, p.effective_of_parts, confidence));
 }
 
 Ends interval_of(const CaptureProbability& p, const Given<double>& confidence, const std::string& which) {
@@ -168,7 +173,7 @@ std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p,
   std::pair<Eigen::VectorXd, Eigen::VectorXd> band{curve, curve};
   for (Eigen::Index i = 0; i < curve.size(); ++i) {
     std::tie(band.first[i], band.second[i]) =
-        ends(which == "any" ? interval(curve[i], p.effective, of_look) : interval_of_capture(p, of_look, i));
+        ends(which == "any" ? interval(curve[i], p.effective_of_parts, of_look) : interval_of_capture(p, of_look, i));
   }
   return band;
 }

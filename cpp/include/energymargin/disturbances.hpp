@@ -63,7 +63,8 @@ struct Draw {
 
 //! Draw number `index`, of `steps` steps, from a valid model. A draw with a parent, of the same model but Draws and
 //! Boltzmann, is like it for `step` steps and goes on as the model says: how long a piece of Uniform lasts is new.
+//! `leading` are its first random numbers, uniform in [0, 1); the others are those of the seed.
 Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
-          const Draw& parent = {}, int step = 0);
+          const Draw& parent = {}, int step = 0, std::vector<double> leading = {});
 
 }  // namespace energymargin

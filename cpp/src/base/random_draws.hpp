@@ -5,18 +5,25 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "base/check.hpp"
 #include "energymargin/random.hpp"
 
 namespace energymargin {
 
-//! Draws of one stream.
+//! Draws of one stream, behind given ones.
 class Random {
  public:
-  Random(std::uint64_t seed, std::size_t index) : engine_(stream(seed, index)) {}
+  //! `leading` are uniform in [0, 1).
+  Random(std::uint64_t seed, std::size_t index, std::vector<double> leading = {})
+      : engine_(stream(seed, index)), leading_(std::move(leading)) {}
 
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double uniform() {
+    if (next_ < leading_.size()) return leading_[next_++];
+    return static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
   //! Box and Muller (1958).
@@ -37,6 +44,8 @@ class Random {
 
  private:
   std::mt19937_64 engine_;
+  std::vector<double> leading_;
+  std::size_t next_ = 0;
 };
 
 }  // namespace energymargin

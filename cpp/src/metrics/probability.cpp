@@ -13,6 +13,7 @@
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "metrics/together.hpp"
+#include "problem/design.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin {
@@ -83,10 +84,16 @@ class Estimator {
     pool_.run(futures_.size() - first, [&](std::size_t i, std::size_t thread) {
       if (options_.limit.reached()) return;
       const std::size_t number = first + i, index = options_.first + number;
-      futures_[number] = run(draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index), thread);
+      futures_[number] = run(draw_of(index), thread);
       complete_[number] = futures_[number].complete ? 1 : 0;
       if (options_.rollout_counter) ++*options_.rollout_counter;
     });
+  }
+
+  Draw draw_of(std::size_t index) const {
+    std::vector<double> leading;
+    if (options_.design == Design::sobol) leading = design::sobol_point(options_.seed, index);
+    return draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index, {}, 0, std::move(leading));
   }
 
   // The same rollouts, which a policy is asked about together.
@@ -94,7 +101,7 @@ class Estimator {
     std::vector<Draw> draws;
     for (std::size_t number = first; number < futures_.size(); ++number) {
       const std::size_t index = options_.first + number;
-      draws.push_back(draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index));
+      draws.push_back(draw_of(index));
     }
     std::vector<Future> futures = run_together(std::move(draws), options_.first + first);
     for (std::size_t i = 0; i < futures.size(); ++i) {
@@ -221,10 +228,29 @@ class Estimator {
     return is_above(*options_.above, captured, rollouts);
   }
 
+  // Of all objects until the horizon: of a design as its groups tell, with Student's variance, but at least the
+  // rollouts and at most so many times as many, since eight groups may by chance agree too well.
+  double effective_of_all(const std::vector<double>& shares) const {
+    constexpr double most = 3.0;
+    if (options_.design == Design::independent) return effective(shares);
+    Eigen::ArrayXd captured = Eigen::ArrayXd::Zero(design::groups), counts = captured;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      if (futures_[i].diverged) continue;
+      const auto group = static_cast<Eigen::Index>(design::group_of(options_.first + i));
+      counts[group] += 1.0;
+      captured[group] += futures_[i].exits[0] < 0 ? 1.0 : 0.0;
+    }
+    const double count = counts.sum(), mean = captured.sum() / count;
+    if (counts.minCoeff() < 1.0 || mean == 0.0 || mean == 1.0) return count;
+    const auto n = static_cast<double>(design::groups);
+    const double variance = (captured / counts - mean).square().sum() / n / (n - 3.0);
+    return std::clamp(mean * (1.0 - mean) / variance, count, most * count);
+  }
+
   bool meets_tolerance() const {
     const std::vector<double> shares = weights(counted());
     const double confidence = 1.0 - (1.0 - confidence_of_tolerance) / looks_;
-    const Interval ends = interval(survival(0, shares).captured(), effective(shares), confidence);
+    const Interval ends = interval(survival(0, shares).captured(), effective_of_all(shares), confidence);
     return 0.5 * (ends.high - ends.low) <= *options_.tolerance;
   }
 
@@ -261,7 +287,8 @@ class Estimator {
     count_rollouts(count, p);
     set_times(p);
     const std::vector<double> shares = weights(count);
-    p.effective = effective(shares);
+    p.effective = effective_of_all(shares);
+    p.effective_of_parts = effective(shares);
     p.all = survival(0, shares);
     p.lost = 1.0 - p.all.curve.array();
     if (sets_.size() > 1) p.any = survival(1, shares);
@@ -320,6 +347,11 @@ class Estimator {
   std::vector<std::optional<World>> worlds_;  // of each thread, from its first rollout on
 };
 
+// Whether rollouts may be drawn evenly.
+bool spreads(const DisturbanceModel& model) {
+  return !std::holds_alternative<disturbances::Boltzmann>(model) && !std::holds_alternative<disturbances::Draws>(model);
+}
+
 void validate(const Problem& problem, const ProbabilityOptions& options) {
   if (!timing_of(problem)) reject("problem", "without horizon and plan", "one with: problem.replace(horizon=...)");
   if (options.rollouts) require_at_least("rollouts", *options.rollouts, 1);
@@ -327,6 +359,12 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
   if (options.above && !(*options.above > 0.0 && *options.above < 1.0)) {
     reject("above", text(*options.above), "a probability between 0 and 1");
+  }
+  if (options.design != Design::independent && (options.above || !spreads(options.disturbance))) {
+    reject(
+        "design", "\"sobol\"",
+        "\"independent\" with `above`, Boltzmann disturbances and draws: a sequential test, weights and given numbers "
+        "take rollouts that are independent");
   }
   if (options.above && options.tolerance) reject("tolerance", "given with above", "one of them");
   if (options.above && std::holds_alternative<disturbances::Boltzmann>(options.disturbance)) {
@@ -394,7 +432,8 @@ Interval interval_of_loss(const CaptureProbability& p, double confidence, std::o
 
 Interval interval_of_capture(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> time) {
   const Eigen::Index at = time.value_or(p.lost.size() - 1);
-  if (!p.splitting) return interval(p.all.curve[at], p.effective, confidence);
+  const bool is_last = at == p.lost.size() - 1;
+  if (!p.splitting) return interval(p.all.curve[at], is_last ? p.effective : p.effective_of_parts, confidence);
   const Interval loss = interval_of_loss(p, confidence, at);
   return {1.0 - loss.high, 1.0 - loss.low};
 }

@@ -202,12 +202,12 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
 }
 
 Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
-          const Draw& parent, int step) {
+          const Draw& parent, int step, std::vector<double> leading) {
   const NoiseSeeds seeds = seeds_of_noise(problem, parent.noise, step, stream(stream(seed, index), 0));
   if (const auto* draws = std::get_if<Draws>(&model)) {
     return {pushes(draws->rollouts[index - draws->first], steps), std::nullopt, seeds};
   }
-  Random random(seed, index);
+  Random random(seed, index, std::move(leading));
   if (const auto* noise = std::get_if<ActuationNoise>(&model)) {
     return {{no_push(problem, steps)}, noisy_plan(*noise, problem, parent.plan, step, random), seeds};
   }

@@ -18,11 +18,15 @@ namespace energymargin {
 inline constexpr int first_look = 32;
 inline constexpr int most_rollouts = 10000;
 
-//! Of a threshold: it is asked at so many rollouts first, and then at a quarter more each time; the most by default, and
-//! the probability of each of both wrong answers.
+//! Of a threshold: it is asked at so many rollouts first, and then at a quarter more each time; the most by default,
+//! and the probability of each of both wrong answers.
 inline constexpr int first_decision = 8;
 inline constexpr int most_of_decision = 300;
 inline constexpr double error_of_decision = 0.05;
+
+//! How rollouts are drawn: one apart from the other, or evenly spread over the first random numbers, by randomized
+//! quasi-Monte Carlo. Both are unbiased.
+enum class Design { independent, sobol };
 
 struct ProbabilityOptions {
   DisturbanceModel disturbance = disturbances::Uniform{};
@@ -32,12 +36,13 @@ struct ProbabilityOptions {
   int threads = 1;                    //!< the probability does not depend on it
   std::optional<double> tolerance{};  //!< rollouts are added until half of the 95 % interval is at most this
   std::optional<double> above{};      //!< rollouts are added until it is told whether the probability is above this
-  bool success = false;               //!< also for the success set at the horizon: rollouts go on after an exit
-  bool by_object = false;             //!< also for any object, and for each: rollouts go on until all have left
-  bool undisturbed = true;            //!< also one rollout without a disturbance, before the random ones
-  double most_diverged = 0.01;        //!< share of the rollouts that may diverge, and one always, if others are left
-                                      //!< and it is not 0; 1: any number, and if none is left the probability is NaN
-  Limit limit{};  //!< ends it early: the rollouts that are complete count, up to the first that is not
+  Design design = Design::independent;
+  bool success = false;         //!< also for the success set at the horizon: rollouts go on after an exit
+  bool by_object = false;       //!< also for any object, and for each: rollouts go on until all have left
+  bool undisturbed = true;      //!< also one rollout without a disturbance, before the random ones
+  double most_diverged = 0.01;  //!< share of the rollouts that may diverge, and one always, if others are left
+                                //!< and it is not 0; 1: any number, and if none is left the probability is NaN
+  Limit limit{};                //!< ends it early: the rollouts that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
 };
 
@@ -68,10 +73,11 @@ struct CaptureProbability : StepCounts {
   double undisturbed_time = 0.0;      //!< when they leave without one [s]; the horizon if they stay, NaN if not asked
   std::optional<bool> undisturbed_success{};
   Eigen::VectorXd exit_times;  //!< when each rollout leaves [s]: inf if it stays, NaN if it diverged; not of splitting
-  std::vector<char> successes{};         //!< whether each ends in the success set, if that was asked
-  int rollouts = 0;                      //!< random rollouts that count; of splitting the replicas
-  int diverged = 0;                      //!< rollouts that diverged, and do not count
-  double effective = 0.0;                //!< effective sample size: rollouts of equal weight that say as much
+  std::vector<char> successes{};    //!< whether each ends in the success set, if that was asked
+  int rollouts = 0;                 //!< random rollouts that count; of splitting the replicas
+  int diverged = 0;                 //!< rollouts that diverged, and do not count
+  double effective = 0.0;           //!< effective sample size: rollouts of equal weight that say as much
+  double effective_of_parts = 0.0;  //!< the same of any, of each, of successes, and until earlier times
   int looks = 1;  //!< the most looks at a tolerance or a threshold; intervals are wider by them (Bonferroni)
   std::optional<bool> above{};           //!< whether it is above `ProbabilityOptions::above`, if that was told
   bool complete = true;                  //!< no rollout is missing
@@ -85,8 +91,8 @@ CaptureProbability capture_probability(const Problem& problem, const Probability
 
 //! Whether a probability is above a threshold, of which `captured` of `rollouts` say something; none: it is not told. A
 //! probability at most the threshold is ever called above, after any number of independent rollouts, with probability
-//! `error` at most, and one at least the threshold as seldom called not above: Ville's inequality for the likelihoods of
-//! all probabilities beyond it, evenly weighed (Robbins, Annals of Mathematical Statistics, 1970).
+//! `error` at most, and one at least the threshold as seldom called not above: Ville's inequality for the likelihoods
+//! of all probabilities beyond it, evenly weighed (Robbins, Annals of Mathematical Statistics, 1970).
 std::optional<bool> is_above(double threshold, int captured, int rollouts, double error = error_of_decision);
 
 //! Clopper and Pearson's interval of a probability that `effective` rollouts estimate.
