@@ -257,8 +257,8 @@ def capture_probability(
             by a sequential test (Ville's inequality). It takes at most `rollouts`, by default 300;
             near the threshold it is not told by then: None.
         design: "sobol" spreads the rollouts evenly over the first pushes (randomized quasi-Monte
-            Carlo, in eight groups of rollouts): unbiased, and with a smaller variance where the first
-            pushes decide. Best from 64 rollouts on. Not with `above`, Boltzmann and functions.
+            Carlo, in eight groups of rollouts): unbiased, and with a smaller variance where the
+            first pushes decide. Best from 64 rollouts on. Not with `above`, Boltzmann, functions.
         success: also the probability of being in the success set at the horizon. Rollouts go on
             after an exit.
         undisturbed: also one rollout without a disturbance, before the others.
