@@ -17,6 +17,7 @@ __all__ = ["report"]
 TITLES = {
     "tasks": "Tasks, on one thread",
     "frame": "A camera's frame",
+    "fewer": "Fewer rollouts",
     "cores": "Two threads",
     "growth": "Large trees",
     "bodies": "Many bodies",

@@ -22,6 +22,7 @@ from measurements import TASKS, Settings, Tell
 from report import report
 from speed_bodies import Bodies, measure_bodies
 from speed_cores import Cores, Growth, measure_cores, measure_growth
+from speed_fewer import Fewer, measure_fewer
 from speed_frame import Frames, measure_frames
 from speed_start import Start, measure_start
 from speed_tasks import Tasks, measure_tasks
@@ -30,6 +31,7 @@ from speed_tasks import Tasks, measure_tasks
 PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] = {
     "tasks": (Tasks, measure_tasks),
     "frame": (Frames, measure_frames),
+    "fewer": (Fewer, measure_fewer),
     "cores": (Cores, measure_cores),
     "growth": (Growth, measure_growth),
     "bodies": (Bodies, measure_bodies),

@@ -1,0 +1,126 @@
+"""Part `fewer`: what rollouts that are evenly spread, and a sequential test, say beside others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+
+import energymargin as em
+from energymargin_paper.evidence.ceiling import scripted
+from measurements import FRAMES, Settings, Tell
+from speed_frame import SOON, captured_states
+from tables import markdown
+
+__all__ = ["Fewer", "measure_fewer"]
+
+UNSURE = (0.1, 0.9)  # probabilities of states that are asked
+TRUTH, REPLICATES = 4000, 100  # of a state
+LITTLE = 10  # times fewer
+ROLLOUTS = 128
+THRESHOLDS, MOST = (0.7, 0.9), 100
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Of one state, with design="sobol" beside independent rollouts."""
+
+    variance: float
+    """Mean squared error, as a share of the variance of as many independent rollouts."""
+    holds: float
+    """Share of the replicates whose interval holds."""
+    width: float
+    """Of the interval, as a share of that of as many independent rollouts."""
+
+
+@dataclass
+class Decisions:
+    """With a threshold beside as many rollouts as it may take."""
+
+    steps: int = 0
+    all_steps: int = 0
+    told: list[bool] = field(default_factory=list)
+    """Whether what was told is right."""
+    asked: int = 0
+
+
+@dataclass
+class Fewer:
+    """What there is so far."""
+
+    settings: Settings
+    spread: dict[str, list[Spread]] = field(default_factory=dict)
+    decisions: dict[str, Decisions] = field(default_factory=dict)
+
+    def tables(self) -> str:
+        """In Markdown."""
+        rows = [
+            [
+                task,
+                str(len(of)),
+                *(f"{fmean(getattr(s, name) for s in of):.2f}" if of else ""
+                  for name in ("variance", "holds", "width")),
+                f"{done.steps / done.all_steps:.2f}" if done.all_steps else "",
+                f"{len(done.told)} of {done.asked}",
+                str(done.told.count(False)),
+            ]
+            for task, of in self.spread.items()
+            for done in [self.decisions[task]]
+        ]  # fmt: skip
+        heads = ["task", "states", "variance", "interval holds", "width"]
+        return markdown([*heads, "steps with `above=`", "told", "wrong"], rows) if rows else ""
+
+
+def measure_fewer(fewer: Fewer, tell: Tell) -> None:
+    """Fills it task by task, from states of a probability within UNSURE, and some others."""
+    count, few = fewer.settings.states, 1 if fewer.settings.full else LITTLE
+    for task in fewer.settings.tasks:
+        dataset = em.datasets.generate(task, trajectories=4 * count, frames=FRAMES, seed=2)
+        spread = fewer.spread.setdefault(task, [])
+        decisions = fewer.decisions.setdefault(task, Decisions())
+        for number, (t, k) in enumerate(captured_states(dataset, 8 * count)):
+            tell(f"{task}: state {number + 1} of {8 * count}")
+            trajectory, robot = dataset.trajectories[t], scripted(dataset)
+            whole = round(SOON / robot.step) * robot.step
+            now = float(trajectory.times[k])
+            problem = robot.future(trajectory.states[k], now, trajectory.params, whole)
+            if number < count:
+                decide(problem, decisions, few)
+            near = asked(problem, 60).captured
+            if len(spread) < count and UNSURE[0] < near < UNSURE[1]:
+                spread.append(spread_of(problem, few))
+
+
+def asked(problem: em.Problem, rollouts: int, **options: Any) -> em.CaptureProbability:
+    """A probability without what is not asked here."""
+    return em.capture_probability(
+        problem, rollouts=rollouts, undisturbed=False, warn=False, **options
+    )
+
+
+def spread_of(problem: em.Problem, few: int) -> Spread:
+    """One state's, from so many times fewer rollouts."""
+    truth = asked(problem, TRUTH // few, seed=1).captured
+    found = [asked(problem, ROLLOUTS, seed=2 + i, design="sobol") for i in range(REPLICATES // few)]
+    alone = [asked(problem, ROLLOUTS, seed=2 + i) for i in range(REPLICATES // 10)]
+    intervals = [p.interval() for p in found]
+    error = float(np.mean([(p.captured - truth) ** 2 for p in found]))
+    return Spread(
+        error / (truth * (1 - truth) / ROLLOUTS),
+        float(np.mean([low <= truth <= high for low, high in intervals])),
+        float(np.mean(np.ptp(intervals, axis=1)) / np.mean([np.ptp(p.interval()) for p in alone])),
+    )
+
+
+def decide(problem: em.Problem, decisions: Decisions, few: int) -> None:
+    """One state's."""
+    truth = asked(problem, TRUTH // few, seed=1).captured
+    for threshold in THRESHOLDS:
+        one = asked(problem, MOST, seed=2, above=threshold)
+        decisions.steps += one.steps
+        decisions.all_steps += asked(problem, MOST, seed=2).steps
+        decisions.asked += 1
+        if one.above is not None:
+            decisions.told.append(one.above == (truth > threshold))
