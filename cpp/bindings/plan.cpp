@@ -325,8 +325,9 @@ void bind_plan(py::module_& module) {
            })
       .def(
           "rest",
-          [](const Plan& plan, int done, const Given<double>& step, const std::optional<GivenArray>& memory) {
-            return rest_of(plan, done, given("step", step),
+          [](const Plan& plan, const Given<int>& done, const Given<double>& step,
+             const std::optional<GivenArray>& memory) {
+            return rest_of(plan, given("done", done), given("step", step),
                            memory ? vector("memory", memory->value, -1) : Eigen::VectorXd());
           },
           py::arg("done"), py::arg("step"), py::arg("memory") = py::none(),

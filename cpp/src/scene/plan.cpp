@@ -157,7 +157,7 @@ Plan fine_rows(const Plan& plan, double step) {
 Plan rest_of(const Plan& plan, int done, double step, const Eigen::VectorXd& memory) {
   const int each = static_cast<int>(std::lround(plan.step / step)), rows = plan.rows();
   if (done < 0 || (done >= each * rows && !plan.feedback)) {
-    reject("done", std::to_string(done), "0 to " + std::to_string(each * rows - 1));
+    reject("done", std::to_string(done), plan.feedback ? "0 or more" : "0 to " + std::to_string(each * rows - 1));
   }
   int first = plan.feedback ? std::min(done, each * (rows - 1)) : done;  // the row that stays with a feedback
   Plan rest = first % each == 0 ? plan : fine_rows(plan, step);
