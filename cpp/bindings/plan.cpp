@@ -327,7 +327,7 @@ void bind_plan(py::module_& module) {
           "rest",
           [](const Plan& plan, const Given<int>& done, const Given<double>& step,
              const std::optional<GivenArray>& memory) {
-            return rest_of(plan, given("done", done), given("step", step),
+            return rest_of(plan, count("done", done, 0), given("step", step),
                            memory ? vector("memory", memory->value, -1) : Eigen::VectorXd());
           },
           py::arg("done"), py::arg("step"), py::arg("memory") = py::none(),

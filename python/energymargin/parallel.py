@@ -62,6 +62,10 @@ class Workers(Closing):
         """How many chunks can run at once; of a cluster, right now."""
         return self._slots
 
+    def is_death(self, error: Exception) -> bool:
+        """Whether a chunk has no results since its worker died."""
+        return isinstance(error, self.deaths)
+
     def executor(self) -> Executor:
         """The one that runs them, started if it was not, or has broken."""
         if self._executor is None:
@@ -260,9 +264,9 @@ class _Flow(Generic[Item, Result]):
         chunk = self._running.pop(future)
         try:
             results, seconds = future.result()
-        except self._workers.deaths as death:
-            return self._again(chunk, " ".join(str(death).split()))
         except Exception as error:
+            if self._workers.is_death(error):
+                return self._again(chunk, " ".join(str(error).split()))
             self._error = self._workers.explained(error)
             return []
         self._deaths = 0

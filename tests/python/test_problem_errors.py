@@ -208,7 +208,8 @@ BROKEN_PLAN = {
     ),
     "unknown key": (
         with_value((*PLAN, "wrench"), []),
-        'plan has an unknown "wrench", expected only step, wrenches, targets, velocities, feedback',
+        'plan has an unknown "wrench", expected only step, wrenches, targets, velocities, '
+        "feedback, policy",
     ),
     "no rows": (
         without(*PLAN, "velocities", 1, "rows"),

@@ -76,7 +76,9 @@ def test_compiled_things_show_their_numbers_and_no_address():
         "moments=(0.166667, 0.166667, 0.166667), axes=(0.0, 0.0, 0.0, 1.0))"
     )
     moved = em.World(scene).simulate(scene.pack(), 9)
-    assert repr(moved).startswith("Simulation(times=array(9,), states=array(9, 13), contacts=[9")
+    assert repr(moved).startswith(
+        "Simulation(times=array(9,), states=array(9, 13), memory=array(9, 0), "
+    )
     assert "audit=Audit(...)" in repr(
         em.World(scene).rollout(scene.pack(), np.zeros(6), 0.1, audit=True)
     )

@@ -6,6 +6,7 @@ import asyncio
 import concurrent.futures
 import re
 import time
+import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -89,6 +90,13 @@ class _DaskWorkers(RemoteWorkers):
         self.stop()
         if self._is_ours:
             self._client.close(timeout=CLOSE)
+
+    def is_death(self, error: Exception) -> bool:
+        """Also of a worker that took its results with it while they were fetched: Dask's executor
+        fails at that with an error of its own."""
+        last = traceback.extract_tb(error.__traceback__)[-1:]
+        lost = isinstance(error, ValueError) and [at.name for at in last] == ["_cascade_future"]
+        return lost or super().is_death(error)
 
     def explained(self, error: Exception) -> Exception:
         """As Workers.explained."""

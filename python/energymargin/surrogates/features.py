@@ -27,7 +27,7 @@ OF_BODY = (*PLACES, "yaw", "tilt_x", "tilt_y", "tilt_z", *SPEEDS, "wx", "wy", "w
 OF_PAIR = (*PLACES, *SPEEDS, "distance")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Layout:
     """Which numbers of a state are whose."""
 

@@ -32,7 +32,7 @@ GROUPS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Law:
     """What a controller sees of a task, and what it commands."""
 
