@@ -963,7 +963,7 @@ class Plan:
         """
         The same plan with a row for each step [s] of a scene, at most the plan's own. Each row begins at the step that is nearest to its time.
         """
-    def rest(self, done: typing.SupportsInt | typing.SupportsIndex, step: float, memory: numpy.typing.ArrayLike | None = None) -> Plan:
+    def rest(self, done: int, step: float, memory: numpy.typing.ArrayLike | None = None) -> Plan:
         """
         What is left after `done` steps [s] of a scene. Rows stay as they are where one begins there, and otherwise have the scene's step. A Feedback and a Policy go on with their `memory` of then, as `World.simulate(...).memory` has it; None: they begin anew. Raises ValueError if nothing is left.
         """
