@@ -63,14 +63,19 @@ class Fewer:
                 *(f"{fmean(getattr(s, name) for s in of):.2f}" if of else ""
                   for name in ("variance", "holds", "width")),
                 f"{done.steps / done.all_steps:.2f}" if done.all_steps else "",
-                f"{len(done.told)} of {done.asked}",
+                str(done.asked),
+                str(len(done.told)),
                 str(done.told.count(False)),
             ]
             for task, of in self.spread.items()
             for done in [self.decisions[task]]
         ]  # fmt: skip
         heads = ["task", "states", "variance", "interval holds", "width"]
-        return markdown([*heads, "steps with `above=`", "told", "wrong"], rows) if rows else ""
+        return (
+            markdown([*heads, "steps with `above=`", "asked", "told", "wrong"], rows)
+            if rows
+            else ""
+        )
 
 
 def measure_fewer(fewer: Fewer, tell: Tell) -> None:

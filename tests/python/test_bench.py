@@ -86,7 +86,7 @@ def test_foresight_beside_a_frame_is_that_of_the_page():
         assert any(line.startswith(row) and auc_ap in line for line in PAGE.read_text().split("\n"))
 
 
-def test_each_table_has_its_rows_with_positive_numbers(tmp_path):
+def test_each_table_has_its_rows_with_numbers(tmp_path):
     done = run("--quick", "--states", "1", "--tasks", "push", "--out", tmp_path / "speed.md")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "speed.md").read_text() in done.stdout
@@ -98,10 +98,11 @@ def test_each_table_has_its_rows_with_positive_numbers(tmp_path):
     numbers = [
         [float(cell.split("/")[0]) for cell in row if cell] for row in rows if is_number(row[0])
     ]
-    of_tasks, of_frames = [12, 7], [5, 7]
+    of_tasks, of_frames, of_fewer = [12, 7], [5, 7], 5
     assert [len(row) for row in numbers] == [
         *of_tasks,
         *of_frames,
+        of_fewer,
         *[3] * 3,
         *[2] * 2,
         *[4] * 2,
@@ -109,7 +110,7 @@ def test_each_table_has_its_rows_with_positive_numbers(tmp_path):
         *[2] * 4,
     ]
     assert np.isfinite(np.concatenate(numbers)).all()
-    assert (np.concatenate(numbers) > 0.0).all()
+    assert (np.concatenate(numbers) >= 0.0).all()
 
 
 def is_number(cell):
