@@ -67,6 +67,16 @@ def test_a_profile_asks_a_policy_later_what_it_would_do_then():
     assert after.probabilities[0] == 0
 
 
+def test_a_profile_of_one_moment_keeps_what_the_robot_remembers():
+    act = lambda seen, memory, now: (np.where(memory >= 3, 40.0, 0.0) * [1, 0, 0], memory + 1)  # noqa: E731
+    plan, scene = policy(act, period=0.1, memory=1), problem().scene
+    remembered = em.World(scene, plan).simulate(scene.pack(), 72, record=[72]).memory[0]
+    held = problem(plan.rest(72, scene.step, remembered), horizon=0.2)
+    asks = {"rollouts": 20, "nodes": 5, "disturbance": NOTHING}
+    (one,) = em.margin_profile(held, every=0.5, **asks).probabilities
+    assert one == em.capture_probability(held, rollouts=20, disturbance=NOTHING).captured == 0
+
+
 def test_what_a_feedback_sees_has_noise_in_rollouts_and_in_rare_losses():
     noisy = em.Feedback([[0.0, 0.0]], observed=["ball.x", "ball.vx"], corrected=["ball.fx"],
                         period=1 / 60, noise=[0.0, 0.1])  # fmt: skip

@@ -278,7 +278,7 @@ def _moments(
     step, plan = problem.scene.step, problem.plan
     for state, remembered, number, length in zip(states, memory, numbers, lengths, strict=True):
         try:
-            ahead = None if plan is None else plan.rest(number, step, remembered)
+            ahead = plan.rest(number, step, remembered) if plan and number else plan
             moment = problem.with_state(state)
             asked = moment.replace(horizon=length * step, plan=ahead, start_outside=True)
         except ValueError as error:
