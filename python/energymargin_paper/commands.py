@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import fields
+import os
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,10 +17,12 @@ from rich.markup import escape
 from energymargin.cli.fields import changed, described, in_words, keyword, option
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
+from energymargin.replacing import replace_text
 from energymargin.settings import flag_of
+from energymargin_paper.pages import FILE, Head
 from energymargin_paper.study import Study
 
-__all__ = ["command", "make"]
+__all__ = ["command", "make", "typed"]
 
 ARGS = """Args:
     overwrite: Take a folder that has files of others too, and replace those of the same names.
@@ -57,6 +63,12 @@ def command(study: Study[Any, Any]) -> Any:
     return typer.main.get_command(app)
 
 
+def typed(study: Study[Any, Any], settings: Any) -> str:
+    """What to type for these settings; a folder of data is DIR."""
+    words = _options(settings, study.settings)
+    return shlex.join(["energymargin", "reproduce", study.name, *words])
+
+
 def make(
     study: Study[Any, Any],
     settings: Any,
@@ -67,11 +79,12 @@ def make(
 ) -> None:
     """Makes a study: a progress bar, its tables, its pictures, and what the folder then has.
 
-    Raises ValueError on a folder with files of others, unless they may be replaced.
+    Raises ValueError on a folder with files of others, unless they may be replaced, and on one that
+    was begun with an engine of other bits.
     """
     require_own_folder(folder, overwrite=overwrite)
     try:
-        with study.bar() as progress:
+        with study.bar() as progress, _headed(study, settings, folder):
             result = study.reproduce(settings, folder, threads=threads, progress=progress)
     except KeyboardInterrupt:
         if study.resumes:
@@ -89,6 +102,48 @@ def make(
     say(f"In {escape(str(folder))}/: {escape(shown)}")
 
 
+@contextmanager
+def _headed(study: Study[Any, Any], settings: Any, folder: Path) -> Iterator[None]:
+    """Writes what makes the study into its folder, and in the end when and how long it took."""
+    head = Head.of_today(
+        typed(study, settings), improved=study.improved, seed=getattr(settings, "seed", "")
+    )
+    before = Head.of_folder(folder)
+    if before is not None and before.bits != head.bits:
+        raise ValueError(
+            f"{folder} was begun with version {before.version} (bits {before.bits}), whose scores "
+            f"are others than those of this one (bits {head.bits}): remove it, or choose another -o"
+        )
+    same = before is not None and before.command == head.command
+    begun = sum(os.times()[:4])
+    spent = float(before.minutes or 0.0) if before is not None and same else 0.0
+
+    def write(**whole: str) -> None:
+        minutes = spent + (sum(os.times()[:4]) - begun) / 60.0
+        replace_text(
+            folder / FILE, replace(head, **{"minutes": f"{minutes:.3g}", **whole}).lines() + "\n"
+        )
+
+    write()
+    try:
+        yield
+    except BaseException:
+        write()
+        raise
+    write(**head.finished())
+
+
+def _options(settings: Any, defaults: Any) -> list[str]:
+    """Each setting that is not the default, as an option and its value."""
+    words = []
+    for own in fields(settings):
+        value = getattr(settings, own.name)
+        if "help" in own.metadata and value != getattr(defaults, own.name):
+            said = [] if value is True else ["DIR" if own.name == "data" else in_words(value)]
+            words += [flag_of(own), *said]
+    return words
+
+
 def _folder(study: Study[Any, Any]) -> Any:
     shown = f"out/{study.name}, or out/{study.name}-quick"
     names, text = ("--output", "-o"), "Folder for all files."
@@ -97,10 +152,5 @@ def _folder(study: Study[Any, Any]) -> Any:
 
 def _quick(study: Study[Any, Any]) -> Any:
     """Its help says what is less in it."""
-    less = [
-        f"{flag_of(setting)} {in_words(own)}"
-        for setting in fields(study.quick)
-        if (own := getattr(study.quick, setting.name)) != getattr(study.settings, setting.name)
-    ]
-    text = f"A first picture: {' '.join(less)}."
+    text = f"A first picture: {' '.join(_options(study.quick, study.settings))}."
     return Annotated[bool, typer.Option("--quick", help=text)]

@@ -5,12 +5,13 @@ A study's module is imported when its command is called, so that --help answers 
 
 from __future__ import annotations
 
-import json
+import os
 import re
-import time
-from collections.abc import Mapping
-from dataclasses import dataclass
-from importlib.metadata import version
+import signal
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import date
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,18 +19,21 @@ import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
+from energymargin.checks import core_count, positive_number
 from energymargin.cli.fields import described, split
 from energymargin.cli.places import MARK, require_own_folder
-from energymargin.cli.terminal import err, say
+from energymargin.cli.terminal import err, out, say
 from energymargin.replacing import replace_text
-from energymargin.table_text import markdown_table
+from energymargin.table_text import DASH, markdown_table
 from energymargin_paper import STUDIES, load
-from energymargin_paper.commands import command, make
+from energymargin_paper.commands import command, make, typed
+from energymargin_paper.pages import Head, all_blocks, put
+from energymargin_paper.pieces import PIECES, QUICK, Piece
+from energymargin_paper.study import Study
 
 __all__ = ["app", "everything"]
 
-OF_OTHERS = ("published", "grasps")  # which need data that are not here
-TOGETHER = tuple(name for name in STUDIES if name not in OF_OTHERS)
+WHOLE = "whole"
 STYLE = """
 body { font: 16px/1.5 sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; }
 table { border-collapse: collapse; font-size: 14px; margin: 1em 0; }
@@ -80,10 +84,14 @@ def everything(
     only: Annotated[
         str | None,
         typer.Option(
-            help="Which studies, separated by commas.", show_default="all but published and grasps"
+            help="Which pieces or studies, separated by commas.",
+            show_default="all whose data are there",
         ),
     ] = None,
+    minutes: float | None = None,
     threads: int | None = None,
+    data: Path | None = None,
+    pages: Path | None = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -92,70 +100,150 @@ def everything(
             show_default="out/all, or out/all-quick",
         ),
     ] = None,
+    list_them: Annotated[
+        bool,
+        typer.Option("--list", help="Print that table, of --pages if given, and make nothing."),
+    ] = False,
     quick: Annotated[
-        bool, typer.Option("--quick", help="A first picture of everything, in some minutes.")
+        bool, typer.Option("--quick", help="A first picture of every study, in some minutes.")
     ] = False,
     overwrite: bool = False,
 ) -> None:
-    """Every study of this list, into one folder with an index page (index.html, index.md).
+    """All pages of results in pieces, shortest first, into one folder with an index page.
 
-    Each goes into a folder of its own, with its numbers and pictures; the page is written again
-    after each. The three of the paper take an hour or more on two cores, the others one and a
-    half; stop it with Ctrl-C: the same command goes on from there.
+    A piece is a study with the settings of its page. Each goes into a folder of its own, with its
+    numbers and pictures; index.html and index.md are written again after each. Stop it with Ctrl-C
+    or by --minutes, or kill it: the same command goes on from there, and leaves out what is whole.
+    The table that it prints has the minutes that each piece takes of one processor, how long it
+    took, its version and its age; *old* are those whose engine had other bits than this one.
 
-    Example: `energymargin reproduce all --only table1,table2`
+    Example: `energymargin reproduce all --only table1,table2 --minutes 30`
 
     Args:
+        minutes: Stop after so many minutes; what is done is kept.
+        data: Folder with published/ (the authors' data) and grasps/ (grasps of others).
+        pages: Folder of pages, as docs, whose blocks of these pieces are written anew.
         overwrite: Take a folder that has files of others too, and replace those of the same
             names.
     """
-    from energymargin.checks import core_count
-
-    chosen = list(TOGETHER) if only is None else split(only)
-    wrong = [name for name in chosen if name not in TOGETHER]
-    if wrong:
-        raise ValueError(f"only has {wrong[0]!r}, expected some of {', '.join(TOGETHER)}")
-    count = core_count("threads", threads)
+    known = QUICK if quick else PIECES
+    chosen = _chosen(known, only, data)
+    core_count("threads", threads)
     folder = output or Path("out", "all-quick" if quick else "all")
+    if minutes is not None:
+        positive_number("minutes", minutes)
+    if list_them:
+        _print(_overview(known, _heads(folder, pages, known), quick=quick))
+        return
     require_own_folder(folder, overwrite=overwrite)
-    times = Times(folder / "times.json")
-    times.of(chosen[0])  # raises now, not after hours, if the file holds something else
-    for number, name in enumerate(chosen, 1):
-        err.print(f"[bold]{name}[/] ({number} of {len(chosen)}): {STUDIES[name]}")
-        begun, one = time.monotonic(), load(name)
-        try:
-            make(one, one.settings_in_all(quick), folder / name, threads, overwrite=overwrite)
-        finally:
-            times.add(name, time.monotonic() - begun)
-        write_index(folder, {name: STUDIES[name] for name in TOGETHER}, times, count)
-    say(f"In {escape(str(folder))}/: index.html, index.md, and a folder for each study")
+    with _at_most(minutes) as over:
+        for number, piece in enumerate(chosen, 1):
+            err.print(f"[bold]{piece.name}[/] ({number} of {len(chosen)}): {piece.shows}")
+            study, own = piece.load(), folder / piece.name
+            settings = study.quick if quick else piece.settings(data)
+            if _state(Head.of_folder(own), study, typed(study, settings)) == WHOLE:
+                say("It is there.")
+            else:
+                make(study, settings, own, threads, overwrite=overwrite)
+            write_index(folder, known, quick=quick)
+            for page in put(pages, piece.name, own) if pages is not None else ():
+                say(f"Written: {escape(str(page))}")
+    _print(_overview(known, _heads(folder, pages, known), quick=quick))
+    if over.is_set():
+        say("The time is over: the same command goes on from here.")
+    else:
+        say(f"In {escape(str(folder))}/: index.html, index.md, and a folder for each piece")
 
 
 app.command("all")(described(everything))
 
 
-def write_index(folder: Path, studies: Mapping[str, str], times: Times, threads: int) -> None:
-    """Writes index.md and index.html in a folder that has one folder a study.
+def _print(table: str) -> None:
+    out.print(table, markup=False, highlight=False, soft_wrap=True)
 
-    `studies`: what each shows, by its name; those that are not there are named as such.
-    """
-    done = [name for name in studies if any((folder / name).glob("*.md"))]
-    rows = [
-        (f"[{name}](#{name})", shows, _minutes(times.of(name)))
-        if name in done
-        else (name, shows, "not yet")
-        for name, shows in studies.items()
-    ]
-    lines = [
-        "# The studies of Energy Margin",
-        "",
-        f"Made by `energymargin reproduce all` with version {version('energymargin')}, "
-        f"on {threads} threads.",
-        "",
-        markdown_table(("", "", "time"), rows),
-    ]
-    for name in done:
-        lines += ["", f'<a id="{name}"></a>', "", *_section(folder, name)]
+
+def _chosen(known: Sequence[Piece], only: str | None, data: Path | None) -> list[Piece]:
+    """The pieces that `only` names by their own names or those of their studies."""
+    if only is None:
+        return [piece for piece in known if data is not None or not piece.data]
+    words = split(only)
+    chosen = [piece for piece in known if {piece.name, piece.study} & set(words)]
+    names = [piece.name for piece in known]
+    wrong = set(words) - {name for piece in chosen for name in (piece.name, piece.study)}
+    if wrong:
+        raise ValueError(f"only has {min(wrong)!r}, expected some of {', '.join(names)}")
+    lacking = [piece for piece in chosen if piece.data and data is None]
+    if lacking:
+        raise ValueError(
+            f"only has {lacking[0].name!r}, which needs --data DIR with a folder "
+            f"{lacking[0].data!r} in it"
+        )
+    return chosen
+
+
+@contextmanager
+def _at_most(minutes: float | None) -> Iterator[threading.Event]:
+    """Ctrl-C after so many minutes, which ends the block; the event says that it was not the
+    user's."""
+    over = threading.Event()
+
+    def stop() -> None:
+        over.set()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(60.0 * (minutes or 0.0), stop)
+    if minutes is not None:
+        timer.start()
+    try:
+        yield over
+    except KeyboardInterrupt:
+        if not over.is_set():
+            raise
+    finally:
+        timer.cancel()
+
+
+def _state(head: Head | None, study: Study[Any, Any], words: str) -> str:
+    """What there is of a piece that this command makes."""
+    if head is None:
+        return "not yet"
+    if head.is_old(improved=study.improved):
+        return "old"
+    return WHOLE if head.date and head.command == words else "begun"
+
+
+def _overview(pieces: Sequence[Piece], heads: Mapping[str, Head], *, quick: bool = False) -> str:
+    """A table of all pieces: the minutes that each takes, and what there is of it."""
+    rows = []
+    for piece in pieces:
+        head, study = heads.get(piece.name), piece.load()
+        words = typed(study, study.quick if quick else piece.settings())
+        made = (head.minutes or DASH, head.version, _age(head)) if head else (DASH,) * 3
+        rows.append((piece.name, f"{piece.minutes:g}", *made, _state(head, study, words)))
+    return markdown_table(("piece", "minutes", "took", "version", "age", ""), rows)
+
+
+def _age(head: Head) -> str:
+    if not head.date:
+        return DASH
+    return f"{(date.today() - date.fromisoformat(head.date)).days} days"
+
+
+def _heads(folder: Path, pages: Path | None, pieces: Sequence[Piece]) -> dict[str, Head]:
+    """By piece: of the pages if there are any, or else of the folder."""
+    if pages is not None:
+        return {block.name: block.head for _, block in all_blocks(pages)}
+    found = {piece.name: Head.of_folder(folder / piece.name) for piece in pieces}
+    return {name: head for name, head in found.items() if head is not None}
+
+
+def write_index(folder: Path, pieces: Sequence[Piece], *, quick: bool) -> None:
+    """Writes index.md and index.html in a folder that has one folder a piece."""
+    table = _overview(pieces, _heads(folder, None, pieces), quick=quick)
+    lines = ["# The studies of Energy Margin", "", table]
+    for piece in pieces:
+        if any((folder / piece.name).glob("*.md")):
+            lines += ["", f'<a id="{piece.name}"></a>', "", *_section(folder, piece.name)]
     text = "\n".join(lines) + "\n"
     replace_text(folder / "index.md", text)
     replace_text(folder / "index.html", _page(text))
@@ -171,7 +259,9 @@ def _section(folder: Path, name: str) -> list[str]:
         lines += [f"![{picture.stem}]({name}/{picture.name})", ""]
     files = sorted(path.name for path in own.iterdir() if path.is_file() and path.name != MARK)
     links = ", ".join(f"[{file}]({name}/{file})" for file in files)
-    return [*lines, f"Files: {links}. The command: `energymargin reproduce {name}`."]
+    head = Head.of_folder(own)
+    made = head.sentence() if head and head.date else "It is not whole yet."
+    return [*lines, f"Files: {links}. {made}"]
 
 
 def _page(text: str) -> str:
@@ -180,32 +270,3 @@ def _page(text: str) -> str:
     body = MarkdownIt("commonmark", {"html": True}).enable("table").render(text)
     head = f'<meta charset="utf-8"><title>Energy Margin</title><style>{STYLE}</style>'
     return f"<!doctype html><html><head>{head}</head><body>{body}</body></html>\n"
-
-
-def _minutes(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
-
-
-@dataclass(frozen=True)
-class Times:
-    """How long each study of a folder took in all its calls [s], in a file."""
-
-    path: Path
-
-    def of(self, study: str) -> float:
-        """0 if it was never run; ValueError if the file holds something else."""
-        return self._all().get(study, 0.0)
-
-    def add(self, study: str, seconds: float) -> None:
-        """Adds a call of a study."""
-        times = {**self._all(), study: self.of(study) + seconds}
-        replace_text(self.path, json.dumps(times, indent=1))
-
-    def _all(self) -> dict[str, float]:
-        if not self.path.exists():
-            return {}
-        try:
-            times = json.loads(self.path.read_text())
-            return {str(name): float(seconds) for name, seconds in times.items()}
-        except (ValueError, TypeError, AttributeError) as error:
-            raise ValueError(f"{self.path} holds no times of studies: remove it") from error

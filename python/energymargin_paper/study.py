@@ -60,6 +60,8 @@ class Study(ABC, Generic[SettingsT, ResultT]):
     """Whether it goes on with what is in the folder after Ctrl-C."""
     threaded: bool = True
     """Whether it takes a number of threads."""
+    improved: bool = False
+    """Whether efforts of the improved search are in it, which may move alone."""
 
     @property
     def stem(self) -> str:
@@ -75,10 +77,6 @@ class Study(ABC, Generic[SettingsT, ResultT]):
     def figures(self, result: ResultT) -> Iterator[tuple[str, Figure]]:
         """The pictures, each with the name of its file; none of a study without one."""
         yield from ()
-
-    def settings_in_all(self, quick: bool) -> SettingsT:
-        """As one of many studies that are made together."""
-        return self.quick if quick else self.settings
 
     def bar(self) -> AbstractContextManager[Progress]:
         """The progress bar at the terminal."""

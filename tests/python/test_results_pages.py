@@ -1,69 +1,162 @@
-"""The tool that puts the results of studies into pages."""
+"""Pages of results: blocks that commands write, and which of them are of older bits."""
 
-import subprocess
-import sys
-from importlib.metadata import version
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from results_pages import BEGIN, END, put_into
+from energymargin.searches import ALGORITHM
+from energymargin_paper import STUDIES
+from energymargin_paper.bits import bits
+from energymargin_paper.commands import typed
+from energymargin_paper.pages import (
+    FILE,
+    Head,
+    all_blocks,
+    blocks,
+    put,
+    table_of_blocks,
+    write_block,
+)
+from energymargin_paper.pieces import PIECES
 
-TOOL = Path(__file__).parents[2] / "tools" / "results_pages.py"
+DOCS = Path(__file__).parents[2] / "docs"
+RESULTS = DOCS / "results"
+IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
+
+# Blocks that were made by an engine of other bits. Who makes one anew takes it off; nobody adds one
+# but with a change of the bits that is meant (CONTRIBUTING.md).
+OLD = {piece.name for piece in PIECES}
+
+PAGE = """# A page
+
+## A part
+
+<!-- made: rare
+command: old
+version: 0.1.0
+-->
+old text
+
+<!-- end: rare -->
+
+What a person says.
+"""
 
 
 @pytest.fixture
-def studies(tmp_path):
-    """A folder of two studies, as `energymargin reproduce all` makes it."""
-    for name, text in (("table2", "| rectangle-jaw | .9 |"), ("closed-forms", "| push | 1.0 |")):
-        own = tmp_path / "all" / name
-        own.mkdir(parents=True)
-        (own / f"{name.replace('-', '_')}.md").write_text(f"# Title\n\n{text}\n")
-        (own / f"{name.replace('-', '_')}.png").write_bytes(b"a picture")
-    return tmp_path / "all"
-
-
-@pytest.fixture
-def pages(tmp_path):
-    folder = tmp_path / "pages"
-    folder.mkdir()
+def study(tmp_path):
+    """A study's folder, whole."""
+    folder = tmp_path / "out" / "rare"
+    folder.mkdir(parents=True)
+    (folder / "rare.md").write_text("# Rare\n\nIn short.\n\n## Runs\n\n| a |\n| --- |\n| 1 |\n")
+    (folder / "rare.png").write_bytes(b"a picture")
+    head = Head.of_today("energymargin reproduce rare", improved=False, seed=3)
+    head = replace(head, date="2026-11-26", minutes="1.5")
+    (folder / FILE).write_text(head.lines() + "\n")
     return folder
 
 
-def test_a_page_gets_its_results_and_the_pictures(studies, pages):
-    page, other = pages / "table2.md", pages / "walls.md"
-    page.write_text(f"# before\n{BEGIN}\nto be replaced\n{END}\nafter\n")
-    other.write_text(f"{BEGIN}\nas it was\n{END}\n")
-    assert put_into(pages, studies) == [page]
+def test_a_block_is_written_anew_below_the_heading_that_it_stands_under(study, tmp_path):
+    page = tmp_path / "docs" / "page.md"
+    page.parent.mkdir()
+    page.write_text(PAGE)
+    assert put(page.parent, "rare", study) == [page]
     text = page.read_text()
-    assert text.startswith(f"# before\n{BEGIN}") and text.endswith(f"{END}\nafter\n")
-    assert "to be replaced" not in text and "| rectangle-jaw | " in text and "Title" not in text
-    assert f"Version {version('energymargin')}" in text
-    assert "`energymargin reproduce table2`" in text
-    assert "![table2](table2.png)" in text and (pages / "table2.png").read_bytes() == b"a picture"
-    assert "as it was" in other.read_text()
+    assert "old text" not in text and "# Rare" not in text
+    assert "\n### Runs\n" in text and text.endswith("What a person says.\n")
+    assert (
+        "`energymargin reproduce rare`, version " in text and "26 November 2026; seed 3; " in text
+    )
+    assert "![rare](rare.png)" in text and (page.parent / "rare.png").read_bytes() == b"a picture"
+    (block,) = blocks(page)
+    assert block.head == Head.of_folder(study)
+    assert block.head.algorithm == ALGORITHM and not block.head.is_old(improved=False)
+    assert put(page.parent, "rare", study) == [page] and page.read_text() == text
+    assert put(page.parent, "bowl", study) == []
 
 
-def test_the_command_line_names_the_pages_that_it_wrote(studies, pages):
-    (pages / "closed_forms.md").write_text(f"{BEGIN}\n{END}\n")
-    command = [sys.executable, str(TOOL), str(studies), str(pages)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert "closed_forms.md" in done.stdout
-    assert "| push | 1.0 |" in (pages / "closed_forms.md").read_text()
+def test_two_pieces_of_one_study_have_pictures_of_their_own(study, tmp_path):
+    page = tmp_path / "docs" / "page.md"
+    page.parent.mkdir()
+    page.write_text(PAGE.replace("made: rare", "made: two").replace("end: rare", "end: two"))
+    put(page.parent, "two", study)
+    assert "![two rare](two_rare.png)" in page.read_text()
+    assert (page.parent / "two_rare.png").exists()
+
+
+def test_a_study_that_is_not_whole_changes_no_page(study, tmp_path):
+    head = Head.of_folder(study)
+    (study / FILE).write_text(replace(head, date="").lines())
+    with pytest.raises(ValueError, match="has no finished study"):
+        put(tmp_path, "rare", study)
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("nothing", "has no page with the lines"),
-        (BEGIN, "expected both"),
-        (f"{BEGIN}{END}", "has no study of the pages in"),
+        ("<!-- made: rare\ncommand: a\nversion: 1\n-->\n", "a block without its end"),
+        ("<!-- end: rare -->\n", "an end without its block"),
+        (PAGE.replace("version", "edition"), "is no head of a block"),
     ],
 )
-def test_pages_that_cannot_be_made_are_refused_and_stay_as_they_were(text, message, studies, pages):
-    page = pages / "table1.md"
+def test_a_page_with_half_a_block_is_refused(text, message, tmp_path):
+    page = tmp_path / "page.md"
     page.write_text(text)
-    command = [sys.executable, str(TOOL), str(studies), str(pages)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 1 and message in done.stderr
-    assert page.read_text() == text
+    with pytest.raises(ValueError, match=message):
+        blocks(page)
+
+
+def test_a_head_of_other_bits_is_old(study):
+    head = Head.of_folder(study)
+    assert replace(head, bits="00000000").is_old(improved=False)
+    assert head.is_old(improved=True)  # of another search
+    assert Head("a", "0.1.0").is_old(improved=False)
+
+
+def test_the_bits_are_eight_digits_and_know_the_improved_search():
+    assert len(bits()) == 8 and int(bits(), 16) >= 0
+    assert bits() != bits(improved=True)
+
+
+def test_a_block_after_a_heading_of_the_first_level_keeps_its_own(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(PAGE.replace("## A part\n", ""))
+    assert write_block(page, "rare", Head("a", "1", date="2026-11-26"), "## Runs")
+    assert "\n## Runs\n" in page.read_text()
+
+
+# Of the pages in docs.
+
+
+def test_the_blocks_of_older_bits_are_those_that_are_known():
+    """A page whose engine had other bits than today's says figures that no command gives."""
+    made = {block.name: block.head for _, block in all_blocks(DOCS) if block.name in IMPROVED}
+    old = {name for name, head in made.items() if head.is_old(improved=IMPROVED[name])}
+    assert old - OLD == set(), "make them anew: energymargin reproduce all --pages docs --only ..."
+    assert OLD - old == set(), "they are of today's bits: take them off OLD"
+
+
+def test_each_piece_has_its_block_and_each_block_its_command():
+    made = [block for _, block in all_blocks(DOCS)]
+    pieces = {piece.name: piece for piece in PIECES}
+    assert sorted(block.name for block in made if block.name in pieces) == sorted(pieces)
+    for block in made:
+        if block.name in pieces:
+            piece = pieces[block.name]
+            assert block.head.command == typed(piece.load(), piece.settings())
+        assert block.head.version and block.head.date
+
+
+def test_each_study_is_a_piece():
+    assert {piece.study or piece.name for piece in PIECES} == set(STUDIES)
+
+
+def test_there_are_at_most_fifteen_pages_of_results_and_each_has_a_block():
+    pages = sorted(RESULTS.glob("*.md"))
+    assert len(pages) <= 15
+    assert [page.stem for page in pages if not blocks(page)] == ["index"]
+
+
+def test_the_index_has_a_line_for_each_block():
+    assert table_of_blocks(DOCS, RESULTS) in (RESULTS / "index.md").read_text()

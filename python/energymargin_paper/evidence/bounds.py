@@ -196,6 +196,7 @@ class BoundsStudy(Study[Settings, Bounds]):
     title, unit = "Bounding efforts", "problems"
     settings = Settings()
     quick = Settings(cells=20_000, nodes=100, cages=3, states=1)
+    improved = True
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Bounds:
         """Bounds every problem that is not in the folder yet."""

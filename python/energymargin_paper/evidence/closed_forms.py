@@ -232,6 +232,7 @@ class ClosedFormsStudy(Study[Settings, ClosedForms]):
     title, unit = "Searching ways out", "searches"
     settings = Settings()
     quick = Settings(nodes=200, seeds=2, gain_seeds=1)
+    improved = True
 
     def compute(
         self, settings: Settings, folder: Path, threads: int, progress: Progress

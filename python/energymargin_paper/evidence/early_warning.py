@@ -81,7 +81,9 @@ OTHERS = {
 class Settings:
     """The study's settings; raises ValueError on numbers out of range."""
 
-    tasks: tuple[str, ...] = setting(("push", "balance", "grasp"), "Tasks, separated by commas.")
+    tasks: tuple[str, ...] = setting(
+        ("push", "balance"), f"Tasks, separated by commas; also grasp, and {RECORDED} with --data."
+    )
     data: str = setting("", "Folder of the authors' data, for their recordings.", shown="none")
     trajectories: int = setting(
         160, "Trajectories for the calibration, and as many held out; of others half as many."
@@ -95,10 +97,16 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Checks them, before anything is computed or written."""
-        wrong = [name for name in self.tasks if name not in OTHERS]
+        known = (*OTHERS, RECORDED)
+        wrong = [name for name in self.tasks if name not in known]
         if wrong or not self.tasks or len(set(self.tasks)) < len(self.tasks):
             what = repr(wrong[0]) if wrong else ", ".join(self.tasks) or "empty"
-            raise ValueError(f"tasks is {what}, expected some of {', '.join(OTHERS)}, each once")
+            raise ValueError(f"tasks is {what}, expected some of {', '.join(known)}, each once")
+        if (RECORDED in self.tasks) != bool(self.data):
+            raise ValueError(
+                f"tasks is {', '.join(self.tasks)} and data is {self.data!r}: data has the "
+                f"{RECORDED}, and they have to be given"
+            )
         for name in ("trajectories", "lead", "rollouts", "nodes", "every"):
             whole_number(name, getattr(self, name), 1)
         whole_number("seed", self.seed, 0, 2**63 - 1)
@@ -139,8 +147,8 @@ class EarlyWarning:
             "# Early warning",
             "",
             f"Alarms that are false on at most {own.false_alarms:.0%} of the trajectories, and how "
-            f"many losses they announce at least {own.lead} frames before. Version "
-            f"{version('energymargin')}, {own.trajectories} trajectories of {FRAMES} frames for "
+            f"many losses they announce at least {own.lead} frames before. "
+            f"{own.trajectories} trajectories of {FRAMES} frames for "
             f"the calibration and as many held out, half as many of others, seed {own.seed}; "
             f"{own.rollouts} rollouts under "
             f"Uniform(strength={STRENGTH:g}, objects={OBJECTS}), trees of {own.nodes} nodes. A "
@@ -223,6 +231,7 @@ class EarlyWarningStudy(Study[Settings, EarlyWarning]):
         watched: dict[tuple[str, str], Watched] = {
             (task, own.group): own
             for task in settings.tasks
+            if task != RECORDED
             for own in _groups(settings, folder, task)
         }
         watched |= {(RECORDED, half.group): half for half in halves}

@@ -235,6 +235,7 @@ class EnginesStudy(Study[Settings, Engines]):
     title, unit = "Playing in MuJoCo", "trajectories"
     settings = Settings()
     quick = Settings(trajectories=1, nodes=100, rollouts=2, parts=2)
+    improved = True
 
     def compute(
         self, settings: Settings, folder: Path, threads: int, progress: Progress

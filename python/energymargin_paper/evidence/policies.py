@@ -150,6 +150,7 @@ class PoliciesStudy(Study[Settings, Looped]):
     title, unit = "Closing loops", "cases"
     settings = Settings()
     quick = Settings(rollouts=4, worlds=4, episodes=4, questions=6)
+    improved = True
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Looped:
         """Runs the cases that the folder does not have yet, without warnings of what is meant: a

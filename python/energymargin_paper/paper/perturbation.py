@@ -297,10 +297,11 @@ class PerturbationStudy(Study[Settings, Perturbation]):
         return Perturbation(settings, typical(dataset), dataset.size, points, regained)
 
     def figures(self, result: Perturbation) -> Iterator[tuple[str, Figure]]:
-        """AP against the scaled largest error; and what beliefs regain."""
-        yield "perturbation.png", figure_perturbation(result)
+        """AP against the scaled largest error; with beliefs, what they regain."""
         if result.regained:
             yield "perturbation_belief.png", figure_belief(result.regained)
+        else:
+            yield "perturbation.png", figure_perturbation(result)
 
 
 STUDY = PerturbationStudy()

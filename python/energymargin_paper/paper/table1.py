@@ -336,10 +336,6 @@ class Table1Study(Study[Settings, Table1]):
     settings = Settings()
     quick = Settings(trajectories=20, nodes=50, continuations=20)
 
-    def settings_in_all(self, quick: bool) -> Settings:
-        """With smaller trees, which take an hour and not a day."""
-        return self.quick if quick else replace(self.settings, nodes=100)
-
     def bar(self) -> AbstractContextManager[Progress]:
         """A bar of what is being done, and the share that is done of all."""
         return share_bar(err)
