@@ -184,7 +184,7 @@ debian = @missing=$$(for package in $(1); do \
 	@echo "Setting up .venv"
 	@$(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install -q --upgrade pip
-	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.10' 'pybind11>=3.1' cmake
+	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.11' 'pybind11>=3.1' cmake
 	@touch $@
 
 .venv/wheel: $(WHEEL)
