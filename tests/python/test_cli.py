@@ -207,10 +207,11 @@ def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_sc
 
 
 def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder):
-    arguments = ["demo", "-o", "out", "--trajectories", 6, "--nodes", 10]
+    arguments = ["demo", "-o", "out", "--trajectories", 6, "--nodes", 10, "--trials", 2]
     done = run(*arguments, cwd=folder)
     assert done.returncode == 0, done.stderr
-    assert "capture" in done.stdout
+    assert "capture" in done.stdout and "5 cm below the head" in done.stdout
+    assert "about a minute" in done.stderr.splitlines()[0]
     names = {path.name for path in (folder / "out").iterdir()}
     assert names == {
         ".energymargin",
@@ -220,13 +221,15 @@ def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder
         "table.csv",
         "qualitative.png",
         "scores.png",
+        "grip.png",
+        "grips.png",
     }
     kept = {
         name: (folder / "out" / name).stat().st_mtime_ns for name in ("push.h5", "push-scores.db")
     }
     assert run(*arguments, cwd=folder).stdout == done.stdout
     assert {name: (folder / "out" / name).stat().st_mtime_ns for name in kept} == kept
-    other = run("demo", "-o", "out", "--trajectories", 6, "--nodes", 11, cwd=folder)
+    other = run(*arguments[:-3], 11, "--trials", 2, cwd=folder)
     assert other.returncode == 0
     refused(
         run_here("evaluate", "out/push-scores.db", cwd=folder),
@@ -235,7 +238,7 @@ def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder
     )
     assert (
         run_here("evaluate", "out/push-scores.db", "--run", 1, cwd=folder).stdout
-        == done.stdout.split("In out")[0]
+        == done.stdout.split("\n6 grasps")[0]
     )
 
 
