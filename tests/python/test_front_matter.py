@@ -100,3 +100,24 @@ def test_the_readme_s_example_prints_what_it_says(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     exec(compile(example, "README.md", "exec"), {})
     assert capsys.readouterr().out == printed
+
+
+@pytest.fixture
+def metadata(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    return Distribution.at(tmp_path / prepare_metadata_for_build_wheel(str(tmp_path))).metadata
+
+
+def test_a_wheel_has_the_licence_of_each_library_that_is_linked_into_it(metadata):
+    table = (ROOT / "licenses/README.md").read_text()
+    texts = {f"licenses/{name}" for name in re.findall(r"\[(\w+\.txt)\]", table)}
+    assert len(texts) == 6
+    assert {"LICENSE", *texts} <= set(metadata.get_all("License-File"))
+
+
+def test_the_recipe_of_conda_has_that_version_and_the_dependencies_of_the_package(metadata):
+    recipe = yaml.safe_load((ROOT / "conda/recipe.yaml").read_text())
+    assert recipe["context"]["version"] == cmake_version()
+    assert recipe["about"]["license"] == metadata["License-Expression"]
+    needed = {spec.replace(" ", "") for spec in recipe["requirements"]["run"][1:]}
+    assert needed == {spec for spec in metadata.get_all("Requires-Dist") if "extra" not in spec}

@@ -56,7 +56,8 @@ def draw_grips(scores: GraspScores, folder: Path) -> None:
         f"{scores.grasps.names[best]}: holds with a probability of "
         f"{scores.probabilities[best]:.2f}, 95 % interval {low:.2f} to {high:.2f}"
     )
-    figure.savefig(folder / "grip.png", dpi=150, bbox_inches="tight")
+    figure.set_size_inches(7.0, 2.9)
+    figure.savefig(folder / "grip.png", dpi=150)
     chart = Figure(figsize=(8.0, 3.6), layout="constrained")
     axes = plot_grasps(scores, chart.subplots())
     axes.set(title="A hand lifts a mallet by its handle", xlabel="where the hand grips")
