@@ -13,6 +13,9 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin import _core
 from energymargin.cli import app
+from energymargin.datasets import files
+from energymargin.store import schema
+from energymargin.surrogates import surrogate
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -137,6 +140,22 @@ def test_the_comparison_with_others_denies_nothing_that_the_package_does():
     page = (DOCS / "compared_with.md").read_text()
     for name in ("rank", "improve", "Guard", "Belief", "capture_probability"):
         assert hasattr(em, name) and f"`em.{name}`" in page
+
+
+def test_the_page_of_promises_has_the_versions_of_the_files():
+    page = (DOCS / "stability.md").read_text()
+    header = (ROOT / "cpp/include/energymargin/problem_io.hpp").read_text()
+    newest, oldest = (
+        int(re.search(rf" {name}problem_format_version = (\d+)", header)[1])
+        for name in ("", "oldest_")
+    )
+    for row in (
+        rf"problem file\]\(.*\) \| version {newest} \| {oldest} to {newest}",
+        rf"dataset\]\(.*\) \| version {files.VERSION} \| {files.VERSION}",
+        rf"scores\]\(.*\) \| version {schema.VERSION} \| {schema.OLDEST} to {schema.VERSION}",
+        rf"surrogate\]\(.*\) \| version {surrogate.VERSION} \| {surrogate.VERSION}",
+    ):
+        assert re.search(rf"(?m)^\| \[.*{row} \|", page), row
 
 
 def test_each_page_is_in_the_tree_and_each_picture_on_a_page():
