@@ -13,6 +13,7 @@ README = (ROOT / "README.md").read_text()
 PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 MOST_LINES = {"README.md": 130, "CONTRIBUTING.md": 120}
 WIDEST = 160  # characters
+SCREEN = 60  # lines
 # Those that Citation File Format 1.2.0 asks of every file, and of every reference.
 OF_CITATION = {"cff-version", "message", "title", "authors"}
 OF_REFERENCE = {"type", "title", "authors"}
@@ -60,6 +61,11 @@ def test_changelog_and_citation_have_that_version():
 def test_the_changelog_has_each_version_once_the_newest_first():
     found = [parts(number) for number in changelog_versions()]
     assert found == sorted(set(found), reverse=True)
+
+
+def test_a_version_of_the_changelog_fits_a_screen():
+    sections = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE)
+    assert {text.split()[0] for text in sections[1:] if text.count("\n") > SCREEN} == set()
 
 
 def test_the_changelog_says_of_the_version_that_moved_scores_last_that_it_did():
