@@ -15,7 +15,7 @@ from matplotlib.ticker import NullFormatter
 
 from contact_engines import Engine, MuJoCo, Ours, PyBullet
 from contact_scenes import SCENES, Judged, Question, judged
-from tables import machine, markdown
+from tables import machine, markdown, write
 
 __all__ = ["ENGINES", "figure", "main", "measure", "report"]
 
@@ -36,11 +36,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/contact.md"))
     parser.add_argument("--runs", type=int, default=RUNS, help="of each scene, for its times")
+    parser.add_argument("--pages", type=Path, help="folder of pages, as docs")
     given = parser.parse_args()
     found = measure(given.runs)
     text = report(found)
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    given.out.write_text(text)
+    write(given.out, text, "bench-contact", given.pages)
     figure(found).savefig(given.out.with_suffix(".png"))
     print(text)
 

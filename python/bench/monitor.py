@@ -25,7 +25,7 @@ from energymargin.cli.terminal import err, out
 from energymargin.monitor import Counters, Reading
 from energymargin.tasks.push import FRICTION_MIDDLE as FRICTION, PushTask
 from energymargin_paper.evidence.foresight import STRENGTH
-from tables import machine, markdown
+from tables import machine, markdown, write
 
 LAST = 10.0  # s; so long the last readings are waited for
 PUSHES = 4
@@ -79,6 +79,7 @@ def main(
     horizon: Annotated[float, typer.Option(help="Of each state [s].")] = Stream.horizon,
     threads: Annotated[int | None, typer.Option(help="All cores, if not given.")] = None,
     out_file: Annotated[Path, typer.Option("--out", help="The table.")] = Path("out/monitor.md"),
+    pages: Annotated[Path | None, typer.Option(help="Folder of pages, as docs.")] = None,
 ) -> None:
     """Plays pushes to a Monitor in real time, and says how many readings were late."""
     least, _, most = rollouts.partition(",")
@@ -87,8 +88,7 @@ def main(
     with share_bar(err) as bar:
         played = play(stream, lambda done: bar("Playing", done))
     text = table(stream, played)
-    out_file.parent.mkdir(parents=True, exist_ok=True)
-    out_file.write_text(text)
+    write(out_file, text, "bench-monitor", pages)
     out.print(text, markup=False, soft_wrap=True)
 
 

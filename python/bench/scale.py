@@ -18,7 +18,7 @@ import typer
 from scale_cost import Cost, Sizes, measure_cost
 from scale_memory import Memory, measure_memory, picture
 from scale_throughput import Throughput, measure_throughput
-from tables import machine
+from tables import machine, write
 
 PARTS = {
     "throughput": "Throughput",
@@ -29,6 +29,7 @@ Part = Throughput | Memory | Cost
 
 
 def main(
+    *,
     parts: Annotated[str, typer.Option(help="With commas between.")] = ",".join(PARTS),
     rounds: Annotated[int, typer.Option(min=1, help="Of the throughput.")] = 5,
     data: Annotated[
@@ -39,6 +40,7 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder for scale.md, scale.json, memory.png.")] = Path(
         "out"
     ),
+    pages: Annotated[Path | None, typer.Option(help="Folder of pages, as docs.")] = None,
 ) -> None:
     """Measures, and writes what there is, also after Ctrl-C."""
     chosen = parts.split(",")
@@ -55,12 +57,16 @@ def main(
         interrupted = True
     text = report(measured, load)
     print(text)
-    (out / "scale.md").write_text(text)
     numbers = {part: results.numbers() for part, results in measured.items()}
     (out / "scale.json").write_text(json.dumps(numbers, indent=1))
     memory = measured.get("memory")
+    pictures = []
     if isinstance(memory, Memory) and memory.scored:
-        picture(memory, out / "memory.png")
+        pictures = [out / "memory.png"]
+        picture(memory, pictures[0])
+        text += "\n![Resident memory while states are scored](memory.png)\n"
+    shown = None if interrupted or quick else pages
+    write(out / "scale.md", text, "bench-scale", shown, *pictures)
     if interrupted:
         raise typer.Exit(128 + signal.SIGINT)
 

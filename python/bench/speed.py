@@ -26,6 +26,7 @@ from speed_fewer import Fewer, measure_fewer
 from speed_frame import Frames, measure_frames
 from speed_start import Start, measure_start
 from speed_tasks import Tasks, measure_tasks
+from tables import write
 
 # By name: what holds the results, and what fills it.
 PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] = {
@@ -46,7 +47,8 @@ def main(
     states: Annotated[int, typer.Option(min=1, help="Of each task.")] = Settings.states,
     rounds: Annotated[int, typer.Option(min=1, help="Of each comparison.")] = Settings.rounds,
     quick: Annotated[bool, typer.Option("--quick", help="Little: does it work?")] = False,
-    out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.")] = None,
+    out: Annotated[Path, typer.Option(help="Markdown file.")] = Path("out/speed.md"),
+    pages: Annotated[Path | None, typer.Option(help="Folder of pages, as docs.")] = None,
 ) -> None:
     """Measures, and prints Markdown. Ctrl-C ends it at once: then it prints what there is."""
     chosen = some("parts", parts, tuple(PARTS))
@@ -57,9 +59,7 @@ def main(
     interrupted = fill(measured)
     text = report(measured, settings, load)
     print(text)
-    if out:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(text)
+    write(out, text, "bench", None if interrupted or quick else pages)
     if interrupted:
         raise typer.Exit(128 + signal.SIGINT)
 

@@ -103,7 +103,30 @@ class Engines:
             f"{s.trajectories} trajectories of {FRAMES} frames of each task, seeds from 0. MuJoCo "
             f"takes {s.parts} steps in one of ours."
         )
-        return "\n".join(["# Two engines\n", intro, *self._sections()])
+        return "\n".join(["# Two engines\n", intro, "", *self._short(), *self._sections()])
+
+    def _short(self) -> Iterator[str]:
+        """What the tables say, over all tasks."""
+        tasks = self.settings.tasks
+        labels = [label for task in tasks for label in self.labels(task)]
+        alike = sum(label.captured == label.captured_there for label in labels)
+        coarse = sum(label.captured == label.captured_coarse for label in labels)
+        yield f"- {alike} of {len(labels)} labels agree, with our step {coarse}."
+        found = [e for t in tasks for q in QUESTIONS for e in self.escapes(t, q)]
+        free = [escape for escape in found if escape.effort == 0.0]
+        paid = [escape for escape in found if escape.effort]
+        yield (
+            f"- Of {len(free)} escapes that cost nothing {sum(e.escaped for e in free)} lead out "
+            f"in MuJoCo, of {len(paid)} that cost work {sum(e.escaped for e in paid)} unchanged, "
+            f"and {sum(e.scale is None for e in paid)} not even with wrenches {LARGEST_SCALE:g} "
+            "times as strong."
+        )
+        off = [abs(p.captured - p.captured_there) for t in tasks for p in self.probabilities(t)]
+        if off:
+            yield (
+                f"- Probabilities differ by {np.mean(off):.3f} in the mean and {max(off):.2f} at "
+                "most."
+            )
 
     def _sections(self) -> Iterator[str]:
         s = self.settings

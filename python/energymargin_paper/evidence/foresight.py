@@ -11,10 +11,9 @@ other scores are in stores: stopped and started again, the study goes on with wh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -218,14 +217,21 @@ class Foresight:
             "# Foresight",
             "",
             "Will it stay captured for the next h frames? AUC/AP, on states that are captured now "
-            f"and have h frames left. Version {version('energymargin')}, {own.trajectories} "
+            f"and have h frames left. {own.trajectories} "
             f"trajectories of ten frames a task, seed {own.seed}; trees of {own.nodes} nodes, "
             f"{own.rollouts} rollouts. The disturbance of a probability is "
             f"Uniform(strength={own.strength:g}, objects={own.objects}): each piece meets {many}, "
             "where there are so many. "
             "Beside it stands the default, Uniform(). The intervals, 95 % by trajectory, the Brier "
             f"score and the expected calibration error (ECE, {BINS} bins of equal mass) are of the "
-            "horizon in the head of their column.",
+            "horizon in the head of their column. The ceiling is the share of "
+            f"{own.continuations} continuations.",
+            "",
+            "## In short",
+            "",
+            "AUC/AP over the longest horizon of each task.",
+            "",
+            _summary(self.tasks),
         ]
         for task in self.tasks:
             lines += ["", f"## {task.task}", "", _table(task)]
@@ -272,6 +278,18 @@ class Foresight:
         ]
         header = ("task", "score", "horizon", "predicted", "happened", "states")
         return csv_text(header, rows)
+
+
+def _summary(tasks: Sequence[TaskForesight]) -> str:
+    """A row for each task, a column for each score."""
+    names = [name for name in NAMES if any(name in task.cells for task in tasks)]
+    rows = []
+    for task in tasks:
+        cells = [task.cells[name][task.last] if name in task.cells else None for name in names]
+        values = [cell.value() if cell else DASH for cell in cells]
+        rows.append([task.task, f"{task.last}", *values])
+    header = ["", "frames", *(NAMES[name] for name in names)]
+    return markdown_table(header, rows, ["left", *["right"] * (len(header) - 1)])
 
 
 def _table(task: TaskForesight) -> str:

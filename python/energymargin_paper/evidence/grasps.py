@@ -110,11 +110,7 @@ class Grasps:
 
     def _sections(self) -> Iterator[str]:
         s = self.settings
-        parts = "" if s.parts == PARTS else f" --parts {','.join(s.parts)}"
-        yield (
-            f"Version {version('energymargin')}, `energymargin reproduce grasps --data DIR{parts}`,"
-            f" seed {s.seed}. Intervals are of 95 %, over whole objects where there are several.\n"
-        )
+        yield "Intervals are of 95 %, over whole objects where there are several.\n"
         if self.engines:
             yield "## a. Two engines\n"
             yield (

@@ -65,6 +65,7 @@ RECORDED_ROWS = (
     *(("theirs", "capture"), ("ours", "capture"), ("ours", DEFINED), ("ours", "force")),
     *(("ours", PROBABILITY), ("ours", LEARNED)),
 )
+SHORT = (("theirs", "capture"), *(("ours", n) for n in ("capture", DEFINED, PROBABILITY, REPLAY)))
 TITLES = {
     DEFINED: "capture as the paper defines it",
     REPLAY: "undisturbed replay",
@@ -218,7 +219,11 @@ class Published:
         """All tables."""
         parts = ["# The authors' data", self._caption()]
         if self.simulated:
-            parts += [self._agreement(), *(self._simulated_table(among) for among in AMONG)]
+            parts += [
+                self._means(),
+                self._agreement(),
+                *(self._simulated_table(among) for among in AMONG),
+            ]
         if self.recorded:
             parts += [self._recorded_table(k, a) for k in ("recorded", "smoothed") for a in AMONG]
             parts.append(self._early_table())
@@ -250,11 +255,23 @@ class Published:
             f"next h frames, states with as many frames left. Ours: trees of {s.nodes} nodes, "
             f"probability of {s.rollouts} rollouts under Uniform(strength={STRENGTH:g}, "
             f"objects={OBJECTS}), along the mean of the authors' script in simulation, and in "
-            f"recordings along what the tool did in the last half second. Seed {s.seed}, "
-            f"energymargin {version('energymargin')}. Of recordings every {s.every}th frame. "
+            f"recordings along what the tool did in the last half second. Seed {s.seed}. "
+            f"Of recordings every {s.every}th frame. "
             f"{sum(failed.values())} states could not be scored and are left out"
             f"{f' ({of_parts})' if failed else ''}."
         )
+
+    def _means(self) -> str:
+        """In short: the mean AUC over the horizons from 1 on of each simulated part."""
+        rows = []
+        for among in AMONG:
+            for side, score in SHORT:
+                name = f"{TITLES.get(score, score)}, {side}, {_AMONG[among]}"
+                parts = ([(part, h) for h in SIMULATED_HORIZONS if h] for part in self.simulated)
+                cells = [[part.cell(side, score, h, among) for part, h in of] for of in parts]
+                rows.append([name, *(_value(_mean_first(of)) for of in cells)])
+        table = markdown_table(["", *(part.name for part in self.simulated)], rows)
+        return f"## Simulated, in short: mean AUC over one to five frames\n\n{table}"
 
     def _simulated_table(self, among: Among) -> str:
         horizons = [h for h in SIMULATED_HORIZONS if h or among == "all"]
@@ -401,6 +418,11 @@ def _shown(cell: Cell | None) -> str:
 def _mean(cells: Sequence[Cell | None]) -> str:
     there = [cell for cell in cells if cell is not None]
     return _shown(tuple(np.mean(there, axis=0))) if there else DASH
+
+
+def _mean_first(cells: Sequence[Cell | None]) -> float:
+    aucs = [cell[0] for cell in cells if cell is not None]
+    return float(np.mean(aucs)) if aucs else float("nan")
 
 
 def _value(value: float) -> str:

@@ -6,13 +6,10 @@ trajectories, and so the labels, the force score and the ceiling, are the same i
 
 from __future__ import annotations
 
-import platform
-import shlex
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -89,19 +86,6 @@ class Settings:
         """Those of the scores."""
         return SearchSettings(self.nodes, self.seed, search="published")
 
-    def command(self, folder: Path) -> str:
-        """What to type to make the table again."""
-        options = {
-            "nodes": self.nodes,
-            "trajectories": self.trajectories,
-            "continuations": self.continuations,
-            "seed": self.seed,
-            "tasks": ",".join(self.tasks),
-            "output": folder,
-        }
-        words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
-        return shlex.join(["energymargin", "reproduce", "table1", *words])
-
 
 def check_tasks(names: Sequence[str]) -> None:
     """Raises ValueError unless these are tasks of the paper's table, each once."""
@@ -164,7 +148,6 @@ class Table1:
     def _caption(self) -> list[str]:
         settings = self.settings
         weights = "; ".join(f"{result.task} {_words(result.weights)}" for result in self.results)
-        packages = ", ".join(f"{p} {version(p)}" for p in ("energymargin", "numpy", "scikit-learn"))
         return [
             f"AUC/AP of each score, with their 95 % intervals below (trajectories are drawn), and "
             f"the paper's values. {settings.trajectories} trajectories of {FRAMES} frames a task, "
@@ -176,8 +159,6 @@ class Table1:
             f"Ceiling: the most that any score of the state can reach on these data, but for "
             f"chance. It knows the robot's script: the share of {settings.continuations} "
             f"continuations of each state, with fresh noise, that stay captured or succeed.",
-            f"Made by `{settings.command(self.folder)}` with {packages}, "
-            f"Python {platform.python_version()} on {platform.system()} {platform.machine()}.",
         ]
 
     def _sheets(self) -> list[Sheet]:
