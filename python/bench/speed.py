@@ -47,7 +47,7 @@ def main(
     states: Annotated[int, typer.Option(min=1, help="Of each task.")] = Settings.states,
     rounds: Annotated[int, typer.Option(min=1, help="Of each comparison.")] = Settings.rounds,
     quick: Annotated[bool, typer.Option("--quick", help="Little: does it work?")] = False,
-    out: Annotated[Path, typer.Option(help="Markdown file.")] = Path("out/speed.md"),
+    out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.")] = None,
     pages: Annotated[Path | None, typer.Option(help="Folder of pages, as docs.")] = None,
 ) -> None:
     """Measures, and prints Markdown. Ctrl-C ends it at once: then it prints what there is."""

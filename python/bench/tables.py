@@ -29,13 +29,14 @@ def machine(*packages: str) -> str:
     return f"{len(models)} x {models[0]}, Python {platform.python_version()}, {', '.join(versions)}"
 
 
-def write(out: Path, text: str, target: str, pages: Path | None, *pictures: Path) -> None:
+def write(out: Path | None, text: str, target: str, pages: Path | None, *pictures: Path) -> None:
     """Writes what `make TARGET` measured: into a file, and into the block of that name of a page.
 
     A run of some parts (BENCH='--parts fewer') has a block of its own: bench-fewer.
     """
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(text)
+    if out is not None:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(text)
     if pages is None:
         return
     words = [w for w in _options() if not w.startswith("--quick")]

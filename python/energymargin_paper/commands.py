@@ -20,6 +20,7 @@ from energymargin.cli.terminal import say
 from energymargin.replacing import replace_text
 from energymargin.settings import flag_of
 from energymargin_paper.pages import FILE, Head
+from energymargin_paper.pieces import PIECES
 from energymargin_paper.study import Study
 
 __all__ = ["command", "make", "typed"]
@@ -57,7 +58,7 @@ def command(study: Study[Any, Any]) -> Any:
         keyword("overwrite", bool, default=False),
     ]
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    run.__doc__ = f"{inspect.getdoc(study)}\n\n{ARGS}"
+    run.__doc__ = f"{inspect.getdoc(study)}\n\n{_time(study)}\n\n{ARGS}"
     app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
     app.command(study.name)(described(run))
     return typer.main.get_command(app)
@@ -142,6 +143,16 @@ def _options(settings: Any, defaults: Any) -> list[str]:
             said = [] if value is True else ["DIR" if own.name == "data" else in_words(value)]
             words += [flag_of(own), *said]
     return words
+
+
+def _time(study: Study[Any, Any]) -> str:
+    """How long it takes, and what a stop does."""
+    pieces = [piece for piece in PIECES if study.name in (piece.name, piece.study)]
+    took = [f"{p.minutes:g} minutes of one processor (`{p.name}` of `all`)" for p in pieces]
+    words = [f"It takes {', '.join(took)}."] if took else []
+    if study.resumes:
+        words.append("Stop it with Ctrl-C: the same command goes on from there.")
+    return " ".join(words)
 
 
 def _folder(study: Study[Any, Any]) -> Any:

@@ -153,8 +153,7 @@ class ActStudy(Study[Settings, Acted]):
     boxes. Plans: the nominal script; the best by the force score; the best over randomized models
     without a disturbance; the best by the margin, of as many steps.
 
-    The folder gets act.md, act.csv and a strip of pictures for each task. It takes ten minutes on
-    two cores; stopped, the same command goes on.
+    The folder gets act.md, act.csv and a strip of pictures for each task.
 
     Example: `energymargin reproduce act --demos push --worlds 50`
     """

@@ -186,8 +186,7 @@ class BoundsStudy(Study[Settings, Bounds]):
     On problems whose answer is known on paper, in closed cages, in a pen with a gap, and on
     captured states of the tasks. No lower bound is to be above an answer or an escape, and closed
     cages in a plane are to be proved. The folder gets bounds.md, bounds.csv, bounds.png and
-    runs.jsonl, one line a problem. It takes half an hour. Stop it with Ctrl-C: the same command
-    goes on from there.
+    runs.jsonl, one line a problem.
 
     Example: `energymargin reproduce bounds --cells 50000 --cages 20`
     """

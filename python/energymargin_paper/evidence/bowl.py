@@ -170,7 +170,7 @@ class BowlStudy(Study[Settings, Bowl]):
     """The escape energy of a ball in a bowl (Definition 2), beside its closed form.
 
     The bowl is a mesh that is taken apart into convex parts. The folder gets bowl.md, bowl.csv,
-    bowl.png, the mesh and the problem file. It takes half a minute.
+    bowl.png, the mesh and the problem file.
 
     Example: `energymargin reproduce bowl --seeds 3`
     """

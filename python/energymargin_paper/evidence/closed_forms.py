@@ -222,8 +222,7 @@ class ClosedFormsStudy(Study[Settings, ClosedForms]):
     """The effort of escape against answers known on paper, by nodes; what each change gains.
 
     The folder gets closed_forms.md, closed_forms.csv, closed_forms.png and runs.jsonl, one line a
-    search. It takes a quarter of an hour on two cores. Stop it with Ctrl-C: the same command goes
-    on from there.
+    search.
 
     Example: `energymargin reproduce closed-forms --problems push,edge --seeds 5`
     """

@@ -213,7 +213,7 @@ class EarlyWarningStudy(Study[Settings, EarlyWarning]):
     friction, and on the authors' recordings.
 
     The folder gets early_warning.md, early_warning.csv, early_warning.png, runs.jsonl and the
-    trajectories; it goes on with the states that it has. It takes a quarter of an hour on a core.
+    trajectories; it goes on with the states that it has.
 
     Example: `energymargin reproduce early-warning --tasks push`
     """

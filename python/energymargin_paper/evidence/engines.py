@@ -248,8 +248,7 @@ def _rows(job: Job, both: Both) -> Iterator[tuple[object, ...]]:
 class EnginesStudy(Study[Settings, Engines]):
     """Labels, escapes and probabilities of the paper's four tasks, here and in MuJoCo.
 
-    The folder gets engines.md, engines.csv, engines.png and all runs (runs.jsonl). It takes half an
-    hour on one core; stop it with Ctrl-C: the same command goes on from there.
+    The folder gets engines.md, engines.csv, engines.png and all runs (runs.jsonl).
 
     Example: `energymargin reproduce engines --tasks topple --trajectories 4`
     """

@@ -321,8 +321,7 @@ class ForesightStudy(Study[Settings, Foresight]):
     the probabilities mean what they say.
 
     The folder gets foresight.md, foresight.csv, reliability.csv, foresight.png, runs.jsonl, the
-    trajectories and the stores of scores. It takes an hour or two on two cores; stop it with
-    Ctrl-C: the same command goes on from there.
+    trajectories and the stores of scores.
 
     Example: `energymargin reproduce foresight --tasks push,balance`
     """

@@ -164,8 +164,7 @@ class GraspsStudy(Study[Settings, Grasps]):
 
     The data are not in this package: --data is a folder with `graspa/` (grasps.csv, objects.csv,
     meshes/) of GRASPA-test and GRASPA-benchmark, and `acronym/` (mug.h5, mug.obj) of ACRONYM. The
-    folder of results gets grasps.md, grasps.csv and all runs. All of it takes a night on two
-    cores; stop it with Ctrl-C: the same command goes on from there.
+    folder of results gets grasps.md, grasps.csv and all runs.
 
     Example: `energymargin reproduce grasps --data ../grasps --parts b,c --quick`
     """

@@ -208,8 +208,7 @@ class LeastEffortsStudy(Study[Settings, LeastEfforts]):
     (CMA-ES over a few constant wrenches). And problems whose least work is known on paper.
 
     The folder gets least_efforts.md, least_efforts.csv, least_efforts.png, and one line a search in
-    references.jsonl and searches.jsonl. It takes hours; stop it with Ctrl-C: the same command goes
-    on from there.
+    references.jsonl and searches.jsonl.
 
     Example: `energymargin reproduce least-efforts --tasks topple --states 3`
     """

@@ -141,7 +141,6 @@ class PoliciesStudy(Study[Settings, Looped]):
     they are not there.
 
     The folder gets policies.md, policies.csv, policies.png and cases.jsonl, a line for each case.
-    It takes ten minutes on one core; stopped, the same command goes on.
 
     Example: `energymargin reproduce policies --parts known,loops`
     """

@@ -255,9 +255,8 @@ class PerturbationStudy(Study[Settings, Perturbation]):
     paper's curves.
 
     The folder gets perturbation.md, perturbation.csv, perturbation.png, the pushes (push.h5) and
-    all scores (scores.db). It takes half an hour on one core; stop it with Ctrl-C: the same command
-    goes on from there. With --belief, which takes hours more, also perturbation_belief.png, and the
-    scores of beliefs (beliefs.jsonl).
+    all scores (scores.db). With --belief also perturbation_belief.png, and the scores of beliefs
+    (beliefs.jsonl).
 
     Example: `energymargin reproduce perturbation --levels 0,0.5,1 --draws 3`
     """

@@ -444,8 +444,7 @@ def _difference(draws: NDArray[np.float64]) -> str:
 class PublishedStudy(Study[Settings, Published]):
     """The authors' own data: their scores and ours on the same states, cell by cell.
 
-    The folder gets published.md, published.csv, published.png and runs.jsonl. The half of the data
-    takes half an hour on two cores; stop it with Ctrl-C: the same command goes on from there.
+    The folder gets published.md, published.csv, published.png and runs.jsonl.
 
     Example: `energymargin reproduce published --data dynamicCageForMPPI-data --parts push,balance`
     """

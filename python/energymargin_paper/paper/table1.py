@@ -307,7 +307,6 @@ class Table1Study(Study[Settings, Table1]):
 
     The folder gets table1.md and table1.csv, the trajectories (TASK.h5), every score (*.db) and a
     picture of each task (TASK.png).
-    With 1000 nodes it takes hours; stop it with Ctrl-C: the same command goes on from there.
 
     Example: `energymargin reproduce table1 --tasks push --nodes 100`
     """

@@ -208,8 +208,7 @@ class Table2Study(Study[Settings, Table2]):
     The recordings are a simulated stand-in for the paper's, which `reproduce published` scores:
     pushes in another physics engine, with an arm's and a camera's errors (data/push_real).
 
-    The folder gets table2.md, table2.csv, table2.png and all scores (scores.db). It takes about an
-    hour on one core; stop it with Ctrl-C: the same command goes on from there.
+    The folder gets table2.md, table2.csv, table2.png and all scores (scores.db).
 
     Example: `energymargin reproduce table2 --combinations rectangle-jaw,convex-round`
     """
