@@ -45,6 +45,7 @@ __all__ = [
 
 FILE = "made.txt"
 WIDTH = 120
+FOLDERS = ("ENERGYMARGIN_GRASPS", "ENERGYMARGIN_MODELS")  # of data that a study takes if it is set
 # Whose versions may move a number, where a study has imported them.
 PACKAGES = (
     *("numpy", "scipy", "sklearn", "mujoco", "cma", "coacd", "gymnasium", "gymnasium_robotics"),
@@ -71,6 +72,8 @@ class Head:
     bits: str = ""
     """As of `energymargin_paper.bits`; empty: of an older version."""
     seed: str = ""
+    data: str = ""
+    """The environment's FOLDERS that were set."""
     minutes: str = ""
     """Of one processor."""
     machine: str = ""
@@ -85,6 +88,7 @@ class Head:
             algorithm=ALGORITHM_IMPROVED if improved else ALGORITHM,
             bits=bits(improved=improved),
             seed=str(seed),
+            data=", ".join(name for name in FOLDERS if os.environ.get(name)),
             machine=f"{os.cpu_count()} cores, {platform.machine()}",
         )
 
@@ -122,6 +126,7 @@ class Head:
         day = date.fromisoformat(self.date)
         more = [f"seed {self.seed}"] * bool(self.seed)
         more += [f"{self.minutes} minutes of one processor"] * bool(self.minutes)
+        more += [f"data of {self.data}"] * bool(self.data)
         more += [word for word in (self.machine, self.packages) if word]
         made = f"`{self.command}`, version {self.version}, {day.day} {day:%B %Y}"
         return "; ".join([made, *more]) + "."

@@ -9,11 +9,13 @@ import pytest
 
 import energymargin as em
 from edges import Edge, edges_of, positions
+from energymargin_paper.pages import blocks
 from measurements import TASKS, problems_of
 from mujoco_rollouts import MuJoCoEdges
 from speed_bodies import clumps
 from speed_frame import PAGE, foreseen
 from speed_tasks import cost_of
+from tables import write
 
 SCRIPT = Path(__file__).parents[2] / "python" / "bench" / "speed.py"
 
@@ -76,6 +78,19 @@ def test_boxes_of_a_clump_touch_and_rest():
         assert frozenset(pair) in names
     end = world.rollout(problem.state, np.zeros(6), 0.5).state
     assert np.abs(positions(problem.scene, [end - problem.state])).max() < 1e-4
+
+
+def test_a_block_has_the_command_that_measured_it(tmp_path, monkeypatch):
+    page = tmp_path / "docs" / "speed.md"
+    page.parent.mkdir()
+    page.write_text("# Speed\n\n<!-- made: bench-fewer\ncommand: a\nversion: 0\n-->\n")
+    page.write_text(page.read_text() + "<!-- end: bench-fewer -->\n")
+    words = ["--out", "a.md", "--parts", "fewer", "--states", "4", "--pages", str(page.parent)]
+    monkeypatch.setattr(sys, "argv", ["speed.py", *words])
+    write(None, "# Speed\n\n| push |\n", "bench", page.parent)
+    (block,) = blocks(page)
+    assert block.head.command == "make bench BENCH='--parts fewer --states 4'"
+    assert "| push |" in page.read_text() and block.head.date
 
 
 def test_foresight_beside_a_frame_is_that_of_the_page():
