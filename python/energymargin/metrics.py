@@ -22,6 +22,10 @@ CLOCKLESS = ("capture", "success", "force", "capture/any", "success/any")
 """Those that ask a question without a clock."""
 
 
+USUAL = ("probability", "effort/est", "probability/any", "effort/est/any")
+"""Those that `energymargin score` asks over a horizon if none is chosen."""
+
+
 class Kind(NamedTuple):
     """Metrics whose values can be compared, and so share an axis."""
 

@@ -36,7 +36,7 @@ def refused(done, *words):
 
 
 def test_generate_score_and_evaluate_lead_to_the_table(folder):
-    done = run("score", "push.h5", "-o", "steps.db", "--nodes", 10, cwd=folder)
+    done = run("score", "push.h5", "-o", "steps.db", "--paper", "--nodes", 10, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "24 states are scored in steps.db" in done.stderr
     done = run("evaluate", "steps.db", "-o", "t.md", "-o", "t.csv", cwd=folder)
@@ -57,7 +57,8 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
 
 def test_evaluate_takes_horizons_draws_and_files_by_their_suffix(folder):
     few = ["--draws", 9, "--among", "all"]
-    assert run("score", "push.h5", "-o", "few.db", "--nodes", 5, cwd=folder).returncode == 0
+    scored = run("score", "push.h5", "-o", "few.db", "--paper", "--nodes", 5, cwd=folder)
+    assert scored.returncode == 0
     done = run("evaluate", "few.db", *few, "--frames", 1, "--frames", 3, "-o", "h.csv", cwd=folder)
     assert done.returncode == 0, done.stderr
     lines = (folder / "h.csv").read_text().splitlines()[1:]
@@ -88,7 +89,7 @@ def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(f
     done = run("generate", "scoop", *small, "--picture", "scoop.png", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert (folder / "scoop.png").stat().st_size > 10_000
-    done = run_here("score", "scoop.h5", "--nodes", 5, cwd=folder)
+    done = run_here("score", "scoop.h5", "--paper", "--nodes", 5, cwd=folder)
     assert done.returncode == 0, done.stderr
     shown = run_here("evaluate", "scoop-scores.db", "-o", "s.csv", cwd=folder).stdout
     assert "All objects" in shown and "At least one object" in shown
@@ -158,7 +159,7 @@ def scored(path):
 
 
 def test_a_timeout_keeps_what_is_scored_and_the_same_command_goes_on(folder):
-    command = ["score", "push.h5", "-o", "timed.db", "--nodes", 100]
+    command = ["score", "push.h5", "-o", "timed.db", "--paper", "--nodes", 100]
     done = run(*command, "--timeout", 0.001, cwd=folder)
     assert done.returncode == 124, done.stderr
     assert "the time was over: 0 of 24 states are scored and kept in timed.db" in done.stderr
@@ -180,7 +181,7 @@ def test_generate_writes_the_trajectories_that_are_done_in_time(folder):
 
 
 def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_scores(folder):
-    arguments = ["score", "push.h5", "--nodes", "100"]
+    arguments = ["score", "push.h5", "--paper", "--nodes", "100"]
     assert run(*arguments, "-o", "whole.db", cwd=folder).returncode == 0
 
     process = subprocess.Popen(

@@ -411,8 +411,8 @@ def test_the_command_scores_the_future_and_what_has_no_clock_in_two_runs(folder,
         assert done.returncode == 0, done.stderr
         first, second = [line for line in done.stderr.splitlines() if "are scored" in line]
         assert "8 states are scored in two.db (horizon 1 frame, plan script)" in first
-        assert first.endswith("energymargin evaluate two.db --run 1")
         assert "(without the horizon: capture, force)" in second
+        assert done.stderr.endswith("Next: energymargin evaluate two.db\n")
     settings = {"nodes": 20, "seed": 3}
     ahead = em.score(
         *(dataset.problems(future=Future(1)), ["probability", "effort/est"]),
@@ -426,36 +426,80 @@ def test_the_command_scores_the_future_and_what_has_no_clock_in_two_runs(folder,
         found = scores(folder / "two.db", run)
         assert found.keys() == table.scores.keys()
         assert all(np.array_equal(found[metric], table[metric]) for metric in found)
-    done = command("evaluate", "two.db", "--run", 1, "-o", "t.csv", cwd=folder)
+    lines = evaluated(folder, "two.db")
+    ahead = ["probability", "effort/est", "capture", "force"]
+    assert [line["score"] for line in lines if line["among"] == "captured"] == ahead
+    assert {line["horizon"] for line in lines if line["among"] == "captured"} == {"1"}
+    whole = [line for line in lines if line["among"] == "all" and line["score"] == "capture"]
+    assert [line["horizon"] for line in whole] == list("012345")
+    # of two trajectories the last frame has none before it; further on there is one label alone
+    assert [line["count"] for line in whole[:2]] == ["8", "6"]
+    of_all = evaluated(folder, "two.db", "--among", "all", "--frames", 0)
+    assert [line["score"] for line in of_all[:4]] == ahead
+
+
+def evaluated(folder, scores, *options):
+    done = command("evaluate", scores, "-o", "t.csv", "--overwrite", *options, cwd=folder)
     assert done.returncode == 0, done.stderr
     with (folder / "t.csv").open() as file:
-        lines = [line for line in csv.DictReader(file) if line["score"] == "probability"]
-    assert [line["horizon"] for line in lines if line["among"] == "all"] == list("012345")
-    assert [line["horizon"] for line in lines if line["among"] == "captured"] == list("12345")
-    # of two trajectories the last frame has none before it; further on there is one label alone
-    assert [line["count"] for line in lines[:2]] == ["8", "6"]
+        return list(csv.DictReader(file))
 
 
-def test_by_default_all_metrics_with_a_horizon_are_asked(folder):
-    options = ["--frames", 2, "--plan", "hold", "--check", 0.05, "--dwell", 0.1]
-    options += ["--nodes", 5, "--rollouts", 2]
+PAPER = {"capture", "success", "effort/est", "effort/rrt", "force"}
+
+
+def test_by_default_it_asks_ahead_beside_the_paper_s_scores_and_says_which_states_count(folder):
+    options = ["--plan", "hold", "--check", 0.05, "--dwell", 0.1, "--nodes", 5, "--rollouts", 2]
     done = command("score", "topple.h5", "-o", "all.db", *options, cwd=folder)
-    asked = "(horizon 2 frames, plan hold, check 0.05 s, dwell 0.1 s)"
+    asked = "(horizon 3 frames, plan hold, check 0.05 s, dwell 0.1 s)"  # of four that there are
     assert done.returncode == 0 and asked in done.stderr, done.stderr
-    found = scores(folder / "all.db")
-    assert set(found) == set(TIMED_TOPPLE) and not set(TIMED) - {"probability/any"} - set(found)
+    assert set(scores(folder / "all.db", 1)) == {"probability", "effort/est"}
+    assert set(scores(folder / "all.db", 2)) == PAPER
+    assert "likeliest to be lost: probability" in done.stderr
+    table = " ".join(done.stdout.split())
+    assert "of 8 states count" in table and "with fewer than 3 frames left" in table
+    for words in ("probability", "capture", "now/effort/est", "force"):
+        assert words in table
+
+
+def test_the_paper_s_scores_alone_go_on_and_those_ahead_come_beside_them(folder):
+    asked = ["score", "topple.h5", "-o", "older.db", "--nodes", 5]
+    done = command(*asked, "--paper", cwd=folder)
+    assert done.returncode == 0 and done.stdout == "", done.stderr
+    kept = scores(folder / "older.db")
+    assert set(kept) == PAPER
+    told = command(*asked, "--rollouts", 2, cwd=folder).stderr
+    assert "older.db has scores of the states as they are. They stay" in told
+    assert set(scores(folder / "older.db", 2)) == {"probability", "effort/est"}
+    assert all(np.array_equal(scores(folder / "older.db", 1)[m], kept[m]) for m in kept)
+    assert "They stay" not in command(*asked, "--rollouts", 2, cwd=folder).stderr
+
+
+def test_data_that_have_no_next_frame_get_the_paper_s_scores_alone_and_it_says_so(folder, dataset):
+    columns = ("times", "states", "captured", "contacts")
+    first = [
+        replace(one, **{name: getattr(one, name)[:1] for name in columns})
+        for one in dataset.trajectories
+    ]
+    replace(dataset, trajectories=first).save(folder / "single.h5")
+    done = command("score", "single.h5", "--nodes", 2, cwd=folder)
+    words = "nothing is asked about the next frames, only the paper's scores: each trajectory has"
+    assert done.returncode == 0 and words in " ".join(done.stderr.split())
+    assert set(scores(folder / "single-scores.db")) == PAPER
+    done = command("score", "single.h5", "--plan", "hold", cwd=folder)
+    assert done.returncode == 2 and "each trajectory has one frame alone" in done.stderr
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--plan", "hold"], "--plan is hold, expected --frames beside it"),
+        (["--paper", "--plan", "hold"], "--paper and --plan are given, expected one of them"),
+        (["--paper", "--metrics", "force"], "--paper and --metrics are given, expected one"),
+        (["--metrics", "force", "--plan", "hold"], "--plan is hold, expected --frames beside it"),
         (["--frames", 0], "frames is 0, expected a whole number of at least 1"),
         (["--frames", 1, "--plan", "fly"], "plan is 'fly', expected 'script', 'hold' or None"),
-        (["--metrics", "probability"], "asks about a while: give its horizon, --frames N"),
-        (["--check", 0.1], "--check is 0.1, expected --frames beside it"),
-        (["--common"], "--common is True, expected --frames beside it"),
-        (["--dwell", 0.1], "--dwell is 0.1, expected --frames beside it"),
+        (["--paper", "--common"], "--paper and --common are given, expected one of them"),
+        (["--metrics", "force", "--dwell", 0.1], "--dwell is 0.1, expected --frames beside it"),
         (["--frames", 1, "--check", 0], "check is 0.0, expected a positive number"),
         (["--frames", 1, "--dwell", -1], "dwell is -1.0, expected a finite number"),
         (["--frames", 1, "--strength", -1], "strength is -1.0, expected a finite number"),

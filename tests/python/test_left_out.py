@@ -99,7 +99,7 @@ def scored(folder, tmp_path_factory):
     """A folder with the dataset, and what the command said when it scored it."""
     own = tmp_path_factory.mktemp("scored")
     authors.dataset(folder, "push").save(own / "push.h5")
-    return own, run_here("score", "push.h5", "--nodes", 5, cwd=own)
+    return own, run_here("score", "push.h5", "--paper", "--nodes", 5, cwd=own)
 
 
 def test_score_counts_it_and_gives_the_others_the_same_bits(scored, good, tmp_path):

@@ -58,7 +58,7 @@ def test_an_installed_task_is_generated_scored_and_evaluated_like_our_own(folder
     assert (dataset.task, dataset.parameters) == ("shelf", {"tilt": 0.4, "pull": 1.0})
     assert {trajectory.success for trajectory in dataset.trajectories} == {True, False}
 
-    run(folder, "score", "shelf.h5", "--nodes", 10)
+    run(folder, "score", "shelf.h5", "--paper", "--nodes", 10)
     files = ["-o", "t.md", "-o", "t.csv"]
     shown = run(folder, "evaluate", "shelf-scores.db", *files)
     for text in (shown, (folder / "t.md").read_text(), (folder / "t.csv").read_text()):
@@ -73,7 +73,9 @@ def test_an_installed_task_without_a_plan_is_asked_about_the_future_with_hold_or
         run(folder, *asked, "--plan", plan)
     shown = run(folder, "export", "few-scores.db")
     assert "horizon 1 frame, plan hold" in shown and "horizon 1 frame, plan none" in shown
-    done = finished(folder, *asked)
+    told = finished(folder, *asked).stderr
+    assert "no script says what the robot is about to do, so --plan hold" in told
+    done = finished(folder, *asked, "--plan", "script")
     assert done.returncode == 2
     assert "give ShelfTask a method `script(params)`" in done.stderr
     assert "its plan can be 'hold' or none" in done.stderr

@@ -208,7 +208,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
     path, future = own / "push-scores.db", Future(2, "hold")
     settings = replace(SETTINGS, rollouts=4, strength=2.0, common_random_numbers=True)
     path.unlink()
-    asked = ["probability", "probability/success", "effort/est"]
+    asked = ["probability", "probability/success", "effort/rrt"]
     with datasets.open(own / "push.h5") as dataset:
         score_dataset(dataset, path, asked, settings=settings, future=future)
         repeater, found = SearchRepeater(dataset, settings.all(), future), scores(path).scores
@@ -217,16 +217,17 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
             assert again == found[metric][[0, 35, 71]].tolist()
     page = written(own, pictures=1)
     assert page.row("asked about") == [["horizon 2 frames, plan hold"]]
-    assert "This run has no scores of effort/rrt." in page.text
+    assert "This run has no scores of effort/est." in page.text
     assert "No picture" not in page.text and "Not the tree" not in page.text
     assert all(page.row("probability")) and page.row("probability/success")[1:] == [[]] * 5
+    assert "stay captured; left out are" in page.text
     (command,) = re.findall(r"energymargin score .*? --strength 2\.0", page.text)
     assert "--frames 2 --plan hold" in command and "--common" in command
     done = run(*shlex.split(command)[1:], cwd=own)
     assert done.returncode == 0, done.stderr
     with ScoreStore(path) as store:
         assert [one.future for one in store.runs()] == [future, future]
-        assert set(store.run(2).metrics) == {*asked, "effort/rrt"}
+        assert set(store.run(2).metrics) == {*asked, "effort/est"}
 
 
 def test_a_picture_of_another_tree_than_that_of_the_score_says_so(own):
@@ -256,7 +257,8 @@ def test_scores_that_were_not_asked_for_are_named(own):
         score_dataset(dataset, own / "push-scores.db", ["capture", "force"], settings=SETTINGS)
     found = written(own)
     assert "This run has no scores of success, effort/est, effort/rrt." in found.text
-    assert "energymargin score" in found.text and "--metrics" not in found.text
+    assert "energymargin score" in found.text and "--paper" in found.text
+    assert "--metrics" not in found.text
 
 
 def test_states_of_one_label_have_no_auc_and_the_page_says_why(own):

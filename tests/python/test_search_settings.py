@@ -89,7 +89,7 @@ def test_other_nodes_an_edge_are_another_run_but_of_an_effort(dataset, tmp_path)
 def test_the_command_hands_all_settings_on(dataset, tmp_path):
     dataset.save(tmp_path / "data.h5")
     options = ["--nodes-per-edge", "2", "--least-likelihood", "0.1", "--stop-at-escape"]
-    command = ["score", str(tmp_path / "data.h5"), "--nodes", "10", *options]
+    command = ["score", str(tmp_path / "data.h5"), "--paper", "--nodes", "10", *options]
     assert CliRunner().invoke(app, command).exit_code == 0
     with ScoreStore(tmp_path / "data-scores.db") as store:
         settings, scores = store.run().settings, store.run().labelled_scores().scores

@@ -13,6 +13,7 @@ from energymargin.summary import summary
 
 if TYPE_CHECKING:
     from energymargin.evaluation import Among, Evaluation, LabelledScores
+    from energymargin.store import Run, ScoreStore
 
 
 def evaluate(
@@ -28,17 +29,18 @@ def evaluate(
     seed: int = 0,
     overwrite: bool = False,
 ) -> None:
-    """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
+    """Compare scores with what happened: AUC and AP, beside the paper's if it has them.
 
-    Twice: among all states, of which many are lost already, and among those that are captured now,
-    which is what foresight means.
+    Of scores with a horizon first what they ask: of the states that are captured now, which stay so
+    over the next frames? Then all states by horizon, of which many are lost already. Of scores
+    without one both by horizon.
 
     Example: `energymargin evaluate push-scores.db -o table.md`
 
     Args:
         output: Write the table to a .md file, or every number to a .csv file; may be repeated.
-        frames: How many frames the label looks ahead, 0 to 5 if not given; may be repeated.
-        among: Compare all states, or those that are captured now; if not given, a table of each.
+        frames: How many frames the label looks ahead; may be repeated.
+        among: Compare all states, or those that are captured now, by horizon.
         clipped: Let a horizon end with its trajectory, instead of leaving such states out.
         seed: Seed of the bootstrap intervals.
     """
@@ -47,37 +49,62 @@ def evaluate(
     for path in output or []:
         require_free(path, overwrite=overwrite, suffixes=WRITERS)
     with ScoreStore(scores) as store:
-        labelled = store.run(run).labelled_scores()
-    options: dict[str, Any] = {"frames": frames} if frames else {}
-    options |= {"last": last, "clipped": clipped, "draws": draws, "seed": seed}
-    print_evaluation(labelled, output or [], among, **options)
+        labelled, now = question_of(store, store.run(run))
+    options: dict[str, Any] = {"last": last, "clipped": clipped, "draws": draws, "seed": seed}
+    print_evaluation(labelled, output or [], among, now=now, frames=frames, **options)
+
+
+def question_of(store: ScoreStore, run: Run) -> tuple[LabelledScores, LabelledScores | None]:
+    """The scores of a run; and of one with a horizon, those of the states as they are."""
+    now = store.beside(run)
+    return run.labelled_scores(), None if now is None else now.labelled_scores()
 
 
 def print_evaluation(
     labelled: LabelledScores,
     outputs: Sequence[Path],
     among: Among | None = None,
+    *,
+    now: LabelledScores | None = None,
+    frames: Sequence[int] | None = None,
     **options: Any,
 ) -> None:
-    """AUC and AP, on the terminal and into files: a table among all states, and one among those
-    that are captured now, unless one of them is chosen.
+    """AUC and AP, on the terminal and into files: the tables of `tables_of`, or with `among` or
+    `frames` those that are chosen.
 
-    `options` are those of `evaluation.evaluate`.
+    `options` are others of `evaluation.evaluate`.
     """
+    from energymargin.evaluation.labelled import AMONG, HORIZONS
+    from energymargin.evaluation.table import tables_of
+
+    tables = tables_of(labelled, now)
+    if among or frames or options.get("clipped"):
+        scores = labelled if now is None else labelled.beside(now)
+        chosen = AMONG if among is None else [among]
+        tables = [(scores, each, frames or HORIZONS) for each in chosen]
+    results = print_tables(tables, **options)
+    for path in outputs:
+        replace_text(path, WRITERS[path.suffix](results))
+
+
+def print_tables(
+    tables: Sequence[tuple[LabelledScores, Among, Sequence[int]]], **options: Any
+) -> list[Evaluation]:
+    """Prints tables as of `tables_of`, and returns them."""
     from energymargin import evaluation
     from energymargin.cli.progress import share_bar
-    from energymargin.evaluation.labelled import AMONG
 
     with share_bar(err) as bar:
         options["progress"] = lambda done, total: bar("AUC and AP", done / total)
-        which = AMONG if among is None else [among]
-        results = [evaluation.evaluate(labelled, among=each, **options) for each in which]
+        results = [
+            evaluation.evaluate(scores, among=among, frames=frames, **options)
+            for scores, among, frames in tables
+        ]
     for number, result in enumerate(results):
         if number:
             out.print()
         out.print(summary(result))
-    for path in outputs:
-        replace_text(path, WRITERS[path.suffix](results))
+    return results
 
 
 def _markdown(results: Sequence[Evaluation]) -> str:

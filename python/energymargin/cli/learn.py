@@ -45,7 +45,7 @@ def learn(
     Args:
         output: The surrogate, a .npz file.
         data: The dataset; if not given, the one beside the scores: push.h5 of push-scores.db.
-        metric: Which score; the first of the run if not given.
+        metric: Which score; the probability of the run if not given, or else its first.
         coverage: How probable it is that the score of a state of a new trajectory is within its
             interval.
     """

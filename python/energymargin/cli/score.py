@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from energymargin.bars import bar
+from energymargin.cli.evaluate import print_tables, question_of
 from energymargin.cli.fields import changed, options_of, split
 from energymargin.cli.options import (
     PlanWord,
@@ -19,8 +20,10 @@ from energymargin.cli.options import (
     chosen_future,
     chosen_sampling,
     require_beside,
+    require_one,
 )
 from energymargin.cli.terminal import TIMED_OUT, say, warn
+from energymargin.metrics import CLOCKLESS, TIMED, USUAL
 from energymargin.searches import SearchSettings
 from energymargin.settings import flag_of
 
@@ -31,6 +34,7 @@ if TYPE_CHECKING:
     from energymargin.store import Run
 
 SEARCH = SearchSettings()
+COMPARED = 20000  # states; the intervals of more take longer than one would wait after scoring
 PROBABILITY = ("rollouts", "strength", "objects", "common_random_numbers")
 
 
@@ -44,6 +48,7 @@ def score(
     data: Path,
     *,
     output: Path | None = None,
+    paper: bool = False,
     metrics: str | None = None,
     frames: int | None = None,
     plan: PlanWord | None = None,
@@ -57,33 +62,36 @@ def score(
     timeout: float | None = None,
     **given: Any,
 ) -> None:
-    """Score every state of a dataset that is not scored yet. Stopped in any way, the same command
-    goes on from there; started twice at once, the second one is refused.
+    """Does it stay captured over the next frames? Scores every state of a dataset that is not
+    scored yet: its probability and the effort of an escape over a horizon, and beside them the
+    paper's scores of the state as it is. Stopped in any way, the same command goes on from there.
 
     Example: `energymargin score push.h5 -o push-scores.db --nodes 100`
 
+    The paper's scores alone, in two thirds of the time (half of it with 100 nodes): `energymargin
+    score push.h5 --paper`
+
     Is the pose known to a centimetre alone? `energymargin score push.h5 --belief '{"pose": [0.01,
     0.01, 0, 0, 0, 0.05]}'`
-
-    Will it hold for the next five frames? `energymargin score push.h5 --frames 5 --plan script`
 
     On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
 
     Args:
         data: A dataset, from `energymargin generate`.
         output: The scores; DATA-scores.db if not given.
-        metrics: Which scores, with commas between; all that there are if not given.
-        frames: Ask about the next so many frames of a trajectory, the horizon, instead of the state
-            as it is: probability and efforts. A frame behind the last one counts the mean time
-            between frames, so all states are asked the same.
+        paper: The paper's scores alone, without a horizon, as in its tables.
+        metrics: These scores alone, with commas between. One without a clock, such as capture, is
+            of the state as it is. Efforts have the horizon if a probability or --frames is given.
     Over a horizon:
-        plan: With --frames, what the robot does meanwhile. script: the mean of the task's script
-            from the frame on, and behind its end what the task says (the default). hold: it goes on
-            as it moves, as for recordings. none: it coasts.
-        check: With --frames, the time between two looks at the capture set [s]; about 1/60 if not
-            given.
-        dwell: With --frames, how long the objects have to be outside to be lost [s]; 0 if not
-            given: one look is enough.
+        frames: The horizon in frames of a trajectory. If not given 5, or as many as half a second
+            has, but no more than there are. A frame behind the last one counts the mean time
+            between frames, so all states are asked the same.
+        plan: What the robot does meanwhile. script: the mean of the task's script from the frame
+            on, and behind its end what the task says. hold: it goes on as it moves, as for
+            recordings. none: it coasts. If not given, the first of these that the data have.
+        check: The time between two looks at the capture set [s]; about 1/60 if not given.
+        dwell: How long the objects have to be outside to be lost [s]; 0 if not given: one look is
+            enough.
     Models known with an error:
         belief: How well the models are known, as JSON or a file of it: friction, mass, pose,
             velocity. Scores are then means over a belief, at as many steps.
@@ -92,22 +100,30 @@ def score(
     from energymargin import datasets
     from energymargin.limits import Limit
     from energymargin.scoring import ScoreError
-    from energymargin.store.scoring import dataset_metrics
 
     settings = changed(SEARCH, given)
     flags = {each.name: flag_of(each).removeprefix("--") for each in fields(SEARCH)}
-    require_beside("frames", frames, **{flags[name]: given[name] for name in PROBABILITY})
-    future = chosen_future(frames, plan, check=check, dwell=dwell)
+    times = {"check": check, "dwell": dwell}
+    clock = {"frames": frames, "plan": plan, **times}
+    clock |= {flags[name]: given[name] for name in PROBABILITY}
+    for name, value in {"metrics": metrics, **clock}.items():
+        require_one(paper=paper or None, **{name: value})
+    named = None if metrics is None else split(metrics)
+    timed = named is None or bool(set(named) & set(TIMED))
+    if not timed:
+        others = {name: value for name, value in clock.items() if name != "frames"}
+        require_beside("frames", frames, **others)
     sampling = chosen_sampling(belief, particles)
     executor = chosen_executor(threads, processes, scheduler)
     output = output or data.with_name(f"{data.stem}-scores.db")
-    limit, failed = Limit(timeout), None
+    limit, failed, numbers = Limit(timeout), None, []
     with datasets.open(data) as dataset:
-        runs = [  # all are checked before any is scored
-            (dataset_metrics(dataset, names, settings, ahead, sampling), ahead)
-            for names, ahead in _asked_runs(None if metrics is None else split(metrics), future)
-        ]
-        for names, ahead in runs:
+        future = None
+        if not paper and (timed or frames is not None):
+            future = _asked_future(dataset, frames, plan, **times)
+            _say_of_older(output, future)
+        # all are checked before any is scored
+        for names, ahead in _asked_runs(dataset, named, future, settings, sampling):
             try:
                 with scored_run(
                     *(dataset, output, settings, names, executor),
@@ -115,44 +131,123 @@ def score(
                     sampling=sampling,
                     timeout=limit.rest()["timeout"],
                 ) as (run, complete):
+                    numbers.append(run.number)
                     if not complete:
                         say(f"[yellow]the time was over:[/] {_progress_text(run)}")
                         raise typer.Exit(TIMED_OUT)
-                    _say_scored(run, several=len(runs) > 1, horizon=future is not None)
+                    _say_scored(run, horizon=future is not None)
             except ScoreError as error:  # of some states alone: raised after all runs
                 failed = failed or error
+    _show_question(output, numbers[0])
     if failed is not None:
         raise failed
 
 
-def _asked_runs(
-    metrics: Sequence[str] | None, future: Future | None
-) -> list[tuple[Sequence[str] | None, Future | None]]:
-    """The metrics and the future of each run: metrics without a clock have a run of their own."""
-    from energymargin.metrics import CLOCKLESS
+def _asked_future(
+    dataset: Dataset, frames: int | None, plan: PlanWord | None, **times: float | None
+) -> Future | None:
+    """The question about the next frames, as far as it is given the usual one; None if the data
+    have none. What is unusual is printed."""
+    from energymargin.datasets.question import usual_frames, usual_plan
+    from energymargin.store.scoring import has_clock
 
-    if metrics is None or future is None:
-        return [(metrics, future)]
+    given = any(value is not None for value in (frames, plan, *times.values()))
+    if not given and has_clock(dataset, None):
+        return None
+    try:
+        frames = usual_frames(dataset) if frames is None else frames
+        if plan is None:
+            usual, why = usual_plan(dataset, frames)
+            plan = usual or "none"
+            if why:
+                warn(f"no script says what the robot is about to do, so --plan {plan}: {why}")
+    except ValueError as error:
+        if given:
+            raise
+        warn(f"nothing is asked about the next frames, only the paper's scores: {error}")
+        return None
+    return chosen_future(frames, plan, **times)
+
+
+def _say_of_older(path: Path, future: Future | None) -> None:
+    """Says that a file of scores without a horizon, as --paper makes it, gets those with one."""
+    from energymargin.store import ScoreStore
+
+    if future is None or not path.exists():
+        return
+    with ScoreStore(path) as store:
+        runs = store.runs()
+    if runs and all(run.future is None for run in runs):
+        say(
+            f"{escape(str(path))} has scores of the states as they are. They stay, and those ahead "
+            f"({future}) become a run of their own; --paper leaves these out."
+        )
+
+
+def _asked_runs(
+    dataset: Dataset,
+    metrics: Sequence[str] | None,
+    future: Future | None,
+    settings: SearchSettings,
+    sampling: Sampling | None,
+) -> list[tuple[Sequence[str], Future | None]]:
+    """The metrics and the future of each run: metrics without a clock have a run of their own.
+
+    Without `metrics` those of USUAL have the horizon, and beside them are all that have none.
+    """
+    from energymargin.store.scoring import dataset_metrics
+
+    def there(metrics: Sequence[str] | None, future: Future | None) -> Sequence[str]:
+        return dataset_metrics(dataset, metrics, settings, future, sampling)
+
+    if future is None:
+        return [(there(metrics, None), None)]
+    if metrics is None:
+        timed = [metric for metric in there(None, future) if metric in USUAL]
+        return [(timed, future), (there(None, None), None)]
     clockless = [metric for metric in metrics if metric in CLOCKLESS]
     timed = [metric for metric in metrics if metric not in CLOCKLESS]
-    return [run for run in ((timed, future), (clockless, None)) if run[0]]
+    runs = [(timed, future), (clockless, None)]
+    return [(there(names, ahead), ahead) for names, ahead in runs if names]
 
 
-def _say_scored(run: Run, *, several: bool, horizon: bool) -> None:
-    """How many states are scored, and the command that comes next.
-
-    `several`: the command has other runs too; `horizon`: one was given.
-    """
+def _say_scored(run: Run, *, horizon: bool) -> None:
+    """How many states are scored. `horizon`: the command asks about one, in this run or another."""
     scored, _ = run.counts()
-    written = escape(str(run.store.path))
-    which = f" --run {run.number}" if several or not run.is_only else ""
     how = "" if run.future is None else f" ({run.future})"
     if horizon and run.future is None:
         how = f" (without the horizon: {', '.join(run.metrics)})"
-    say(
-        f"{scored} states are scored in {written}{how}, {1e3 * run.seconds():.3g} ms a state. "
-        f"Next: [bold]energymargin evaluate {written}{which}[/]"
-    )
+    written = escape(str(run.store.path))
+    say(f"{scored} states are scored in {written}{how}, {1e3 * run.seconds():.3g} ms a state.")
+
+
+def _show_question(path: Path, number: int) -> None:
+    """Of a run with a horizon what it foresaw, and the state that is likeliest to be lost; and the
+    command that comes next."""
+    from energymargin.evaluation.table import tables_of
+    from energymargin.store import ScoreStore
+
+    with ScoreStore(path) as store:
+        run, runs = store.run(number), len(store.runs())
+        which = "" if runs == 1 or (runs == 2 and store.beside(run)) else f" --run {number}"
+        if run.future is not None and run.states <= COMPARED:
+            print_tables(tables_of(*question_of(store, run))[:1])
+            _say_weakest(run)
+    say(f"Next: [bold]energymargin evaluate {escape(str(path))}{which}[/]")
+
+
+def _say_weakest(run: Run) -> None:
+    if "probability" not in run.metrics:
+        return
+    place = run.metrics.index("probability")
+    held = [state for state in run.rows() if state.captured and state.scores[place] is not None]
+    if held:
+        least = min(held, key=lambda state: state.scores[place] or 0.0)
+        where = f"trajectory {least.trajectory}, frame {least.frame}"
+        share = f"probability {least.scores[place]:.3g}"
+        say(
+            f"Of {len(held)} states that are captured now, {where} is likeliest to be lost: {share}"
+        )
 
 
 @contextmanager

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import one_of, whole_number
-from energymargin.metrics import ANY
+from energymargin.metrics import ANY, TIMED
 from energymargin.reprs import Record
 from energymargin.summary import Summarized
 
@@ -18,6 +18,7 @@ PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its author
 HORIZON = 2  # frames; the default of curves
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 SUCCESS, FORCE = "success", "force"
+NOW = "now/"
 PROBABLE_SUCCESS = "probability/success"
 SUCCESSES = (SUCCESS, PROBABLE_SUCCESS, SUCCESS + ANY)  # the metrics of trajectories
 
@@ -52,6 +53,8 @@ class LabelledScores(Record, Summarized):
     search: str | None = None
     """How the efforts were searched for, "improved" or "published"; None: there are none, or it is
     not known."""
+    frames: int | None = None
+    """The horizon of that question, in frames."""
 
     def __post_init__(self) -> None:
         """Checks the lengths and the order."""
@@ -70,6 +73,18 @@ class LabelledScores(Record, Summarized):
                 f"the states of trajectory {numbers[times.argmax()]} are not in a row, expected "
                 "those of one trajectory together, in the order of time"
             )
+
+    def beside(self, now: LabelledScores) -> LabelledScores:
+        """These scores, probabilities first, and beside them those of the same states as they are,
+        but for success; NOW stands before a name that both have."""
+        others = {
+            f"{NOW}{metric}" if metric in self.scores else metric: values
+            for metric, values in now.scores.items()
+            if metric not in SUCCESSES
+        }
+        asks = f"{self.asks}; of the states as they are: {', '.join(others)}"
+        timed = {metric: own for metric, own in self.scores.items() if metric in TIMED}
+        return replace(self, scores=timed | self.scores | others, asks=asks)
 
     def by_trajectory(self) -> list[NDArray[np.int64]]:
         """The states' numbers, one array a trajectory."""
@@ -159,6 +174,41 @@ def compared_states(
         scores[~captured] = np.nan
     numbers = np.repeat(np.arange(len(members)), [len(own) for own in members])
     return _there(scores, np.concatenate(labels), numbers)
+
+
+class Counts(NamedTuple):
+    """Which states a horizon compares. Each that it leaves out is counted once, by the first reason
+    of these."""
+
+    counted: int
+    positives: int
+    """How many of those counted stay captured."""
+    lost: int
+    """Lost already, where only those count that are captured now."""
+    short: int
+    """With too few frames left to tell."""
+    unscored: int
+    """Without any score."""
+
+
+def count_states(
+    labelled: LabelledScores, frames: int, *, among: Among = "all", clipped: bool = False
+) -> Counts:
+    """Counts the states that `compared_states` compares, and those that it leaves out."""
+    members = labelled.by_trajectory()
+    labels = np.concatenate([captured_labels(labelled.captured[own], frames) for own in members])
+    left = np.concatenate([np.arange(len(own))[::-1] for own in members])
+    lost = ~labelled.captured & (among == "captured")
+    short = ~lost & (left < frames) & (not clipped)
+    scored = ~np.all([np.isnan(labelled.scores[m]) for m in labelled.scores], axis=0)
+    there = ~lost & ~short
+    return Counts(
+        counted=int((there & scored).sum()),
+        positives=int((there & scored & labels).sum()),
+        lost=int(lost.sum()),
+        short=int(short.sum()),
+        unscored=int((there & ~scored).sum()),
+    )
 
 
 def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> Compared:

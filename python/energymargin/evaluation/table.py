@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from energymargin.checks import whole_number
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, bootstrap_weights, intervals, ranked
 from energymargin.evaluation.labelled import (
+    AMONG,
     HORIZONS,
     LAST_FRAMES,
     PAPER_HORIZON,
@@ -20,9 +21,11 @@ from energymargin.evaluation.labelled import (
     SUCCESSES,
     Among,
     Compared,
+    Counts,
     LabelledScores,
     compared_states,
     compared_trajectories,
+    count_states,
     state_metrics,
 )
 from energymargin.metrics import ANY
@@ -126,6 +129,8 @@ class Evaluation(Record, Summarized):
     """Whether a horizon ends with its trajectory; else such states are left out."""
     search: str | None = None
     """As of LabelledScores. The paper's efforts stand beside none of another search."""
+    counts: dict[int, Counts] = field(default_factory=dict)
+    """By horizon, which states count."""
 
     @property
     def left_out(self) -> str:
@@ -203,6 +208,27 @@ class Evaluation(Record, Summarized):
         return [paper_text(self.paper(score))] if self.shows_paper else []
 
     @property
+    def counted(self) -> str:
+        """In words, how many states each horizon counts; of one horizon alone also why others do
+        not."""
+        if len(self.counts) != 1:
+            numbers = ", ".join(str(one.counted) for one in self.counts.values())
+            return numbers and f"States that count, by h: {numbers}."
+        ((frames, one),) = self.counts.items()
+        reasons = [
+            (one.lost, "lost already"),
+            (one.short, f"with fewer than {frames} frames left"),
+            (one.unscored, "without a score"),
+        ]
+        out = ", ".join(f"{number} {why}" for number, why in reasons if number)
+        text = (
+            f"{one.counted} of {sum(one) - one.positives} states count, of which {one.positives} "
+            f"stay captured{f'; left out are {out}' if out else ''}."
+        )
+        alone = one.positives in (0, one.counted)
+        return f"{text} With one label alone no score can tell them apart." if alone else text
+
+    @property
     def caption(self) -> str:
         """What the numbers are, and what is left out."""
         which = "States" if self.among == "all" else "States that are captured now"
@@ -215,6 +241,7 @@ class Evaluation(Record, Summarized):
             f"{self.task}: AUC/AP of each score, with their 95 % intervals below.",
             "" if self.asks is None else f"Asked: {self.asks}.",
             f"{which}: captured over the next h frames; {whole}.",
+            self.counted,
         ]
         if self.trajectories:
             sentences.append(
@@ -225,7 +252,7 @@ class Evaluation(Record, Summarized):
             sentences.append(f"The paper's values are at h = {PAPER_HORIZON}.")
         if self.shows_paper and self.search == "improved":
             sentences.append("Its efforts are of the published search, these of the improved one.")
-        if self.missing:
+        if self.missing and (len(self.counts) != 1 or self.missing_trajectories):
             sentences.append(f"{self.left_out}.")
         return " ".join(filter(None, sentences))
 
@@ -294,4 +321,24 @@ def evaluate(
         search=labelled.search,
         among=among,
         clipped=clipped,
+        counts={
+            horizon: count_states(labelled, horizon, among=among, clipped=clipped)
+            for horizon in frames
+        },
     )
+
+
+def tables_of(
+    labelled: LabelledScores, now: LabelledScores | None = None
+) -> list[tuple[LabelledScores, Among, Sequence[int]]]:
+    """The tables that tell most: which scores, among which states, at which horizons.
+
+    Of scores with a horizon the first one asks what they ask, of the states that are captured now:
+    do they stay so? Beside them are the scores `now` of the same states as they are, which then
+    have the second table. Scores without a horizon have a table among all states, and one among
+    those that are captured now.
+    """
+    if labelled.frames is None:
+        return [(labelled, among, HORIZONS) for among in AMONG]
+    both, whole = (labelled, labelled) if now is None else (labelled.beside(now), now)
+    return [(both, "captured", [labelled.frames]), (whole, "all", HORIZONS)]

@@ -16,7 +16,8 @@ from energymargin.checks import check_type, whole_number
 from energymargin.evaluation import Evaluation, evaluate
 from energymargin.evaluation.bootstrap import DRAWS
 from energymargin.evaluation.curves import by_trajectory, target_name, wrongness
-from energymargin.evaluation.labelled import AMONG, HORIZON, LAST_FRAMES
+from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
+from energymargin.evaluation.table import tables_of
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
@@ -138,14 +139,14 @@ def _page(
     frames = options.frames_of(int(subject.ahead.max()), scored)
 
     def part(place: int) -> Callable[[int, int], None]:
-        """The progress of a table, of which there are as many as in AMONG."""
-        share = (DRAWN - READ) / len(AMONG)
+        """The progress of one of two tables."""
+        share = (DRAWN - READ) / 2
         return lambda done, total: tell("AUC and AP", READ + share * (place + done / total))
 
     asked: dict[str, Any] = {"draws": options.draws, "seed": options.seed, "last": last}
     results = [
-        evaluate(labelled, among=among, progress=part(place), **asked)
-        for place, among in enumerate(AMONG)
+        evaluate(scores, among=among, frames=horizons, progress=part(place), **asked)
+        for place, (scores, among, horizons) in enumerate(tables_of(labelled, subject.now))
     ]
     every = wrongness(labelled, frames, last)
     wrong = by_trajectory(every, len(subject.members))
@@ -204,7 +205,7 @@ def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
         table: Summary | None = summary(result)
         while table is not None:
             title = f"{table.title or 'AUC/AP of each score'}; {_AMONG[result.among]}"
-            yield replace(table, title=title)
+            yield replace(table, title=title, lead=result.counted)
             table = table.further
 
 

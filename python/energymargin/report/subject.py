@@ -19,7 +19,7 @@ from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
 from energymargin.evaluation.labelled import FORCE
-from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
+from energymargin.metrics import ANY, METRICS, TIMED, USUAL
 from energymargin.plots.trajectories import BAND
 from energymargin.reprs import Record
 from energymargin.searches import SearchSettings, algorithm
@@ -44,6 +44,8 @@ class Subject(Record):
     about: Summary
     """Rows of the run: its task, what it asked, what it left out."""
     labelled: LabelledScores
+    now: LabelledScores | None
+    """Of scores with a horizon, those of the states as they are beside them, if there are any."""
     bands: dict[str, NDArray[np.float64]]
     """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
     a belief."""
@@ -110,12 +112,14 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             made = f"energymargin score DATASET -o {path}"
             raise ValueError(f"{path} has no scores yet; `{made}` puts some in")
         run = store.run(number)
+        now = store.beside(run)
         return Subject(
             path=path,
             run=run,
             runs=len(store.runs()),
             about=summary(run),
             labelled=run.labelled_scores(),
+            now=None if now is None else now.labelled_scores(),
             bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
         )
 
@@ -184,15 +188,14 @@ def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
 
 def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
     """Metrics that the run was not asked for."""
-    others = TIMED if subject.run.future is None else CLOCKLESS
-    asked = [m for m in METRICS if m not in others]
+    asked = USUAL if subject.run.future else [m for m in METRICS if m not in TIMED]
     there = [m for m in asked if subject.several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
     if unasked:
         yield Notice(
             f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
             "this adds a run with all scores, and computes only what is new:",
-            _command(subject, data, None),
+            _command(subject, data, [*subject.metrics, *unasked] if subject.run.future else None),
         )
 
 
@@ -227,7 +230,9 @@ def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str
     if future is not None and future != Future(future.frames, future.plan):
         return None
     words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
-    if metrics is not None:
+    if metrics is None and future is None:
+        words.append("--paper")
+    elif metrics is not None:
         words += ["--metrics", ",".join(metrics)]
     if future is not None:
         words += ["--frames", str(future.frames), "--plan", future.plan or "none"]

@@ -35,10 +35,13 @@ class ScoreStore(Database, Summarized):
         return [Run(self, n) for (n,) in self.database.execute("SELECT id FROM runs ORDER BY id")]
 
     def run(self, number: int | None = None) -> Run:
-        """A run by its number, or for None the only one; ValueError if there is no such run."""
+        """A run by its number. None is the only one, or that with a horizon if the other one is
+        `beside` it. Raises ValueError if there is no such run."""
         if number is not None:
             whole_number("run", number, 1)
         runs = self.runs()
+        if number is None and len(runs) == 2:
+            runs = [run for run in runs if self.beside(run)] or runs
         found = [run for run in runs if number is None or run.number == number]
         if len(found) == 1:
             return found[0]
@@ -48,6 +51,18 @@ class ScoreStore(Database, Summarized):
                 f"{self.path} has {len(runs)} runs, choose one by its number (--run): {there}"
             )
         raise ValueError(f"run is {number}, and {self.path} has {there}")
+
+    def beside(self, run: Run) -> Run | None:
+        """The run about the states as they are that has the dataset and settings of this one, which
+        has a horizon; None if there is none."""
+        known = {**run.settings, "search": None}
+        alike = (
+            other
+            for other in self.runs()
+            if (other.dataset, other.future) == (run.dataset, None)
+            and {**other.settings, "search": None} == known
+        )
+        return None if run.future is None else next(alike, None)
 
     def begin(
         self,

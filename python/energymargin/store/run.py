@@ -320,6 +320,7 @@ class Run(Summarized):
             captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
             success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
             asks=self._asks(),
+            frames=None if self.future is None else self.future.frames,
             search=self.settings.get("search"),
         )
 

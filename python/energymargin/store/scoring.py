@@ -113,7 +113,7 @@ def begin_run(
     After a change of the task's code, states make other problems. A change of only a few states of
     a large dataset may be missed.
     """
-    settings = settings.of_clock(timed=_has_clock(dataset, future))
+    settings = settings.of_clock(timed=has_clock(dataset, future))
     questions = {metric: settings.of(metric) for metric in metrics}
     named = settings.all()
     if sampling is not None:
@@ -203,7 +203,7 @@ def _sample(states: int, most: int) -> list[int]:
     return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})
 
 
-def _has_clock(dataset: Dataset, future: Future | None) -> bool:
+def has_clock(dataset: Dataset, future: Future | None) -> bool:
     """Whether its problems have a horizon; those of one dataset are alike in that."""
     found = (dataset.possible_problems([number])[0] for number in range(dataset.size))
     horizons = (problem.horizon for problems in found for problem in problems.values())

@@ -34,6 +34,7 @@ Vector = NDArray[np.float64]
 KEPT = ("metric", "names", "given", "coverage", "source", "facts")  # as JSON
 FORMAT, VERSION = "energymargin-surrogate", 1
 TIME = "time"
+PROBABILITY = "probability"
 HORIZON = 2  # frames of the labels of the test, of scores without a horizon
 SOURCE = ("task", "parameters", "settings", "digest")  # of a run
 SAMPLE = 60  # states whose problems tell what never changes
@@ -85,7 +86,7 @@ class Surrogate(Record, Summarized):
         Args:
             run: the scores.
             dataset: that the run scored; it has the states.
-            metric: of the run; by default its first one.
+            metric: of the run; by default its probability, or else its first one.
             features: a function of states, shape (N, n), that returns F numbers of each, shape (N,
                 F), and their F names. By default those of the scene's Layout.
             monotone: by name 1, the score never falls with it, or -1, it never rises. By default
@@ -109,7 +110,7 @@ class Surrogate(Record, Summarized):
                 "which this energymargin gives: score the dataset again"
             )
         labelled = run.labelled_scores()
-        metric = run.metrics[0] if metric is None else metric
+        metric = metric or next(m for m in (PROBABILITY, *run.metrics) if m in run.metrics)
         if metric not in labelled.scores:
             raise ValueError(f"metric is {metric!r}, expected one of {', '.join(run.metrics)}")
         scores = labelled.scores[metric]
