@@ -264,7 +264,7 @@ def test_a_score_that_is_missing_is_left_out_and_counted():
     data = labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, np.nan, 2])
     result = evaluate(data, frames=[0])
     assert result.missing == 1
-    words = "3 of 4 states count, of which 2 stay captured; left out are 1 without a score."
+    words = "3 of 4 states count, of which 1 stays captured; left out are 1 without a score."
     assert words in " ".join(result.to_markdown().split())
     two = evaluate(data, frames=[0, 1]).to_markdown()
     assert "1 state has no score and is left out" in two

@@ -15,7 +15,6 @@ import energymargin as em
 from energymargin import datasets
 from energymargin.cli import app
 from energymargin.datasets import Future
-from energymargin.metrics import TIMED
 from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.store.scoring import begin_run

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rich.markup import escape
 
+from energymargin.cli.options import require_beside
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import out, say
 
@@ -15,17 +16,36 @@ def export(
     *,
     output: Path | None = None,
     run: int | None = None,
+    lerobot: Path | None = None,
+    data: Path | None = None,
     overwrite: bool = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
 
     Example: `energymargin export push-scores.db -o push-scores.csv`
 
+    Back into a LeRobot dataset: `energymargin export P-recorded-scores.db --lerobot pusht -o
+    pusht-scored`
+
     Args:
-        output: A .csv or .parquet file; without it, the runs are listed.
+        output: A .csv or .parquet file; without it, the runs are listed. With --lerobot a new
+            folder.
+    Of a LeRobot dataset:
+        lerobot: The dataset that was imported: a copy of it gets each score as a column.
+        data: What import made of it; if not given, the dataset beside the scores: P-recorded.h5 of
+            P-recorded-scores.db.
     """
     from energymargin import store
     from energymargin.store.export import curves_path
+
+    if lerobot is not None:
+        if output is None:
+            raise ValueError(f"--lerobot is {lerobot}, expected -o with the name of a new folder")
+        beside = scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
+        names = store.export_lerobot(scores, data or beside, lerobot, output, run=run)
+        say(f"Wrote {escape(str(output))}, a copy with {', '.join(names)}")
+        return
+    require_beside("lerobot", lerobot, data=data)
 
     with store.ScoreStore(scores) as opened:
         if output is None:

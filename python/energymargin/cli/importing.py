@@ -5,6 +5,7 @@ Heavy modules are imported where they are used, so that --help answers at once.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,15 +45,19 @@ def import_recordings(
 
     A scene of your own: `energymargin import a.csv --problem P.json`
 
+    A LeRobot dataset: `energymargin import pusht --problem P.json --columns columns.json`
+
     Bags: `energymargin import a.mcap --object-topic /box/pose --effector-topic /tf:tool0 ...`
 
     Args:
-        files: The recordings: CSV files, a row a frame, or bags of ROS.
+        files: The recordings: CSV files, a row a frame, bags of ROS, or folders of LeRobot datasets
+            (version 3), whose episodes are a recording each.
         task: The task whose scene and capture set these recordings have.
         problem: Instead of a task, a problem file of your own, from problem.save: its scene,
             capture set and bounds. Its bodies with the roles object and effector were recorded.
-        labels: CSV file recording,success: a row for each recording's file name. If not given, one
-            succeeded whose last state lies in the success set.
+        labels: CSV file recording,success: a row for each recording's file name. If not given, an
+            episode succeeded whose next.success was ever true, and another recording whose last
+            state lies in the success set.
         output: The dataset; TASK-recorded.h5 or P-recorded.h5 if not given.
         columns: JSON file that says which column is what, and in which units.
         captured: CSV file recording,frame,captured; if not given, labels are those of the capture
@@ -92,20 +97,26 @@ def import_recordings(
     rules = {"repair": repair, "longest_gap": longest_gap}
     rules |= {"smoothing": smoothing, "causal": causal}
     for path in files:
-        read.append(_read(path, layout, (object_topic, effector_topic), rules))
-        times = read[-1].times
-        seconds = f"{len(times)} frames, {times[-1] - times[0]:.3g} s"
-        say(f"{escape(str(path))}: {seconds}; {read[-1].repairs}")
+        found = _read(path, layout, (object_topic, effector_topic), rules)
+        frames = sum(len(one) for one in found)
+        seconds = sum(one.times[-1] - one.times[0] for one in found)
+        text = f"{frames} frames, {seconds:.3g} s; {found[0].repairs}"
+        if len(found) > 1:
+            repaired = sum(one.repairs != recordings.Repairs() for one in found)
+            text = f"{len(found)} episodes, {frames} frames, {seconds:.3g} s; repaired {repaired}"
+        say(f"{escape(str(path))}: {text}")
+        read += found
     motions = [motion for recording in read for motion in (recording.object, recording.effector)]
     if not causal and any(motion.velocity_covariances is not None for motion in motions):
         say(
             "Velocities are smoothed over frames before and after; with --causal over those "
             "before, as a robot would know them"
         )
+    told = _successes(files) if labels is None else recordings.read_labels(labels)
     dataset = recordings.dataset(
         made,
         read,
-        None if labels is None else recordings.read_labels(labels),
+        told,
         captured=None if captured is None else recordings.read_frame_labels(captured),
         most_overlap=most_overlap,
         notice=lambda text: say(escape(text)),
@@ -116,18 +127,32 @@ def import_recordings(
     _, reasons = dataset.possible_problems()
     if reasons:
         warn(left_out_text(reasons, dataset.size))
-    say_written(dataset, output, " by their last states" if labels is None else "")
+    judged = " by their last states" if told is None else " by next.success"
+    say_written(dataset, output, "" if labels is not None else judged)
+
+
+def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
+    """Which episodes succeeded, as LeRobot datasets say; None if one of the files does not."""
+    from energymargin.recordings import lerobot
+
+    told = [lerobot.read_successes(path) for path in files if lerobot.is_lerobot(path)]
+    if len(told) < len(files) or None in told:
+        return None
+    return {name: success for one in told if one is not None for name, success in one.items()}
 
 
 def _read(
     path: Path, layout: Columns, topics: tuple[str | None, str | None], rules: dict[str, Any]
-) -> Recording:
-    """One recording; `topics` are those of a bag, `rules` those of both readers."""
+) -> list[Recording]:
+    """The recordings of a file; `topics` are those of a bag, `rules` those of all readers."""
     from energymargin import recordings
     from energymargin.recordings.bags import is_bag
+    from energymargin.recordings.lerobot import is_lerobot
 
+    if is_lerobot(path):
+        return recordings.read_lerobot(path, layout, **rules)
     if not is_bag(path):
-        return recordings.read_csv(path, layout, **rules)
+        return [recordings.read_csv(path, layout, **rules)]
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
     object_topic, effector_topic = topics
@@ -137,6 +162,5 @@ def _read(
             f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
             f"{known or 'none'}"
         )
-    return recordings.read_bag(
-        path, object=object_topic, effector=effector_topic, origin=layout.origin, **rules
-    )
+    bodies: dict[str, Any] = {"object": object_topic, "effector": effector_topic}
+    return [recordings.read_bag(path, **bodies, origin=layout.origin, **rules)]

@@ -221,9 +221,10 @@ class Evaluation(Record, Summarized):
             (one.unscored, "without a score"),
         ]
         out = ", ".join(f"{number} {why}" for number, why in reasons if number)
+        stay = "stays" if one.positives == 1 else "stay"
         text = (
             f"{one.counted} of {sum(one) - one.positives} states count, of which {one.positives} "
-            f"stay captured{f'; left out are {out}' if out else ''}."
+            f"{stay} captured{f'; left out are {out}' if out else ''}."
         )
         alone = one.positives in (0, one.counted)
         return f"{text} With one label alone no score can tell them apart." if alone else text

@@ -1,10 +1,12 @@
-"""Recordings: read from CSV files or bags of ROS, placed into a task's scene, scored by frame.
+"""Recordings: read from CSV files, bags of ROS or datasets of LeRobot, placed into a task's scene,
+scored by frame.
 
 In the plane: of each of two bodies x, y and yaw.
 """
 
 from energymargin.recordings.bags import bag_topics, read_bag
 from energymargin.recordings.csv_files import Columns, read_csv
+from energymargin.recordings.lerobot import read_lerobot
 from energymargin.recordings.recording import Motion, Placed, Recording, Repairs, placed
 from energymargin.recordings.trajectories import (
     RecordedTask,
@@ -27,4 +29,5 @@ __all__ = [
     "read_csv",
     "read_frame_labels",
     "read_labels",
+    "read_lerobot",
 ]

@@ -55,9 +55,10 @@ class Columns:
     Raises ValueError on unknown fields, units or columns.
     """
 
-    columns: Mapping[str, str | int] = field(default_factory=dict)
+    columns: Mapping[str, str | int | float] = field(default_factory=dict)
     """By field: the name of its column, or its number from 0 on. Empty: the documented header.
-    Columns of the file that are not named here are left alone."""
+    Columns of the file that are not named here are left alone. A float, as 0.0, is the value in
+    each row, as of the yaw of a round body that has no column."""
     units: Mapping[str, str] = field(default_factory=dict)
     """By kind: "length" in "m", "cm" or "mm", "angle" in "rad" or "deg", "time" in "s", "ms", "us"
     or "ns". Velocities are such a length or angle a second."""
@@ -73,13 +74,16 @@ class Columns:
         _require_keys("units", self.units, tuple(UNITS))
         for kind, unit in self.units.items():
             one_of(f"the unit of {kind}", unit, list(UNITS[kind]))
-        places = list(self.columns.values())
+        places = [column for column in self.columns.values() if type(column) is not float]
         for name, column in self.columns.items():
             whole = type(column) is int and column >= 0
-            if not (whole or isinstance(column, str)) or places.count(column) > 1:
+            constant = type(column) is float and math.isfinite(column) and name not in FIELDS[:2]
+            if not constant and (
+                not (whole or isinstance(column, str)) or places.count(column) > 1
+            ):
                 raise ValueError(
                     f"columns has {column!r} for {name!r}, expected a name or a number from 0 on "
-                    "that no other field has"
+                    "that no other field has; or a float, the value in each row"
                 )
         one_character = isinstance(self.delimiter, str) and len(self.delimiter) == 1
         if not one_character or self.delimiter in '\n\r"':
@@ -120,7 +124,8 @@ class Columns:
         """
         found: dict[str, tuple[int, float]] = {}
         for name, given in self.columns.items():
-            found[name] = (self._number(name, given, first), self._size(name))
+            if not isinstance(given, float):
+                found[name] = (self._number(name, given, first), self._size(name))
         for number, cell in enumerate(() if self.columns else first):
             if cell not in HEADERS:
                 raise ValueError(
@@ -131,8 +136,18 @@ class Columns:
             if name in found:
                 raise ValueError(f"the header has {name!r} more than once")
             found[name] = (number, size or self._size(name))
-        _require_whole("the header", found, needed=FIELDS[bool(self.columns) :])
+        there = {*found, *self.constants}
+        _require_whole("the header", there, needed=FIELDS[bool(self.columns) :])
         return found
+
+    @property
+    def constants(self) -> dict[str, float]:
+        """By field that has one, its value in each row, in SI units."""
+        return {
+            name: value * self._size(name)
+            for name, value in self.columns.items()
+            if isinstance(value, float)
+        }
 
     def _number(self, field: str, given: str | int, first: Sequence[str]) -> int:
         """The number of a field's column, from 0 on."""
@@ -264,19 +279,26 @@ def _table(source: SourceFile, columns: Columns) -> FrameTable:
         name: size * _numbers(source, name, {line: cells[line][number] for line in lines})
         for name, (number, size) in places.items()
     }
+    return frame_table(source, np.array(lines, np.int64), {**values, **columns.constants})
+
+
+def frame_table(
+    source: SourceFile, lines: NDArray[np.int64], values: Mapping[str, float | NDArray[np.float64]]
+) -> FrameTable:
+    """The table of the numbers of R rows by field, each of shape (R,) or one for all rows, in SI
+    units. `lines` are the rows' places in the file."""
 
     def of_body(axes: Sequence[str]) -> dict[str, NDArray[np.float64]]:
         return {
-            body: np.stack([values[f"{body}_{axis}"] for axis in axes], axis=1)
+            body: np.stack([row + values[f"{body}_{axis}"] for axis in axes], axis=1)
             for body in BODIES
             if f"{body}_{axes[0]}" in values
         }
 
-    frames = values.get("frame", np.arange(len(lines))).astype(np.int64)
-    return FrameTable(
-        *(source, np.array(lines, np.int64), frames, values["time"]),
-        *(of_body(POSE), of_body(VELOCITY)),
-    )
+    row = np.zeros(len(lines))
+    frames = np.asarray(values.get("frame", np.arange(len(lines)))).astype(np.int64)
+    times = np.asarray(values["time"])
+    return FrameTable(source, lines, frames, times, of_body(POSE), of_body(VELOCITY))
 
 
 def _numbers(source: SourceFile, name: str, column: dict[int, str]) -> NDArray[np.float64]:

@@ -57,7 +57,8 @@ def import_published(
     say(
         f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(output))}: {states} "
         f"states, of which {left_out} cannot be simulated. Next: "
-        f"[bold]energymargin evaluate {one}-scores.db[/], or [bold]energymargin score {one}.h5[/]"
+        f"[bold]energymargin evaluate {one}-scores.db[/], or "
+        f"[bold]energymargin score {one}.h5 --paper[/]"
     )
 
 
