@@ -74,7 +74,9 @@ def test_an_installed_task_without_a_plan_is_asked_about_the_future_with_hold_or
     shown = run(folder, "export", "few-scores.db")
     assert "horizon 1 frame, plan hold" in shown and "horizon 1 frame, plan none" in shown
     told = finished(folder, *asked).stderr
-    assert "no script says what the robot is about to do, so --plan hold" in told
+    assert (
+        "no script says what the robot is about to do: it goes on as it moves, --plan hold" in told
+    )
     done = finished(folder, *asked, "--plan", "script")
     assert done.returncode == 2
     assert "give ShelfTask a method `script(params)`" in done.stderr

@@ -63,7 +63,9 @@ def test_the_commands_lead_from_a_recording_and_a_problem_to_a_table(folder):
     assert run_here("evaluate", "P-recorded-scores.db", cwd=folder).returncode == 0
     ahead = ("--metrics", "probability", "--rollouts", 2, "-o", "ahead.db")
     told = run_here("score", "P-recorded.h5", *ahead, cwd=folder).stderr
-    assert "no script says what the robot is about to do, so --plan hold" in told
+    assert (
+        "no script says what the robot is about to do: it goes on as it moves, --plan hold" in told
+    )
     times = em.datasets.load(folder / "P-recorded.h5").trajectories[0].times
     assert f"horizon {round(0.5 / np.diff(times).mean())} frames, plan hold" in told
 

@@ -157,10 +157,10 @@ def _asked_future(
     try:
         frames = usual_frames(dataset) if frames is None else frames
         if plan is None:
-            usual, why = usual_plan(dataset, frames)
-            plan = usual or "none"
-            if why:
-                warn(f"no script says what the robot is about to do, so --plan {plan}: {why}")
+            plan = usual_plan(dataset, frames) or "none"
+            if plan != "script":
+                how = "it goes on as it moves" if plan == "hold" else "it coasts"
+                warn(f"no script says what the robot is about to do: {how}, --plan {plan}")
     except ValueError as error:
         if given:
             raise

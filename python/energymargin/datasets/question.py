@@ -25,17 +25,12 @@ def usual_frames(dataset: Dataset) -> int:
     return min(max(FRAMES, of_seconds), last)
 
 
-def usual_plan(dataset: Dataset, frames: int) -> tuple[Following | None, str]:
+def usual_plan(dataset: Dataset, frames: int) -> Following | None:
     """What the robot does over the next frames: what its script says; without a script, it goes on
-    as it moves; else it coasts. And why there is no script, empty if there is one.
-
-    Raises ValueError if none of them can be asked.
-    """
+    as it moves; else it coasts. Raises ValueError if none of them can be asked."""
     numbers = sorted({*np.linspace(0, dataset.size - 1, SAMPLE, dtype=int).tolist()})
-    why = ""
     for plan in PLANS:
         problems, reasons = dataset.possible_problems(numbers, future=Future(frames, plan))
         if problems:
-            return plan, why
-        why = why or reasons[min(reasons)]
-    raise ValueError(why)
+            return plan
+    raise ValueError(reasons[min(reasons)])
