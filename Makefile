@@ -9,6 +9,7 @@
 # make bench-contact   how wrong contacts are and how long they take, beside PyBullet and MuJoCo, into out/contact.md
 # make bench-view   how smoothly the viewer's page turns, into out/frames.md
 # make wheel  a wheel that needs nothing of the system, into dist; tests/wheel/run tries it in a bare Debian
+# make sdist  a source distribution, into dist; tests/sdist/run builds it in a bare Debian
 # make deb    Debian packages of the C++ library and of the Python package, into dist
 # make clean  forget everything built
 #
@@ -48,7 +49,7 @@ SLOW := ^Planner/Fixture|ProblemSchema.KeyThat|ProblemSchema.ListOf|Splitting.Is
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
-.PHONY: demo test check-all docs sanitize fuzz bench bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel deb clean
+.PHONY: demo test check-all docs sanitize fuzz bench bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel sdist deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
@@ -123,6 +124,10 @@ wheel: .venv/environment
 	  -Cbuild-dir=build/wheel/cmake '-Ccmake.define.ENERGYMARGIN_BUNDLE=bullet;ompl;headers'
 	@PATH=$(CURDIR)/$(BIN):$$PATH $(BIN)/auditwheel repair -w dist build/wheel/raw/*.whl
 	@ls -lh dist
+
+sdist: .venv/environment
+	@mkdir -p dist
+	@$(BIN)/python -c 'from scikit_build_core.build import build_sdist; print("dist/" + build_sdist("dist"))'
 
 # Debian 12's pybind11 is too old, so the source package has the one of .venv.
 VERSION = $(shell sed -n 's/^project.energymargin VERSION \([^ ]*\).*/\1/p' CMakeLists.txt)
