@@ -38,7 +38,10 @@ def undisturbed(folder):
 
 def start(folder, store, *options):
     return subprocess.Popen(
-        [COMMAND, "score", "topple.h5", "-o", store, "--nodes", str(NODES), *map(str, options)],
+        [
+            *(COMMAND, "score", "topple.h5", "-o", store, "--paper", "--nodes", str(NODES)),
+            *map(str, options),
+        ],
         cwd=folder,
         stderr=subprocess.PIPE,
         text=True,

@@ -454,7 +454,7 @@ def test_by_default_it_asks_ahead_beside_the_paper_s_scores_and_says_which_state
     assert done.returncode == 0 and asked in done.stderr, done.stderr
     assert set(scores(folder / "all.db", 1)) == {"probability", "effort/est"}
     assert set(scores(folder / "all.db", 2)) == PAPER
-    assert "likeliest to be lost: probability" in done.stderr
+    assert "least likely to stay so: probability" in done.stderr
     table = " ".join(done.stdout.split())
     assert "of 8 states count" in table and "with fewer than 3 frames left" in table
     for words in ("probability", "capture", "now/effort/est", "force"):

@@ -18,6 +18,7 @@ def export(
     run: int | None = None,
     lerobot: Path | None = None,
     data: Path | None = None,
+    trajectory: int | None = None,
     overwrite: bool = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
@@ -27,26 +28,35 @@ def export(
     Back into a LeRobot dataset: `energymargin export P-recorded-scores.db --lerobot pusht -o
     pusht-scored`
 
+    A trajectory for the viewer rerun: `energymargin export push-scores.db -o push.rrd`
+
     Args:
-        output: A .csv or .parquet file; without it, the runs are listed. With --lerobot a new
-            folder.
-    Of a LeRobot dataset:
-        lerobot: The dataset that was imported: a copy of it gets each score as a column.
-        data: What import made of it; if not given, the dataset beside the scores: P-recorded.h5 of
-            P-recorded-scores.db.
+        output: A .csv or .parquet file; without it, the runs are listed. A .rrd file has one
+            trajectory for rerun. With --lerobot it is a new folder.
+    With the dataset:
+        data: The dataset, for .rrd and --lerobot; if not given, the one beside the scores: push.h5
+            of push-scores.db.
+        trajectory: Of a .rrd file, from 0; the first that is lost at its end if not given.
+        lerobot: The LeRobot dataset that was imported: a copy of it gets each score as a column.
     """
     from energymargin import store
     from energymargin.store.export import curves_path
 
+    beside = data or scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
     if lerobot is not None:
         if output is None:
             raise ValueError(f"--lerobot is {lerobot}, expected -o with the name of a new folder")
-        beside = scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
-        names = store.export_lerobot(scores, data or beside, lerobot, output, run=run)
+        names = store.export_lerobot(scores, beside, lerobot, output, run=run)
         say(f"Wrote {escape(str(output))}, a copy with {', '.join(names)}")
         return
-    require_beside("lerobot", lerobot, data=data)
+    if output is not None and output.suffix == ".rrd":
+        require_free(output, overwrite=overwrite)
+        from energymargin import plots
 
+        number = plots.write_rerun(scores, beside, output, trajectory=trajectory, run=run)
+        say(f"Wrote trajectory {number} to {escape(str(output))}. Next: [bold]rerun {output}[/]")
+        return
+    require_beside("lerobot", lerobot, data=data, trajectory=trajectory)
     with store.ScoreStore(scores) as opened:
         if output is None:
             for listed in opened.runs():
@@ -54,11 +64,11 @@ def export(
             return
         chosen = opened.runs() if run is None else [opened.run(run)]
         curves = any(written.has_curves for written in chosen)
-    beside = curves_path(output)
-    for path in (output, beside) if curves else (output,):
+    curves_file = curves_path(output)
+    for path in (output, curves_file) if curves else (output,):
         require_free(path, overwrite=overwrite)
     rows = store.export(scores, output, run=run)
-    more = f", and their curves to {escape(str(beside))}" if curves else ""
+    more = f", and their curves to {escape(str(curves_file))}" if curves else ""
     say(f"Wrote {rows} states to {escape(str(output))}{more}")
-    if beside.exists() and not curves:
-        say(f"[yellow]{escape(str(beside))} is not of these scores[/], which have no curves")
+    if curves_file.exists() and not curves:
+        say(f"[yellow]{escape(str(curves_file))} is not of these scores[/], which have no curves")

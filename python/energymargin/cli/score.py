@@ -138,7 +138,8 @@ def score(
                     _say_scored(run, horizon=future is not None)
             except ScoreError as error:  # of some states alone: raised after all runs
                 failed = failed or error
-    _show_question(output, numbers[0])
+    if numbers:
+        _show_question(output, numbers[0])
     if failed is not None:
         raise failed
 

@@ -1,6 +1,6 @@
 """Pictures of scores (matplotlib): a state with its search tree, scores along a trajectory, how
 well they tell labels apart, how an effort falls with the nodes, and how a probability falls over
-its horizon.
+its horizon. `write_rerun` makes a file of rerun of a trajectory.
 
 Each `plot_...` takes and returns an Axes; without one it makes a figure of pyplot. Each
 `figure_...` makes a whole Figure.
@@ -17,6 +17,7 @@ from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.datasets import figure_qualitative
 from energymargin.plots.grasps import figure_grasp, plot_grasps
 from energymargin.plots.profile import figure_margin_profile, plot_margin_profile
+from energymargin.plots.rerun_file import write_rerun
 from energymargin.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.plots.states import plot_state, state_legend
 from energymargin.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
@@ -50,4 +51,5 @@ __all__ = [
     "plot_state",
     "state_legend",
     "trajectory_scores",
+    "write_rerun",
 ]

@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
+from energymargin.evaluation.labelled import NOW
 from energymargin.executors.rows import Row
 from energymargin.searches import algorithm_of
 from energymargin.store import schema
@@ -63,6 +64,14 @@ class ScoreStore(Database, Summarized):
             and {**other.settings, "search": None} == known
         )
         return None if run.future is None else next(alike, None)
+
+    def scores(self, run: Run) -> dict[str, NDArray[np.float64]]:
+        """The scores of a run by metric, shape (N,), and those of the run `beside` it, with NOW
+        before a name that both have."""
+        found, now = dict(run.labelled_scores().scores), self.beside(run)
+        for metric, values in {} if now is None else now.labelled_scores().scores.items():
+            found[f"{NOW}{metric}" if metric in found else metric] = values
+        return found
 
     def begin(
         self,

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from energymargin import datasets
 from energymargin.datasets import Dataset
 from energymargin.errors import needs_extra
-from energymargin.evaluation.labelled import NOW
 from energymargin.recordings import lerobot
 from energymargin.recordings.reading import MOST_REPAIRED
 from energymargin.store.file import ScoreStore
@@ -59,9 +58,7 @@ def export_lerobot(
         chosen = store.run(run)
         if why := chosen.why_not_of(dataset, str(data), str(path)):
             raise ValueError(why)
-        scores, now = chosen.labelled_scores().scores, store.beside(chosen)
-        for metric, values in {} if now is None else now.labelled_scores().scores.items():
-            scores[f"{NOW}{metric}" if metric in scores else metric] = values
+        scores = store.scores(chosen)
         named = {PREFIX + metric.replace("/", "_"): own for metric, own in scores.items()}
         episodes = _by_episode(folder, dataset, named)
     part = output.with_name(f".{output.name}.part")
