@@ -27,6 +27,7 @@ MOMENTS = {
     "topple": (9, 3),
 }
 NODES = 30
+DECIMALS = 6  # so that what numpy rounds otherwise on another processor is no other engine
 
 
 @cache
@@ -37,7 +38,7 @@ def bits(*, improved: bool = False) -> str:
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)
-        words = " ".join(value.hex() for value in _values(improved=improved))
+        words = " ".join(f"{round(value, DECIMALS) + 0.0}" for value in _values(improved=improved))
     return sha256(words.encode()).hexdigest()[:8]
 
 

@@ -220,6 +220,8 @@ def _overview(pieces: Sequence[Piece], heads: Mapping[str, Head], *, quick: bool
         words = typed(study, study.quick if quick else piece.settings())
         made = (head.minutes or DASH, head.version, _age(head)) if head else (DASH,) * 3
         rows.append((piece.name, f"{piece.minutes:g}", *made, _state(head, study, words)))
+    left = sum(p.minutes for p, row in zip(pieces, rows, strict=True) if row[-1] != WHOLE)
+    rows.append(("**left**", f"{left:.4g}", "", "", "", ""))
     return markdown_table(("piece", "minutes", "took", "version", "age", ""), rows)
 
 

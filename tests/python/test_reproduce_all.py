@@ -86,8 +86,9 @@ def test_a_folder_of_other_bits_is_refused_and_stays(tmp_path):
 
 def test_the_list_has_each_piece_with_its_minutes_and_makes_none(tmp_path):
     done = run("--list", "-o", tmp_path / "all")
-    names = [line.split(" | ")[0] for line in done.output.splitlines()[2:]]
-    assert names == [f"| {piece.name}" for piece in PIECES]
+    *rows, left = [line.strip("| ").split(" | ") for line in done.output.splitlines()[2:]]
+    assert [row[0] for row in rows] == [piece.name for piece in PIECES]
+    assert left[0] == "**left**" and float(left[1]) == pytest.approx(sum(p.minutes for p in PIECES))
     assert [piece.minutes for piece in PIECES] == sorted(piece.minutes for piece in PIECES)
     assert not (tmp_path / "all").exists()
     docs = Path(__file__).parents[2] / "docs"
