@@ -9,6 +9,7 @@ import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 
@@ -42,10 +43,12 @@ def write(out: Path | None, text: str, target: str, pages: Path | None, *picture
     words = [w for w in _options() if not w.startswith("--quick")]
     parts = words[words.index("--parts") + 1].split(",") if "--parts" in words else []
     given = f" BENCH={shlex.quote(shlex.join(words))}" if words else ""
-    head = Head.of_today(f"make {target}{given}", improved=False)
+    compared = ("mujoco", "pybullet", "dask")
+    head = Head.of_today(f"make {target}{given}", improved=False, packages=compared)
+    head = replace(head, date=date.today().isoformat())
     name, body = "-".join([target, *parts]), re.sub(r"\A# .*\n+", "", text)
     for page in sorted(pages.rglob("*.md")):
-        if write_block(page, name, replace(head, **head.finished()), body):
+        if write_block(page, name, head, body):
             for picture in pictures:
                 shutil.copyfile(picture, page.parent / picture.name)
     list_blocks(pages)

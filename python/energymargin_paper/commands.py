@@ -8,6 +8,7 @@ import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields, replace
+from datetime import date
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -107,7 +108,10 @@ def make(
 def _headed(study: Study[Any, Any], settings: Any, folder: Path) -> Iterator[None]:
     """Writes what makes the study into its folder, and in the end when and how long it took."""
     head = Head.of_today(
-        typed(study, settings), improved=study.improved, seed=getattr(settings, "seed", "")
+        typed(study, settings),
+        improved=study.improved,
+        seed=getattr(settings, "seed", ""),
+        packages=study.packages,
     )
     before = Head.of_folder(folder)
     if before is not None and before.bits != head.bits:
@@ -131,7 +135,7 @@ def _headed(study: Study[Any, Any], settings: Any, folder: Path) -> Iterator[Non
     except BaseException:
         write()
         raise
-    write(**head.finished())
+    write(date=date.today().isoformat())
 
 
 def _options(settings: Any, defaults: Any) -> list[str]:

@@ -17,11 +17,10 @@ import os
 import platform
 import re
 import shutil
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import date
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from textwrap import wrap
 from typing import NamedTuple
@@ -46,12 +45,6 @@ __all__ = [
 FILE = "made.txt"
 WIDTH = 120
 FOLDERS = ("ENERGYMARGIN_GRASPS", "ENERGYMARGIN_MODELS")  # of data that a study takes if it is set
-# Whose versions may move a number, where a study has imported them.
-PACKAGES = (
-    *("numpy", "scipy", "sklearn", "mujoco", "cma", "coacd", "gymnasium", "gymnasium_robotics"),
-    *("gym_pusht", "robosuite", "dm_control", "pybullet"),
-)
-NAMES = {"sklearn": "scikit-learn", "gymnasium_robotics": "gymnasium-robotics"}
 BLOCK = re.compile(
     r"<!-- made: (?P<name>\S+)\n(?P<head>.*?)\n-->\n(?P<body>.*?)<!-- end: (?P=name) -->", re.DOTALL
 )
@@ -80,8 +73,11 @@ class Head:
     packages: str = ""
 
     @classmethod
-    def of_today(cls, command: str, *, improved: bool, seed: object = "") -> Head:
-        """That of a command which begins now."""
+    def of_today(
+        cls, command: str, *, improved: bool, seed: object = "", packages: Sequence[str] = ()
+    ) -> Head:
+        """That of a command which begins now; of the packages those that are installed."""
+        names = [name for name in ("numpy", "scipy", *packages) if _is_installed(name)]
         return cls(
             command,
             version("energymargin"),
@@ -90,6 +86,7 @@ class Head:
             seed=str(seed),
             data=", ".join(name for name in FOLDERS if os.environ.get(name)),
             machine=f"{os.cpu_count()} cores, {platform.machine()}",
+            packages=", ".join(f"{name} {version(name)}" for name in names),
         )
 
     @classmethod
@@ -115,12 +112,6 @@ class Head:
         """Whether the engine of today gives other bits."""
         return self.bits != bits(improved=improved)
 
-    def finished(self) -> dict[str, str]:
-        """What is known at the end only, as `dataclasses.replace` takes it."""
-        found = [NAMES.get(name, name) for name in PACKAGES if name in sys.modules]
-        packages = ", ".join(f"{name} {version(name)}" for name in found)
-        return {"date": date.today().isoformat(), "packages": packages}
-
     def sentence(self) -> str:
         """For readers."""
         day = date.fromisoformat(self.date)
@@ -130,6 +121,13 @@ class Head:
         more += [word for word in (self.machine, self.packages) if word]
         made = f"`{self.command}`, version {self.version}, {day.day} {day:%B %Y}"
         return "; ".join([made, *more]) + "."
+
+
+def _is_installed(name: str) -> bool:
+    try:
+        return bool(version(name))
+    except PackageNotFoundError:
+        return False
 
 
 class Block(NamedTuple):

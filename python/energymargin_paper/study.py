@@ -62,6 +62,8 @@ class Study(ABC, Generic[SettingsT, ResultT]):
     """Whether it takes a number of threads."""
     improved: bool = False
     """Whether efforts of the improved search are in it, which may move alone."""
+    packages: tuple[str, ...] = ()
+    """Whose versions may move a number, beside numpy and scipy."""
 
     @property
     def stem(self) -> str:

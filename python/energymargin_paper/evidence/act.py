@@ -162,6 +162,7 @@ class ActStudy(Study[Settings, Acted]):
     title, unit = "Acting", "jobs"
     settings = Settings()
     quick = Settings(worlds=10, budget=400_000)
+    packages = ("mujoco", "cma")
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Acted:
         """Chooses all plans, one after the other, and then tries them."""

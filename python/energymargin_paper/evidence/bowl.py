@@ -179,6 +179,7 @@ class BowlStudy(Study[Settings, Bowl]):
     title, unit = "Searching ways out of the bowl", "searches"
     settings = Settings()
     quick = Settings(samples=500, seeds=2)
+    packages = ("coacd",)
     resumes = threaded = False
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Bowl:

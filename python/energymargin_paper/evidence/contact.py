@@ -168,6 +168,7 @@ class ContactStudy(Study[Settings, Contact]):
     title, unit = "Touching", "scenes"
     settings = Settings()
     quick = Settings(percent=4, grasps=4)
+    packages = ("mujoco",)
     improved = True
 
     def compute(

@@ -257,6 +257,7 @@ class EnginesStudy(Study[Settings, Engines]):
     title, unit = "Playing in MuJoCo", "trajectories"
     settings = Settings()
     quick = Settings(trajectories=1, nodes=100, rollouts=2, parts=2)
+    packages = ("mujoco",)
     improved = True
 
     def compute(

@@ -236,6 +236,7 @@ class FilterStudy(Study[Settings, Filtered]):
     title, unit = "Pushing", "episodes"
     settings = Settings()
     quick = Settings(episodes=10)
+    packages = ("gymnasium",)
     threaded = False
 
     def compute(

@@ -330,6 +330,7 @@ class ForesightStudy(Study[Settings, Foresight]):
     title, unit = "Foreseeing", "states"
     settings = Settings()
     quick = Settings(trajectories=8, nodes=20, rollouts=8, fresh=16, continuations=8)
+    packages = ("scikit-learn",)
 
     def compute(
         self, settings: Settings, folder: Path, threads: int, progress: Progress

@@ -305,6 +305,7 @@ class GuardStudy(Study[Settings, Guarded]):
     title, unit = "Pushing", "episodes"
     settings = Settings()
     quick = Settings(episodes=10)
+    packages = ("gymnasium",)
     threaded = False
 
     def compute(

@@ -217,6 +217,7 @@ class LeastEffortsStudy(Study[Settings, LeastEfforts]):
     title, unit = "Searching ways out", "searches"
     settings = Settings()
     quick = Settings(tasks=("topple",), states=1, rollouts=1500, nodes=300, seeds=1, answer_seeds=1)
+    packages = ("cma",)
     improved = True
 
     def compute(

@@ -145,6 +145,7 @@ class ModelsStudy(Study[Settings, Models]):
     title, unit = "Loading", "files"
     settings = Settings()
     quick = Settings(every=10)
+    packages = ("mujoco", "robosuite", "gymnasium-robotics", "dm_control", "pybullet")
     resumes = threaded = False
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Models:

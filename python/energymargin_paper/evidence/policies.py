@@ -149,6 +149,7 @@ class PoliciesStudy(Study[Settings, Looped]):
     title, unit = "Closing loops", "cases"
     settings = Settings()
     quick = Settings(rollouts=4, worlds=4, episodes=4, questions=6)
+    packages = ("mujoco", "gymnasium-robotics", "gym-pusht")
     improved = True
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Looped:

@@ -453,6 +453,7 @@ class PublishedStudy(Study[Settings, Published]):
     title, unit = "Scoring", "states"
     settings = Settings()
     quick = Settings(nodes=20, rollouts=8, every=10)
+    packages = ("scikit-learn", "coacd")
 
     def compute(
         self, settings: Settings, folder: Path, threads: int, progress: Progress

@@ -217,6 +217,7 @@ class Table2Study(Study[Settings, Table2]):
     title, unit = "Scoring", "states"
     settings = Settings()
     quick = Settings(combinations=("rectangle-jaw", "rectangle-round"), nodes=10)
+    packages = ("coacd",)
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Table2:
         """Scores what the folder's store lacks. Raises ValueError on a store that is none."""
