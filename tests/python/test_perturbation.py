@@ -215,4 +215,4 @@ def test_beliefs_regain_some_of_what_errors_cost_and_go_on_from_a_stop(tmp_path)
     again = perturbation.STUDY.reproduce(settings, tmp_path, threads=1)
     assert again.to_csv() == done.to_csv()
     names = [name for name, _ in perturbation.STUDY.figures(done)]
-    assert names == ["perturbation.png", "perturbation_belief.png"]
+    assert names == ["perturbation_belief.png"]
