@@ -218,6 +218,13 @@ void def_copies(ProblemClass& type) {
   type.def("with_state", &with_state, py::arg("state"),
            "The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint "
            "that is beyond its limits.")
+      .def(
+          "with_step",
+          [](const Problem& problem, const Given<double>& step) { return with_step(problem, given("step", step)); },
+          py::arg("step"),
+          "The same question in a simulation with another step [s]; a plan with shorter rows has the means of their "
+          "wrenches and velocities, and their last targets. em.longest_step finds how long it may be. Raises "
+          "ValueError where a time is not whole steps of this length, or a spring is too stiff for it.")
       .def("edge_start", &edge_start, py::arg("node"),
            "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector "
            "at its velocity of the start state.");

@@ -99,6 +99,7 @@ if typing.TYPE_CHECKING:
         score as score,
     )
     from energymargin.searches import SearchSettings as SearchSettings
+    from energymargin.steps import longest_step as longest_step
     from energymargin.surrogates import Surrogate as Surrogate
 
     __version__: str
@@ -123,6 +124,7 @@ NAMES = {
     "policies": ["Policy"],
     "scoring": ["ScoreError", "ScoreTable", "score"],
     "searches": ["SearchSettings"],
+    "steps": ["longest_step"],
     "surrogates": ["Surrogate"],
 }
 HOMES = {name: module for module, names in NAMES.items() for name in names}

@@ -69,6 +69,10 @@ Plan with_feedback(Plan plan, Feedback feedback);
 //! The same plan with a row for each step [s] of a scene: each row begins at the step that is nearest to its time.
 Plan fine_rows(const Plan& plan, double step);
 
+//! The same plan with a row for each step [s] of a scene, which is longer than the plan's: the means of the wrenches
+//! and velocities in it, and the last targets.
+Plan coarse_rows(const Plan& plan, double step);
+
 //! What is left of a plan after `done` steps [s] of a scene, and of its feedback, which remembers `memory` then. Rows
 //! stay as they are where one begins there, and otherwise have the scene's step. Throws std::invalid_argument if
 //! nothing is.

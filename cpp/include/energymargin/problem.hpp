@@ -75,6 +75,10 @@ bool asks_for_force(const Region& region);
 //! scene, and a start in which a moving body is deeper in another than half of the smaller one's smallest half extent.
 void validate(const Problem& problem);
 
+//! The same question in a simulation with another step [s]; a plan with shorter rows has their means. Throws
+//! std::invalid_argument where a time is not whole steps of this length, or a spring is too stiff for it.
+Problem with_step(const Problem& problem, double step);
+
 //! The world of a problem: with its plan, if it has one. Its steps are so many `parts` of the problem's.
 World world_of(const Problem& problem, int parts = 1);
 

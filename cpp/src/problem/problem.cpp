@@ -171,6 +171,16 @@ const Region& capture_set(const Problem& problem, Captured captured) {
   return *problem.captured_any;
 }
 
+Problem with_step(const Problem& problem, double step) {
+  Problem copy = problem;
+  Stepping stepping = problem.scene.stepping();
+  stepping.step = step;
+  copy.scene = problem.scene.with_stepping(stepping);
+  if (copy.plan && copy.plan->step < step) copy.plan = coarse_rows(*copy.plan, step);
+  validate(copy);
+  return copy;
+}
+
 World world_of(const Problem& problem, int parts) {
   Stepping stepping = problem.scene.stepping();
   if (parts > 1) stepping.step /= parts;

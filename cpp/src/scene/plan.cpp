@@ -61,6 +61,20 @@ Wrenches constant_twist(const BodyState& state, int rows, double step) {
   return velocities;
 }
 
+// The first of the rows of a step, of which there are so many in each.
+Eigen::Index first_of(Eigen::Index step, double each) {
+  return static_cast<Eigen::Index>(std::floor(static_cast<double>(step) * each + 0.5 + rounding));
+}
+
+template <typename OfRows, typename OfTargets>
+Plan with_rows(Plan plan, double step, const OfRows& of_rows, const OfTargets& of_targets) {
+  plan.step = step;
+  for (Drive& drive : plan.wrenches) drive.wrenches = of_rows(drive.wrenches);
+  for (Targets& targets : plan.targets) targets.positions = of_targets(targets.positions);
+  for (Servo& servo : plan.velocities) servo.velocities = of_rows(servo.velocities);
+  return plan;
+}
+
 }  // namespace
 
 int Plan::rows() const {
@@ -135,23 +149,34 @@ Servo with_default_limits(const Scene& scene, Servo servo) {
 }
 
 Plan fine_rows(const Plan& plan, double step) {
-  const double steps = plan.step / step;
-  const auto first = [steps](Eigen::Index row) {
-    return static_cast<Eigen::Index>(std::floor(static_cast<double>(row) * steps + 0.5 + rounding));
-  };
-  const auto fine = [first](const auto& rows) {
-    std::decay_t<decltype(rows)> result(first(rows.rows()), rows.cols());
+  const auto fine = [each = plan.step / step](const auto& rows) {
+    std::decay_t<decltype(rows)> result(first_of(rows.rows(), each), rows.cols());
     for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-      for (Eigen::Index i = first(row); i < first(row + 1); ++i) result.row(i) = rows.row(row);
+      for (Eigen::Index i = first_of(row, each); i < first_of(row + 1, each); ++i) result.row(i) = rows.row(row);
     }
     return result;
   };
-  Plan result = plan;
-  result.step = step;
-  for (Drive& drive : result.wrenches) drive.wrenches = fine(drive.wrenches);
-  for (Targets& targets : result.targets) targets.positions = fine(targets.positions);
-  for (Servo& servo : result.velocities) servo.velocities = fine(servo.velocities);
-  return result;
+  return with_rows(plan, step, fine, fine);
+}
+
+Plan coarse_rows(const Plan& plan, double step) {
+  const double each = step / plan.step;
+  const auto count = std::max<Eigen::Index>(1, std::lround(plan.rows() / each));
+  const auto end = [&](Eigen::Index i) { return i + 1 < count ? first_of(i + 1, each) : Eigen::Index{plan.rows()}; };
+  const auto means = [&](const auto& rows) {
+    std::decay_t<decltype(rows)> result(count, rows.cols());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Eigen::Index first = first_of(i, each);
+      result.row(i) = rows.middleRows(first, end(i) - first).colwise().mean();
+    }
+    return result;
+  };
+  const auto ends = [&](const auto& rows) {
+    std::decay_t<decltype(rows)> result(count, rows.cols());
+    for (Eigen::Index i = 0; i < count; ++i) result.row(i) = rows.row(end(i) - 1);
+    return result;
+  };
+  return with_rows(plan, step, means, ends);
 }
 
 Plan rest_of(const Plan& plan, int done, double step, const Eigen::VectorXd& memory) {

@@ -71,6 +71,8 @@ Scene Scene::with_stepping(const Stepping& stepping) const {
   validate(stepping);
   Scene scene = *this;
   scene.stepping_ = stepping;
+  scene.springs_.clear();
+  for (const Spring& spring : springs_) scene.add_spring(spring);  // which may be too stiff for a longer step
   if (stepping.margin != stepping_.margin) {
     for (auto& constants : scene.constants_) constants = std::make_shared<BodyConstants>(*constants);
   }

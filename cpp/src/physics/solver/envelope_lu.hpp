@@ -29,10 +29,14 @@ class EnvelopeLu {
 
  private:
   bool factor_usual();
+  bool invert_pivot(int i);
+  int end_of_block(int begin) const;
+  bool eliminate_block(int begin, int end, int last, int i);
 
   std::vector<double> values_, inverses_;  // entries or factors, and 1 / pivots
   std::vector<std::ptrdiff_t> begins_;     // of the rows, as if they had a column 0
   std::vector<int> first_, last_;          // columns of each row
+  std::vector<char> starts_;               // whether a row's columns start there
 };
 
 }  // namespace energymargin

@@ -157,61 +157,63 @@ void NewtonSolver::assemble(const Island& island) {
   }
 }
 
-// Adds J' slope J, side by side.
-template <typename Add>
-void NewtonSolver::add_blocks(const RowSides& sides, const Add& add) {
-  if (sides.a >= 0) add(sides.a, sides.of_a, sides.a, sides.of_a);
-  if (sides.b < 0) return;
-  add(sides.b, sides.of_b, sides.b, sides.of_b);
-  if (sides.a < 0) return;
-  add(sides.a, sides.of_a, sides.b, sides.of_b);
-  add(sides.b, sides.of_b, sides.a, sides.of_a);
+// Calls visit(mover, rows) for the sides.
+template <typename Visit>
+void NewtonSolver::for_each_mover(const RowSides& sides, const Visit& visit) {
+  if (sides.a >= 0) visit(sides.a, numbers_.data() + sides.of_a);
+  if (sides.b >= 0) visit(sides.b, numbers_.data() + sides.of_b);
 }
 
+// Adds J' slope J, side by side.
 void NewtonSolver::add_contact_block(const ContactRows& rows) {
-  add_blocks(rows, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
-    const Mover& from = mover(left);
-    const Mover& to = mover(right);
-    const double* const along = numbers_.data() + of_left;
-    const double* const jacobian = numbers_.data() + of_right;
-    const auto count = static_cast<std::size_t>(rows.law.rows);
-    if (count == usual_rows) {
-      changes_.resize(usual_rows * static_cast<std::size_t>(to.count));
-      const auto add = [&](int columns) {
-        answer_contact(rows.response, jacobian, columns, changes_.data());
-        for (int i = 0; i < from.count; ++i) {
-          add_contact_row(along + i, from.count, changes_.data(), columns,
-                          matrix_.row(islands_.row(left) + i) + islands_.row(right));
-        }
+  for_each_mover(rows, [&](int right, const double* jacobian) {
+    const int columns = count(right);
+    const auto row_count = static_cast<std::size_t>(rows.law.rows);
+    changes_.resize(row_count * static_cast<std::size_t>(columns));
+    double* const answer = changes_.data();
+    if (row_count == usual_rows) {
+      const auto add = [&](int of_right) {
+        answer_contact(rows.response, jacobian, of_right, answer);
+        for_each_mover(rows, [&](int left, const double* along) {
+          const int of_left = count(left);
+          for (int i = 0; i < of_left; ++i) {
+            add_contact_row(along + i, of_left, answer, of_right,
+                            matrix_.row(islands_.row(left) + i) + islands_.row(right));
+          }
+        });
       };
-      return to.count == usual_count ? add(usual_count) : add(to.count);
+      return columns == usual_count ? add(usual_count) : add(columns);
     }
-    for (std::size_t row = 0; row < count; ++row) {
-      changes_.assign(static_cast<std::size_t>(to.count), 0.0);
-      for (std::size_t k = 0; k < count; ++k) {
+    std::fill(changes_.begin(), changes_.end(), 0.0);
+    for (std::size_t row = 0; row < row_count; ++row) {
+      for (std::size_t k = 0; k < row_count; ++k) {
         const double slope = rows.response.slope[row][k];
-        const double* const of_row = jacobian + k * static_cast<std::size_t>(to.count);
-        if (slope != 0.0) add_multiple(slope, of_row, to.count, changes_.data());
-      }
-      for (int i = 0; i < from.count; ++i) {
-        const double factor = along[row * static_cast<std::size_t>(from.count) + static_cast<std::size_t>(i)];
-        if (factor != 0.0)
-          add_multiple(factor, changes_.data(), to.count, matrix_.row(islands_.row(left) + i) + islands_.row(right));
+        const std::size_t width = static_cast<std::size_t>(columns);
+        if (slope != 0.0) add_multiple(slope, jacobian + k * width, columns, answer + row * width);
       }
     }
+    for_each_mover(rows, [&](int left, const double* along) {
+      for (int row = 0; row < rows.law.rows; ++row) {
+        for (int i = 0; i < count(left); ++i) {
+          const double factor = along[row * count(left) + i];
+          if (factor == 0.0) continue;
+          add_multiple(factor, answer + row * columns, columns,
+                       matrix_.row(islands_.row(left) + i) + islands_.row(right));
+        }
+      }
+    });
   });
 }
 
 void NewtonSolver::add_limited_block(const LimitedRow& row) {
-  add_blocks(row, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
-    const Mover& from = mover(left);
-    const Mover& to = mover(right);
-    const double* const along = numbers_.data() + of_left;
-    for (int i = 0; i < from.count; ++i) {
-      if (along[i] == 0.0) continue;
-      add_multiple(row.slope * along[i], numbers_.data() + of_right, to.count,
-                   matrix_.row(islands_.row(left) + i) + islands_.row(right));
-    }
+  for_each_mover(row, [&](int right, const double* jacobian) {
+    for_each_mover(row, [&](int left, const double* along) {
+      for (int i = 0; i < count(left); ++i) {
+        if (along[i] == 0.0) continue;
+        add_multiple(row.slope * along[i], jacobian, count(right),
+                     matrix_.row(islands_.row(left) + i) + islands_.row(right));
+      }
+    });
   });
 }
 

@@ -46,9 +46,14 @@ bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
     for (const std::size_t k : island.contacts) contacts_[k].impulse = contacts_[k].response.impulse;
     for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_of_miss();
     if (solved) balance(island);  // what is left of an error would be blown up
-    recover(island);
   }
   return converged;
+}
+
+void NewtonSolver::recover() {
+  for (std::size_t i = 0; i < islands_.count(); ++i) {
+    if (!islands_[i].free()) recover(islands_[i]);
+  }
 }
 
 // Copies numbers of the island's velocities.

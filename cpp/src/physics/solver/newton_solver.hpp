@@ -23,6 +23,9 @@ class NewtonSolver : public VelocitySystem {
   //! `again`: for other targets of the same rows.
   bool solve(int iterations, double tolerance, bool again = false);
 
+  //! Finds what moves bodies out of each other, beside the velocities of the last `solve`.
+  void recover();
+
   //! Iterations of the last `solve`, of all islands.
   int iterations() const { return iterations_; }
 
@@ -40,8 +43,8 @@ class NewtonSolver : public VelocitySystem {
   void take_swept(const Island& island);
   bool find_direction(const Island& island);
   void assemble(const Island& island);
-  template <typename Add>
-  void add_blocks(const RowSides& sides, const Add& add);
+  template <typename Visit>
+  void for_each_mover(const RowSides& sides, const Visit& visit);
   void add_contact_block(const ContactRows& rows);
   void add_limited_block(const LimitedRow& row);
   void add_step(const Island& island, double length);

@@ -58,6 +58,7 @@ bool StepEquations::solve(const Substep& substep) {
     converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
     set_all(substep.duration);
   }
+  solver_.recover();
   add_recovery();
   return converged;
 }
