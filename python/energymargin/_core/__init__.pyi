@@ -1479,6 +1479,10 @@ class Problem:
         """
         The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint that is beyond its limits.
         """
+    def with_step(self, step: float) -> Problem:
+        """
+        The same question in a simulation with another step [s]; a plan with shorter rows has the means of their wrenches and velocities, and their last targets. em.longest_step finds how long it may be. Raises ValueError where a time is not whole steps of this length, or a spring is too stiff for it.
+        """
     @property
     def captured(self) -> Region:
         """
