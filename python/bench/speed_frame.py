@@ -12,6 +12,7 @@ from statistics import median
 import numpy as np
 
 import energymargin as em
+from energymargin.steps import StepChoice
 from energymargin_paper.evidence.ceiling import scripted
 from energymargin_paper.evidence.foresight import OBJECTS, STRENGTH
 from measurements import FRAMES, Settings, Tell, digits, in_turns
@@ -21,6 +22,7 @@ __all__ = ["SOON", "Frames", "measure_frames"]
 
 SOON = 0.5  # s
 THREADS = (1, 2)
+PAIRS = 10  # times the rollouts, for the choice of a step
 AHEAD = 5  # frames of a recording, as far as the foresight table looks
 PAGE = Path(__file__).parents[2] / "docs" / "results" / "foresight.md"
 COLUMN = "probability, script"  # of its first table of results, which has no push-real
@@ -41,6 +43,25 @@ class Frame:
         return tuple(median(clock[threads]) for threads in THREADS for clock in clocks)
 
 
+@dataclass(frozen=True)
+class Longer:
+    """A task's frames with the longest step that answers as a quarter of the usual one."""
+
+    choice: StepChoice
+    frames: tuple[Frame, ...]
+
+    def row(self, task: str, usual: Sequence[Frame]) -> list[str]:
+        """A row of a table."""
+        with_it, without = (
+            median(median(frame.wall[1]) for frame in of) for of in (self.frames, usual)
+        )
+        held = next(each for each in self.choice.tried if each.step == self.choice.step)
+        ends = "{:+.3f} to {:+.3f}".format(*held.interval()) if self.choice.settled else ""
+        worst = f"{abs(held.differences).max():.3f}"
+        step = f"1/{1 / self.choice.step:.0f}"
+        return [task, step, ends, worst, digits(1e3 * with_it), f"{with_it / without:.2f}"]
+
+
 @dataclass
 class Frames:
     """What there is so far."""
@@ -48,6 +69,8 @@ class Frames:
     settings: Settings
     soon: dict[str, list[Frame]] = field(default_factory=dict)
     """By task: over the next half second."""
+    longer: dict[str, Longer] = field(default_factory=dict)
+    """The same with a longer step."""
     ahead: dict[str, list[Frame]] = field(default_factory=dict)
     """Over the next five frames of the recording."""
     horizons: dict[str, float] = field(default_factory=dict)
@@ -72,6 +95,12 @@ class Frames:
         headers = ["wall, 1 [ms]", "CPU, 1 [ms]", "wall, 2 [ms]", "CPU, 2 [ms]", "steps"]
         yield f"Over {SOON:g} s:\n"
         yield markdown(["task", *headers], [row(task, of) for task, of in self.soon.items() if of])
+        yield "The same with the step of `em.longest_step` (`error=0.02`) for these states:\n"
+        heads = ["step [s]", "difference", "at worst", "wall, 1 [ms]", "of the usual"]
+        yield markdown(
+            ["task", *heads],
+            [longer.row(task, self.soon[task]) for task, longer in self.longer.items()],
+        )
         yield "Over five frames, with the AUC/AP of that page over as many (topple four):\n"
         known = foreseen(PAGE.read_text())
         rows = [
@@ -107,6 +136,7 @@ def measure_frames(frames: Frames, tell: Tell) -> None:
             task, trajectories=2 * settings.states, frames=FRAMES, seed=0
         )
         soon, ahead = frames.soon.setdefault(task, []), frames.ahead.setdefault(task, [])
+        problems: list[em.Problem] = []
         for number, (t, k) in enumerate(captured_states(dataset, settings.states), 1):
             tell(f"{task}: frame {number} of {settings.states}")
             trajectory = dataset.trajectories[t]
@@ -118,6 +148,10 @@ def measure_frames(frames: Frames, tell: Tell) -> None:
                 now = float(trajectory.times[k])
                 problem = robot.future(trajectory.states[k], now, trajectory.params, whole)
                 results.append(frame_of(problem, settings))
+                if results is soon:
+                    problems.append(problem)
+        tell(f"{task}: longer steps")
+        frames.longer[task] = longer_of(problems, settings)
 
 
 def captured_states(dataset: em.datasets.Dataset, count: int) -> list[tuple[int, int]]:
@@ -131,12 +165,28 @@ def captured_states(dataset: em.datasets.Dataset, count: int) -> list[tuple[int,
     return [states[i] for i in np.linspace(0, len(states) - 1, count).astype(int)]
 
 
+def disturbance_of(problem: em.Problem) -> em.disturbances.Uniform:
+    """That of the foresight table."""
+    objects = sum(body.role == "object" for body in problem.scene.bodies)
+    return em.disturbances.Uniform(strength=STRENGTH, objects=min(OBJECTS, objects))
+
+
+def longer_of(problems: Sequence[em.Problem], settings: Settings) -> Longer:
+    """The longest step, and what a probability takes with it."""
+    choice = em.longest_step(
+        problems, disturbance=disturbance_of(problems[0]), rollouts=PAIRS * settings.rollouts
+    )
+    with_it = [problem.with_step(choice.step) for problem in problems]
+    return Longer(choice, tuple(frame_of(problem, settings) for problem in with_it))
+
+
 def frame_of(problem: em.Problem, settings: Settings) -> Frame:
     """What one probability takes."""
-    objects = sum(body.role == "object" for body in problem.scene.bodies)
-    disturbance = em.disturbances.Uniform(strength=STRENGTH, objects=min(OBJECTS, objects))
     ask = partial(
-        em.capture_probability, problem, disturbance=disturbance, rollouts=settings.rollouts
+        em.capture_probability,
+        problem,
+        disturbance=disturbance_of(problem),
+        rollouts=settings.rollouts,
     )
     cpu: dict[int, list[float]] = {threads: [] for threads in THREADS}
 
