@@ -86,22 +86,27 @@ def make(
     """
     require_own_folder(folder, overwrite=overwrite)
     try:
-        with study.bar() as progress, _headed(study, settings, folder):
-            result = study.reproduce(settings, folder, threads=threads, progress=progress)
+        with _headed(study, settings, folder):
+            with study.bar() as progress:
+                result = study.reproduce(settings, folder, threads=threads, progress=progress)
+            study.show(result)
+            _draw(study, result, folder)
     except KeyboardInterrupt:
         if study.resumes:
             kept = f"What is done is kept in {escape(str(folder))}"
             say(f"{kept}; the same command goes on from there.")
         raise
-    study.show(result)
+    files = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
+    shown = ", ".join(name for name in files if name != MARK)
+    say(f"In {escape(str(folder))}/: {escape(shown)}")
+
+
+def _draw(study: Study[Any, Any], result: Any, folder: Path) -> None:
     try:
         for name, figure in study.figures(result):
             figure.savefig(folder / name)
     except ImportError as error:
         say(f"No picture, which needs pip install 'energymargin[plots]': {escape(str(error))}")
-    files = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
-    shown = ", ".join(name for name in files if name != MARK)
-    say(f"In {escape(str(folder))}/: {escape(shown)}")
 
 
 @contextmanager
