@@ -64,7 +64,6 @@ def main(
     if isinstance(memory, Memory) and memory.scored:
         pictures = [out / "memory.png"]
         picture(memory, pictures[0])
-        text += "\n![Resident memory while states are scored](memory.png)\n"
     shown = None if interrupted or quick else pages
     write(out / "scale.md", text, "bench-scale", shown, *pictures)
     if interrupted:

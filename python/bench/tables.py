@@ -46,7 +46,9 @@ def write(out: Path | None, text: str, target: str, pages: Path | None, *picture
     compared = ("mujoco", "pybullet", "dask")
     head = Head.of_today(f"make {target}{given}", improved=False, packages=compared)
     head = replace(head, date=date.today().isoformat())
-    name, body = "-".join([target, *parts]), re.sub(r"\A# .*\n+", "", text)
+    shown = [f"![{picture.stem}]({picture.name})" for picture in pictures]
+    body = "\n\n".join([re.sub(r"\A# .*\n+", "", text).strip(), *shown])
+    name = "-".join([target, *parts])
     for page in sorted(pages.rglob("*.md")):
         if write_block(page, name, head, body):
             for picture in pictures:

@@ -155,7 +155,8 @@ def test_an_episode_is_the_longest_time_in_which_it_is_captured() -> None:
         (("--trajectories", 0), "trajectories is 0"),
         (("--false-alarms", 1), "false_alarms is 1, expected a number between 0 and 1"),
         (("--lead", 0), "lead is 0"),
-        (("--data", "."), "has no published data"),
+        (("--tasks", "recordings", "--data", "."), "has no published data"),
+        (("--data", "."), "data has the recordings"),
     ],
 )
 def test_bad_settings_are_refused(words: tuple, message: str, tmp_path: Path) -> None:
