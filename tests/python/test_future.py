@@ -452,9 +452,10 @@ def test_by_default_it_asks_ahead_beside_the_paper_s_scores_and_says_which_state
     done = command("score", "topple.h5", "-o", "all.db", *options, cwd=folder)
     asked = "(horizon 3 frames, plan hold, check 0.05 s, dwell 0.1 s)"  # of four that there are
     assert done.returncode == 0 and asked in done.stderr, done.stderr
+    assert em.datasets.usual_future(datasets.load(folder / "topple.h5")) == Future(3, "script")
     assert set(scores(folder / "all.db", 1)) == {"probability", "effort/est"}
     assert set(scores(folder / "all.db", 2)) == PAPER
-    assert "least likely to stay so: probability" in done.stderr
+    assert "states captured now the least likely to stay is trajectory" in done.stderr
     table = " ".join(done.stdout.split())
     assert "of 8 states count" in table and "with fewer than 3 frames left" in table
     for words in ("probability", "capture", "now/effort/est", "force"):

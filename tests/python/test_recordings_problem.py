@@ -66,8 +66,10 @@ def test_the_commands_lead_from_a_recording_and_a_problem_to_a_table(folder):
     assert (
         "no script says what the robot is about to do: it goes on as it moves, --plan hold" in told
     )
-    times = em.datasets.load(folder / "P-recorded.h5").trajectories[0].times
-    assert f"horizon {round(0.5 / np.diff(times).mean())} frames, plan hold" in told
+    recorded = em.datasets.load(folder / "P-recorded.h5")
+    frames = round(0.5 / np.diff(recorded.trajectories[0].times).mean())
+    assert f"horizon {frames} frames, plan hold" in told
+    assert em.datasets.usual_future(recorded) == em.datasets.Future(frames, "hold")
 
 
 def test_states_are_those_of_the_recording_with_the_labels_of_the_problem_s_sets(folder):

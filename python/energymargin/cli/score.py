@@ -223,8 +223,8 @@ def _say_scored(run: Run, *, horizon: bool) -> None:
 
 
 def _show_question(path: Path, number: int) -> None:
-    """Of a run with a horizon what it foresaw, and the state that is likeliest to be lost; and the
-    command that comes next."""
+    """Of a run with a horizon what it foresaw, and the state that is least likely to stay captured;
+    and the command that comes next."""
     from energymargin.evaluation.table import tables_of
     from energymargin.store import ScoreStore
 
@@ -246,9 +246,7 @@ def _say_weakest(run: Run) -> None:
         least = min(held, key=lambda state: state.scores[place] or 0.0)
         where = f"trajectory {least.trajectory}, frame {least.frame}"
         share = f"probability {least.scores[place]:.3g}"
-        say(
-            f"Of {len(held)} states that are captured now, {where} is likeliest to be lost: {share}"
-        )
+        say(f"Of {len(held)} states captured now the least likely to stay is {where}: {share}")
 
 
 @contextmanager

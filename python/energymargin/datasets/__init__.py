@@ -3,5 +3,6 @@
 from energymargin.datasets.dataset import Dataset, load, open
 from energymargin.datasets.future import Future
 from energymargin.datasets.generation import generate
+from energymargin.datasets.question import usual_future
 
-__all__ = ["Dataset", "Future", "generate", "load", "open"]
+__all__ = ["Dataset", "Future", "generate", "load", "open", "usual_future"]

@@ -14,6 +14,18 @@ PLANS: tuple[Following | None, ...] = ("script", "hold", None)
 SAMPLE = 20  # states that tell whether a plan can be asked
 
 
+def usual_future(dataset: Dataset) -> Future:
+    """What `energymargin score` asks of a dataset's states by default: whether each stays captured
+    over the next frames of what its robot does.
+
+    Five frames, or as many as half a second has where they are closer together, but no more than
+    the longest trajectory has; the plan is the task's script, or "hold" where there is none. Raises
+    ValueError if each trajectory has one frame alone, or no plan can be asked.
+    """
+    frames = usual_frames(dataset)
+    return Future(frames, usual_plan(dataset, frames))
+
+
 def usual_frames(dataset: Dataset) -> int:
     """Frames to look ahead: FRAMES, or as many as SECONDS have, but no more than the longest
     trajectory has after its first. Raises ValueError if each has one alone."""
