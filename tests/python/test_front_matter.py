@@ -13,7 +13,7 @@ README = (ROOT / "README.md").read_text()
 PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 MOST_LINES = {"README.md": 130, "CONTRIBUTING.md": 120}
 WIDEST = 160  # characters
-SCREEN = 60  # lines
+SCREEN = 64  # lines
 # Those that Citation File Format 1.2.0 asks of every file, and of every reference.
 OF_CITATION = {"cff-version", "message", "title", "authors"}
 OF_REFERENCE = {"type", "title", "authors"}
