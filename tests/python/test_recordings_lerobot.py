@@ -147,6 +147,8 @@ def test_the_scores_of_an_import_become_columns_of_a_copy(folder):
     assert parquet.ParquetFile(first).num_row_groups == 2
     again = run_here(*export, cwd=folder)
     assert again.returncode == 2 and "scored exists" in again.stderr
+    twice = run_here(*export[:-3], "scored", "-o", "twice", cwd=folder)
+    assert twice.returncode == 2 and "has energymargin.probability already" in twice.stderr
 
 
 def test_frames_that_were_left_out_of_the_import_have_no_score(folder):

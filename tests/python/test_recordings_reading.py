@@ -323,6 +323,15 @@ def test_a_mapping_that_fits_another_file_is_refused(path):
     assert without.frames.tolist() == list(range(100))
 
 
+def test_a_float_in_the_mapping_is_the_value_in_each_row_in_its_unit(path):
+    write(path, poses_of(push()))
+    names = dict(zip(["time", *POSES], ["time", *POSES], strict=True))
+    round_tool = {"columns": {**names, "effector_yaw": 90.0}, "units": {"angle": "deg"}}
+    assert np.allclose(read_csv(path, round_tool).effector.poses[:, 2], np.pi / 2)
+    with pytest.raises(ValueError, match=r"columns has 0\.5 for 'time', expected a name"):
+        read_csv(path, {"columns": {**names, "time": 0.5}})
+
+
 @pytest.mark.parametrize("name", ["longest_gap", "least_jump", "least_turn", "smoothing"])
 def test_wrong_arguments_are_named(path, name):
     write(path, push())

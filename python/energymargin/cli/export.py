@@ -54,7 +54,8 @@ def export(
         from energymargin import plots
 
         number = plots.write_rerun(scores, beside, output, trajectory=trajectory, run=run)
-        say(f"Wrote trajectory {number} to {escape(str(output))}. Next: [bold]rerun {output}[/]")
+        written = escape(str(output))
+        say(f"Wrote trajectory {number} to {written}. Next: [bold]rerun {written}[/]")
         return
     require_beside("lerobot", lerobot, data=data, trajectory=trajectory)
     with store.ScoreStore(scores) as opened:

@@ -137,11 +137,6 @@ class Run(Summarized):
         )
         return [number for (number,) in rows]
 
-    @property
-    def is_only(self) -> bool:
-        """Whether its store has no other run."""
-        return bool(self.store.value("SELECT count(*) FROM runs") == 1)
-
     def pose(self, digests: Mapping[int, bytes]) -> dict[int, tuple[str, ...]]:
         """Says which problems some states make, by their numbers; returns the metrics that each
         lacks in the store."""
