@@ -69,7 +69,7 @@ PIECES = tuple(
             Piece("audit", 0.9),
             Piece("closed-forms", 12),
             Piece("bounds", 6),
-            Piece("least-efforts", 200, changes={"answer_seeds": 20}),
+            Piece("least-efforts", 165, changes={"answer_seeds": 20}),
             Piece("contact", 10, changes={"seed": 1000}),
             Piece("rare", 15),
             Piece("models", 6),
