@@ -249,3 +249,22 @@ def test_a_score_that_is_no_number_is_an_error_of_its_state(topple, tmp_path):
     with pytest.raises(em.ScoreError, match=r"1 of 3 .*problem 0: no score of force"):
         score_dataset(replace(topple, trajectories=[broken]), tmp_path / "s.db", ["force"])
     assert np.isnan(scores(tmp_path / "s.db")["force"]).tolist() == [True, False, False]
+
+
+def test_a_run_with_a_horizon_has_beside_it_the_one_of_the_states_as_they_are(topple, tmp_path):
+    path, ahead = tmp_path / "s.db", datasets.Future(1)
+    settings = SearchSettings(nodes=2, rollouts=2)
+    score_dataset(topple, path, ["effort/est"], settings=settings, future=ahead)
+    with ScoreStore(path) as store:
+        assert store.beside(store.run()) is None
+    score_dataset(topple, path, ["effort/est"], settings=settings)
+    with ScoreStore(path) as store:
+        assert store.run().number == 1 and store.beside(store.run()).number == 2
+        assert store.beside(store.run(2)) is None
+        assert set(store.scores(store.run())) == {"effort/est", "now/effort/est"}
+    for metrics, nodes in ((["force", "effort/est"], 2), (["force"], 2), (None, 3)):
+        score_dataset(topple, path, metrics, settings=replace(settings, nodes=nodes))
+    with ScoreStore(path) as store:
+        assert store.beside(store.run(1)).metrics == ("effort/est", "force")
+        with pytest.raises(ValueError, match="has 5 runs, choose one by its number"):
+            store.run()

@@ -29,11 +29,12 @@ BAND = (0.1, 0.9)  # quantiles of the particles of a belief
 MARKED = 80  # frames; the line of a longer trajectory has no marks
 
 Scores = LabelledScores | Run | ScoreStore | str | os.PathLike[str]
-"""Scores with their labels: in memory, of a run, or of the only run of a file, by its path too."""
+"""Scores with their labels: in memory, of a run, or of a file, by its path too, whose run is that
+of `ScoreStore.run`."""
 
 
 def labelled_scores(scores: Scores) -> LabelledScores:
-    """What there is; ValueError if it is none of these, or a file that has not just one run."""
+    """What there is; ValueError if it is none of these, or a file of several runs."""
     if isinstance(scores, (str, os.PathLike)):
         with ScoreStore(scores) as store:
             return labelled_scores(store)

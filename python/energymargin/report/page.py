@@ -96,7 +96,7 @@ def write(
     Args:
         scores: the file of scores.
         output: the page, a path that ends in .html or .htm.
-        run: the number of the run. None takes the only one.
+        run: as of `ScoreStore.run`.
         options: None is Options().
         data: the dataset of the run, for times and pictures. None takes the one beside the scores
             (push.h5 of push-scores.db); without a dataset the page notes what is missing.

@@ -104,8 +104,8 @@ class Data(Closing):
 
 
 def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
-    """A run of a file of scores; None is the only one. Raises what ScoreStore does, and ValueError
-    if there is no run, or `number` is no whole number."""
+    """A run of a file of scores, as of `ScoreStore.run`. Raises what that does, and ValueError if
+    there is no run, or `number` is no whole number."""
     path = Path(path)
     with ScoreStore(path) as store:
         if not store.runs():

@@ -55,15 +55,17 @@ class ScoreStore(Database, Summarized):
 
     def beside(self, run: Run) -> Run | None:
         """The run about the states as they are that has the dataset and settings of this one, which
-        has a horizon; None if there is none."""
+        has a horizon; of several one that is up to date, with most metrics; None if there is
+        none."""
         known = {**run.settings, "search": None}
-        alike = (
+        alike = [
             other
             for other in self.runs()
             if (other.dataset, other.future) == (run.dataset, None)
             and {**other.settings, "search": None} == known
-        )
-        return None if run.future is None else next(alike, None)
+        ]
+        best = max(alike, key=lambda one: (one.up_to_date, len(one.metrics)), default=None)
+        return None if run.future is None else best
 
     def scores(self, run: Run) -> dict[str, NDArray[np.float64]]:
         """The scores of a run by metric, shape (N,), and those of the run `beside` it, with NOW
