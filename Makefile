@@ -49,7 +49,7 @@ SLOW := ^Planner/Fixture|ProblemSchema.KeyThat|ProblemSchema.ListOf|Splitting.Is
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
-.PHONY: demo test check-all docs sanitize fuzz bench bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel sdist deb clean
+.PHONY: demo test check-all docs sanitize fuzz bench bench-versions bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel sdist deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
@@ -81,6 +81,15 @@ fuzz: .venv/built build/asan/built
 bench: .venv/built
 	build/cpp/bench/energymargin_bench --benchmark_min_time=0.2
 	$(BIN)/python python/bench/speed.py --out out/speed.md $(BENCH)
+
+# Another commit beside this one: make bench-versions OLD=COMMIT
+bench-versions: .venv/built
+	@rm -rf build/old && mkdir -p build/old/source
+	@git archive $(OLD) | tar -x -C build/old/source
+	@$(PYTHON) -m venv build/old/venv
+	@echo "Building $(OLD): several minutes"
+	@build/old/venv/bin/python -m pip install -q build/old/source typer
+	$(BIN)/python python/bench/versions.py build/old/venv/bin/python $(BENCH)
 
 bench-scale: .venv/built
 	$(BIN)/python python/bench/scale.py $(BENCH)

@@ -218,6 +218,7 @@ TEST(NewtonSolver, RowsWithoutLimitsRecoverFromErrorsOfBothSigns) {
     row.softness = 1e-7 / 4.0;
     row.recovery = recovery;
     EXPECT_TRUE(solver.solve(50, to_rounding));
+    solver.recover();
     EXPECT_NEAR(solver.recovery(cart)[0], recovery, 1e-6);
     EXPECT_NEAR(velocities_of(solver, cart)[0], 0.0, 1e-6);
   }
@@ -345,6 +346,7 @@ TEST(NewtonSolver, RecoveryPartsBodiesBesideTheirVelocities) {
       stand_on(*solver, block, {side, 0.0}, 0.5).recovery = solver == &with ? 0.2 : 0.0;
     }
     ASSERT_TRUE(solver->solve(50, to_rounding));
+    solver->recover();
   }
   EXPECT_TRUE(same_bits(velocities_of(with, 0), velocities_of(without, 0)));
   EXPECT_EQ(without.recovery(0)[1], 0.0);  // what it gives way by is too little to move it back
@@ -358,6 +360,7 @@ TEST(NewtonSolver, WhatPressesIsMovedBackByWhatTheSoftnessGivesBeyondAMillimetre
   const int block = add_mover(solver, Eigen::Vector3d(2.0, 2.0, 0.01), Eigen::Vector3d(0.5, -10.0, 0.0));
   for (const double side : {-0.1, 0.1}) stand_on(solver, block, {side, 0.0}, 0.5);
   ASSERT_TRUE(solver.solve(50, to_rounding));
+  solver.recover();
   const Eigen::VectorXd found = velocities_of(solver, block);
   ASSERT_LT(found[1], -4e-3);
   ASSERT_GT(found[0], 1e-6);

@@ -137,3 +137,18 @@ def test_an_unknown_task_or_part_is_named(option, wrong):
     done = run(option, wrong)
     assert done.returncode != 0
     assert repr(wrong) in done.stderr
+
+
+def test_a_version_beside_itself_is_not_slower_and_answers_the_same():
+    script = SCRIPT.with_name("versions.py")
+    asked = ["--tasks", "push", "--states", "2", "--rounds", "1"]
+    done = subprocess.run(
+        [sys.executable, script, sys.executable, *asked],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=180,
+    )
+    assert done.returncode in (0, 1), done.stderr  # 1: a ratio of little time was above its bar
+    cells = done.stdout.splitlines()[2].split("|")
+    assert cells[1].strip() == "push" and float(cells[5]) == 0.0
