@@ -132,6 +132,10 @@ def everything(
     folder = output or Path("out", "all-quick" if quick else "all")
     if minutes is not None:
         positive_number("minutes", minutes)
+    if quick and pages is not None:
+        raise ValueError(
+            f"pages is {pages}, but --quick makes first pictures: leave one of them out"
+        )
     if list_them:
         _print(_overview(known, _heads(folder, pages, known), quick=quick))
         return

@@ -32,11 +32,11 @@ def test_a_piece_is_made_written_into_its_page_and_left_out_the_next_time(tmp_pa
     pages = tmp_path / "docs"
     pages.mkdir()
     (pages / "results.md").write_text(PAGE)
-    words = ("--quick", "--only", "bowl", "-o", tmp_path / "all", "--pages", pages)
+    words = ("--only", "bowl", "-o", tmp_path / "all", "--pages", pages)
     first = run(*words)
     assert first.exit_code == 0, first.output
     head = Head.of_folder(tmp_path / "all" / "bowl")
-    assert head.date and head.command == "energymargin reproduce bowl --samples 500 --seeds 2"
+    assert head.date and head.command == "energymargin reproduce bowl"
     text = (pages / "results.md").read_text()
     assert head.sentence() in text and "bit*" in text and (pages / "bowl.png").exists()
     assert (tmp_path / "all" / "index.html").exists()
@@ -63,6 +63,11 @@ def test_stopped_or_killed_the_same_command_goes_on(how, tmp_path):
     subprocess.run(command, check=True, capture_output=True)
     assert lines(folder)[: len(kept) - 1] == kept[: len(kept) - 1]
     assert Head.of_folder(folder / "bounds").date
+
+
+def test_first_pictures_go_into_no_page(tmp_path):
+    done = run("--quick", "--pages", tmp_path)
+    assert done.exit_code == 2 and "leave one of them out" in done.output
 
 
 def test_the_minutes_end_it_without_an_error(tmp_path):
