@@ -86,3 +86,21 @@ def test_a_most_wrong_probability_is_shown_with_its_future_and_its_curve(ahead):
     cards = re.findall(r"(probability [01]\.\d+), but (?:is lost|stays captured)", found.text)
     assert cards
     assert "searched again it gives" not in found.text
+
+
+def test_the_scores_of_the_states_as_they_are_stand_beside_those_with_a_horizon(tmp_path):
+    dataset = datasets.generate("topple", trajectories=4, frames=5, seed=1)
+    dataset.save(tmp_path / "topple.h5")
+    path, settings = tmp_path / "topple-scores.db", SearchSettings(nodes=3, rollouts=4)
+    score_dataset(dataset, path, ["probability"], settings=settings, future=Future(2))
+    score_dataset(dataset, path, ["capture", "effort/est"], settings=settings)
+    report.write(path, tmp_path / "report.html", options=OPTIONS)
+    found = Document(tmp_path / "report.html")
+    assert "alone in the second, are the scores of the states as they are" in found.text
+    first, second = [n for n, row in enumerate(found.rows) if row[0] == ["score"]][:2]
+    assert [row[0] for row in found.rows[first + 1 : first + 4]] == [
+        ["probability"],
+        ["capture"],
+        ["effort/est"],
+    ]
+    assert ["paper"] in found.rows[second]

@@ -179,6 +179,7 @@ def _page(
         "several": labelled.captured_any is not None,
         "timed": any(metric in TIMED for metric in subject.metrics),
         "asks": future,
+        "now": subject.now is not None,
     }
 
 
