@@ -50,7 +50,7 @@ PIECES = tuple(
             Piece("table1", 25, changes={"nodes": 100}),
             Piece("perturbation", 35),
             Piece(
-                *("perturbation-belief", 30, "perturbation"),
+                *("perturbation-belief", 22, "perturbation"),
                 {"trajectories": 20, "levels": (0.0, 0.5), "draws": 2, "belief": True},
             ),
             Piece("table2", 7),
