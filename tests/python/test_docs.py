@@ -36,11 +36,9 @@ RUNNING = [
     "guides/choose_and_improve.md",
     "guides/monitor.md",
     "guides/own_problem.md",
-    "guides/own_task.md",
     "guides/will_it_hold.md",
     "guides/policies.md",
     "guides/robots.md",
-    "guides/several_objects.md",
     "guides/surrogate.md",
 ]
 SERVES = "energymargin view"  # until it is stopped
