@@ -15,7 +15,7 @@ from energymargin_paper.study import Study
 __all__ = ["PIECES", "QUICK", "Piece"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Piece:
     """A study with settings."""
 
