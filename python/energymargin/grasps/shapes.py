@@ -7,44 +7,38 @@ import hashlib
 import pickle
 from typing import Any
 
-from energymargin._core import (
-    Box,
-    Capsule,
-    Compound,
-    ConvexHull,
-    Cylinder,
-    Inertial,
-    MassProperties,
-    Part,
-    Sphere,
-)
+from energymargin import _core
+from energymargin._core import Compound, Inertial
 from energymargin.meshes.shape import MeshShape
 
-copyreg.pickle(Box, lambda one: (Box, (one.size.tolist(),)))
-copyreg.pickle(Sphere, lambda one: (Sphere, (one.radius,)))
-copyreg.pickle(Cylinder, lambda one: (Cylinder, (one.radius, one.length)))
-copyreg.pickle(Capsule, lambda one: (Capsule, (one.radius, one.length)))
-copyreg.pickle(ConvexHull, lambda one: (ConvexHull, (one.points.tolist(),)))
-copyreg.pickle(
-    Part, lambda one: (Part, (one.shape, one.position.tolist(), one.orientation.tolist()))
-)
-copyreg.pickle(
-    MassProperties,
-    lambda one: (
-        MassProperties,
-        (one.volume, one.center.tolist(), one.moments.tolist(), one.axes.tolist()),
-    ),
-)
-copyreg.pickle(
-    Inertial,
-    lambda one: (_inertial, (one.center.tolist(), one.moments.tolist(), one.axes.tolist())),
-)
-for compound in (Compound, MeshShape):
-    copyreg.pickle(compound, lambda one: (Compound, (one.parts, one.solid)))
+FIELDS = {
+    _core.Box: ("size",),
+    _core.Sphere: ("radius",),
+    _core.Cylinder: ("radius", "length"),
+    _core.Capsule: ("radius", "length"),
+    _core.ConvexHull: ("points",),
+    _core.Part: ("shape", "position", "orientation"),
+    _core.MassProperties: ("volume", "center", "moments", "axes"),
+    Inertial: ("center", "moments", "axes"),
+    Compound: ("parts", "solid"),
+    MeshShape: ("parts", "solid"),
+}
+"""By kind, what it is made of, in the order of its arguments."""
+
+
+def _reduced(one: Any) -> tuple[Any, tuple[Any, ...]]:
+    """The call that makes a shape again, and its arguments, of plain numbers."""
+    given = [getattr(one, name) for name in FIELDS[type(one)]]
+    make: Any = {Inertial: _inertial, MeshShape: Compound}.get(type(one), type(one))
+    return make, tuple(value.tolist() if hasattr(value, "tolist") else value for value in given)
 
 
 def _inertial(center: list[float], moments: list[float], axes: list[float]) -> Inertial:
     return Inertial(center, inertia=moments, axes=axes)
+
+
+for kind in FIELDS:
+    copyreg.pickle(kind, _reduced)
 
 
 def digest(shape: Any) -> str:

@@ -98,18 +98,17 @@ class Closed(NamedTuple):
     hand: Fitted
     state: NDArray[np.float64]
     """Where the hand closed; if it had no place, or diverged, where it began, open."""
-    ending: str
-    """"": all of its fingers press on the object. Else the end of the trial, one of ENDINGS."""
     base: Pose
     """The frame of the hand's base, (4, 4)."""
     thing: Pose
     """The object's axes about its centre of mass in the frame of the hand's base, (4, 4)."""
-    redrawn: int = 0
-    """This and the next four as of Outcome."""
-    back: float = 0.0
-    steps: int = 0
-    unconverged: int = 0
-    lost_time: float = 0.0
+    outcome: Outcome
+    """Of the trial so far; `ending` is "" if all of its fingers press on the object."""
+
+    @property
+    def ending(self) -> str:
+        """That of the outcome."""
+        return self.outcome.ending
 
 
 class Start(NamedTuple):
@@ -150,8 +149,8 @@ class Trials:
         """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance."""
         draw = self.draw(number)
         closed = self.grip(grasp, draw, cancel)
-        outcome = Outcome(closed.ending, np.nan, *closed[5:])
-        if closed.ending:
+        outcome = closed.outcome
+        if outcome.ending:
             return outcome
         problem = self.problem(closed, draw)
         found = self._probability(problem, number, cancel)
@@ -191,13 +190,9 @@ class Trials:
         closed = self.closed(scene, hand, self.open_state(grasp, draw), "not gripped")
         place = regions.Ball("object", closed.thing[:3, 3], self.protocol.radius, hand.base)
         weight = (draw.mass * GRAVITY,) * 3
-        return Problem(
-            *(scene, closed.state),
-            captured=place,
-            force=weight,
-            torque=weight,
-            duration=self.protocol.duration,
-        )
+        bounds: dict[str, Any] = {"force": weight, "torque": weight}
+        duration = self.protocol.duration
+        return Problem(scene, closed.state, captured=place, duration=duration, **bounds)
 
     def check(self, grasps: GraspSet) -> None:
         """Raises ValueError if numbers do not go together: units, openings, a frame elsewhere."""
@@ -259,21 +254,18 @@ class Trials:
             closed = self.closed(scene, hand, self.open_state(grasp, draw), "collided")
         else:
             closed = self.close(grasp.opening, start.state, draw, cancel)
-        return closed._replace(redrawn=start.redrawn, back=start.back)
+        outcome = closed.outcome._replace(redrawn=start.redrawn, back=start.back)
+        return closed._replace(outcome=outcome)
 
     def close(
-        self,
-        opening: float,
-        start: NDArray[np.float64],
-        draw: Draw,
-        cancel: Cancel | None = None,
+        self, opening: float, start: NDArray[np.float64], draw: Draw, cancel: Cancel | None = None
     ) -> Closed:
         """The hand after it has closed."""
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
         rows = max(2, round(self.hand.closing / self.step))
         ways = {name: np.linspace(*ends, rows) for name, ends in hand.targets.items()}
-        plan = Plan(step=self.step, targets=ways, velocities={hand.base: np.zeros((rows, 6))})
-        world = World(scene, plan)
+        still = {hand.base: np.zeros((rows, 6))}
+        world = World(scene, Plan(step=self.step, targets=ways, velocities=still))
         steps = rows + round(self.protocol.settle / self.step)
         try:
             done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
@@ -288,10 +280,11 @@ class Trials:
             if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
             for body in (contact.body_a, contact.body_b)
         }
-        closed = self.closed(scene, hand, state, self.ending(world, hand, state, pressed))
-        return closed._replace(
-            steps=done.steps, unconverged=done.unconverged, lost_time=done.lost_time
+        ending = self.ending(world, hand, state, pressed)
+        outcome = Outcome(
+            ending, steps=done.steps, unconverged=done.unconverged, lost_time=done.lost_time
         )
+        return self.closed(scene, hand, state, ending)._replace(outcome=outcome)
 
     def ending(
         self, world: World, hand: Fitted, state: NDArray[np.float64], pressed: set[str]
@@ -309,7 +302,7 @@ class Trials:
             for name in (hand.base, "object")
         )
         thing[:3, 3] += thing[:3, :3] @ self.object.center
-        return Closed(hand, state, ending, base, np.linalg.inv(base) @ thing)
+        return Closed(hand, state, base, np.linalg.inv(base) @ thing, Outcome(ending))
 
     def problem(self, closed: Closed, draw: Draw) -> Problem:
         """Whether a closed grasp holds through the protocol."""
@@ -335,13 +328,11 @@ class Trials:
     def scene(self, opening: float, draw: Draw, *, gravity: bool) -> tuple[Scene, Fitted]:
         """The hand at the world's origin and the object at its own; with a table at height 0."""
         key = (None if np.isnan(opening) else opening, draw.force, gravity)
-        known = self._scenes.get(key)
-        if known is None:
-            known = self._built(opening, draw.force, gravity)
+        if key not in self._scenes:
             if len(self._scenes) >= MOST_SCENES:
                 self._scenes.clear()
-            self._scenes[key] = known
-        scene, hand = known
+            self._scenes[key] = self._built(opening, draw.force, gravity)
+        scene, hand = self._scenes[key]
         likely = (self.object.friction, self.object.mass)
         if (draw.friction, draw.mass) != likely:
             scene = scene.with_body("object", friction=draw.friction, mass=draw.mass)
@@ -356,15 +347,10 @@ class Trials:
         down = (0, 0, -GRAVITY if gravity else 0)
         scene = Scene(gravity=down, step=self.step, friction_rule=self.hand.friction_rule)
         hand = self.hand.add_to(scene, force=force, opening=opening)
-        thing = self.object
-        scene.add_body(
-            "object",
-            thing.shape,
-            mass=thing.mass,
-            friction=thing.friction,
-            inertial=thing.inertial,
-            role="object",
-        )
+        facts: dict[str, Any] = {
+            name: getattr(self.object, name) for name in ("mass", "friction", "inertial")
+        }
+        scene.add_body("object", self.object.shape, **facts, role="object")
         if self.protocol.table:
             scene.add_plane("table", friction=0.5)
         return scene, hand
@@ -390,14 +376,13 @@ class Trials:
 
     def _place(self, closed: Closed) -> Region:
         """The set in which the object is where it was gripped, in the hand's frame."""
-        hand, at = closed.hand, closed.thing
-        ball = regions.Ball(
-            "object", at[:3, 3], self.protocol.radius, hand.base, point="center_of_mass"
+        rules, hand, center = self.protocol, closed.hand, closed.thing[:3, 3]
+        place: Region = regions.Ball(
+            "object", center, rules.radius, hand.base, point="center_of_mass"
         )
-        touching = [regions.Touching("object", one, gap=TOUCHING) for one in hand.fingers]
-        for one in touching if self.protocol.touching else ():
-            ball = ball & one
-        return ball
+        for one in hand.fingers if rules.touching else ():
+            place = place & regions.Touching("object", one, gap=TOUCHING)
+        return place
 
     def _upright(self, closed: Closed, angle: float) -> Region:
         """The set in which it is turned by at most an angle there."""

@@ -6,12 +6,11 @@ What is not, such as the table that sinks under a grasp, follows the task's scri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Plan
 from energymargin.checks import whole_number
 from energymargin.tasks import balance, grasp, push, push_multi, scoop, topple
 from energymargin.tasks.scripted import Drive
@@ -73,37 +72,27 @@ def _rows(drive: Drive, channel: Channel) -> NDArray[np.float64]:
     return drive.wrenches[channel.body or ""][:, channel.axis]
 
 
-def planned(
-    plan: Plan, channels: Sequence[Channel], action: NDArray[np.float64], rows: int
-) -> Plan:
-    """The plan, with the action in its channels in the first rows."""
-    drive = acted(Drive(plan.wrenches, plan.targets), channels, action, rows)
-    return Plan(plan.step, wrenches=drive.wrenches, targets=drive.targets)
-
-
 def action_of(drive: Drive, channels: Sequence[Channel]) -> NDArray[np.float64]:
     """The action that does what a drive does on average, as near as the bounds let it."""
     numbers = np.array([np.mean(_rows(drive, one)) - one.offset for one in channels])
     return np.asarray(np.clip(numbers, [c.low for c in channels], [c.high for c in channels]))
 
 
-def _force(body: str, bounds: Sequence[tuple[float, float]]) -> tuple[Channel, ...]:
+def _force(body: str, *bounds: tuple[float, float]) -> tuple[Channel, ...]:
     """On x, y and so on, within bounds [N]."""
     return tuple(Channel(low, high, body, axis) for axis, (low, high) in enumerate(bounds))
 
 
 # As much as the script ever pushes ahead, and a third of that to both sides.
 PUSH_MOST = push.DRIVE_AHEAD_RANGE[1] * push.FRICTION_RANGE[1] / push.FRICTION_MIDDLE  # N
+BALANCE_WEIGHT = -balance.SUPPORT_MASS * balance.GRAVITY[1]  # N
 BAR_MOST = 2 * push_multi.FORCE_SPREAD  # N; twice the script's noise, which is more than its push
 SCOOP_MOST = (3.0, 1.0, 3.0)  # m/s^2; the script needs at most 1.2, in its shortest bend
 
 CHANNELS: dict[str, tuple[Channel, ...]] = {
-    "push": _force("effector", [(-PUSH_MOST / 3, PUSH_MOST / 3), (0.0, PUSH_MOST)]),
+    "push": _force("effector", (-PUSH_MOST / 3, PUSH_MOST / 3), (0.0, PUSH_MOST)),
     "balance": (
-        replace(
-            Channel(*balance.LIFT_RANGE, "effector", 1),
-            offset=-balance.SUPPORT_MASS * balance.GRAVITY[1],
-        ),
+        Channel(*balance.LIFT_RANGE, "effector", 1, offset=BALANCE_WEIGHT),
         Channel(-balance.TORQUE_SPREAD, balance.TORQUE_SPREAD, "effector", 5),
     ),
     "topple": (Channel(0.0, topple.PUSH_RANGE[1], "base", 0),),
@@ -116,9 +105,9 @@ CHANNELS: dict[str, tuple[Channel, ...]] = {
         for finger in grasp.FINGERS
         for number, (opened, clenched) in enumerate(zip(grasp.OPEN, grasp.CLENCHED, strict=True), 1)
     ),
-    "scoop": _force("scoop", [(-scoop.SCOOP_MASS * a, scoop.SCOOP_MASS * a) for a in SCOOP_MOST]),
+    "scoop": _force("scoop", *((-scoop.SCOOP_MASS * a, scoop.SCOOP_MASS * a) for a in SCOOP_MOST)),
     "push-multi": (
-        *_force("bar", [(-BAR_MOST, BAR_MOST)] * 2),
+        *_force("bar", *[(-BAR_MOST, BAR_MOST)] * 2),
         Channel(-push_multi.TORQUE_SPREAD, push_multi.TORQUE_SPREAD, "bar", 5),
     ),
 }

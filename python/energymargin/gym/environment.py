@@ -17,9 +17,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import Problem, World
+from energymargin._core import Plan, Problem, World
 from energymargin.checks import numbers_of, one_of, positive_number
-from energymargin.gym.channels import CHANNELS, Channel, acted, action_of, planned
+from energymargin.gym.channels import CHANNELS, Channel, acted, action_of
 from energymargin.plans import control_period, nearest_steps, whole_steps
 from energymargin.tasks.base import Params, Regions, inside
 from energymargin.tasks.scripted import Drive, ScriptedTask
@@ -93,8 +93,18 @@ class TaskEnv(gymnasium.Env[Array, Array]):
 
         Raises ValueError on a task without a script or channels, and on numbers out of range.
         """
-        self.task = _scripted(task, parameters)
-        self.channels = _channels(self.task.name, channels)
+        made = tasks.make(task, **parameters) if isinstance(task, str) else task
+        if not isinstance(made, ScriptedTask):
+            raise ValueError(f"task is {task!r}, expected one with a script: a ScriptedTask")
+        if made is task and parameters:
+            raise ValueError(f"parameters are {parameters}, expected none with a task that is made")
+        self.task = made
+        self.channels = tuple(CHANNELS.get(made.name, ()) if channels is None else channels)
+        if not self.channels:
+            raise ValueError(
+                f"channels is {channels!r}, expected what the agent drives: task {made.name!r} has "
+                "none of its own"
+            )
         self.control_step = control_period("control_step", control_step, self.task.step)
         self.patience = positive_number("patience", patience)
         if render_mode is not None:
@@ -178,7 +188,9 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         plan = self.task.plan(self.state, self.time, self.params, horizon)
         if action is not None:
             rows = self._held() if hold is None else whole_steps("hold", hold, self.task.step)
-            plan = planned(plan, self.channels, self._checked(action), min(rows, plan.rows))
+            drive = Drive(plan.wrenches, plan.targets)
+            held = acted(drive, self.channels, self._checked(action), min(rows, plan.rows))
+            plan = Plan(plan.step, wrenches=held.wrenches, targets=held.targets)
         return self.present().replace(
             captured=self._captured,
             scene=self._world.scene,
@@ -208,11 +220,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
 
     def _driven(self, state: Array, drive: Drive, steps: int) -> Array:
         """A state, and where so many steps of a drive take it, shape (2, n)."""
-        targets, record = drive.targets, [0, steps]
-        moved = self._world.simulate(
-            state, steps, drives=drive.wrenches, targets=targets, record=record
-        )
-        return np.array(moved.states)
+        drives: Any = {"drives": drive.wrenches, "targets": drive.targets}
+        return np.array(self._world.simulate(state, steps, record=[0, steps], **drives).states)
 
     def _rows(self) -> Drive:
         """The script's rows of the next control step; the last one, once it is over."""
@@ -311,22 +320,3 @@ def _picture(problem: Problem, plane: View, seen: Array, title: str) -> NDArray[
     ax.set_title(title, fontsize=10)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
-
-
-def _scripted(task: str | ScriptedTask, parameters: dict[str, Any]) -> ScriptedTask:
-    made = tasks.make(task, **parameters) if isinstance(task, str) else task
-    if not isinstance(made, ScriptedTask):
-        raise ValueError(f"task is {task!r}, expected one with a script: a ScriptedTask")
-    if made is task and parameters:
-        raise ValueError(f"parameters are {parameters}, expected none with a task that is made")
-    return made
-
-
-def _channels(name: str, channels: Sequence[Channel] | None) -> tuple[Channel, ...]:
-    chosen = CHANNELS.get(name) if channels is None else tuple(channels)
-    if not chosen:
-        raise ValueError(
-            f"channels is {channels!r}, expected what the agent drives: task {name!r} has none "
-            "of its own"
-        )
-    return chosen

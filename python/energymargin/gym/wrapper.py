@@ -123,7 +123,12 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
             function_of("problem_of", asked, "env", "action")
         check_metrics([metric or "probability"])
         self._metric = metric
-        self._weight = _checked_weight(reward_weight, metric)
+        self._weight = finite_number("reward_weight", reward_weight)
+        if self._weight and (metric is None or not is_likelihood(metric)):
+            raise ValueError(
+                f"reward_weight is {reward_weight!r} with metric {metric!r}, expected a likelihood "
+                "in the reward: an effort may be infinite, and a force score has no bound"
+            )
         self._shaping = one_of("shaping", shaping, SHAPINGS)
         if not 0 <= discount <= 1:
             raise ValueError(f"discount is {discount!r}, expected a number from 0 to 1")
@@ -161,28 +166,23 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         observation, reward, terminated, truncated, info = self.env.step(chosen)
         self._observation = observation
         told = self._score()
+        bonus = _potential(told)
+        if self._shaping == "potential":
+            before, self._potential = self._potential, 0.0 if terminated else bonus
+            bonus = self._discount * self._potential - before
         if self._weight:
-            reward = float(reward) + self._weight * self._bonus(told, terminated)
+            reward = float(reward) + self._weight * bonus
         return observation, reward, terminated, truncated, {**info, **filtered, **told}
-
-    def _bonus(self, told: dict[str, Any], terminated: bool) -> float:
-        """What the score adds to the reward, before its weight."""
-        if self._shaping == "additive":
-            return _potential(told)
-        before, self._potential = self._potential, 0.0 if terminated else _potential(told)
-        return self._discount * self._potential - before
 
     def _score(self) -> dict[str, Any]:
         """The state's score, for `info`."""
         if self._metric is None:
             return {}
-        problem = self._problem()
-        if problem is None:
-            return {"capture": {"score": nan}}
-        settings = replace(self._settings, seed=self._seed())
-        return {
-            "capture": score_of(problem, self._metric, settings, self._disturbance, self._threads)
-        }
+        problem, score = self._problem(), {"score": nan}
+        if problem is not None:
+            settings = replace(self._settings, seed=self._seed())
+            score = score_of(problem, self._metric, settings, self._disturbance, self._threads)
+        return {"capture": score}
 
     def _problem(self, *action: Any) -> Any:
         """The Problem of the state, or of an action in it; None: there is nothing to ask."""
@@ -200,16 +200,13 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
             return action, {}
         others = candidates_of(self._candidates, self._observation, action, self._drawing())
         actions, seed = [action, *others], self._seed()
-        problem = self._problem(action)
-
-        def problem_of(number: int) -> Problem:
-            asked: Problem = self._problem(actions[number]) if number else problem
-            return asked
-
-        if problem is None:
-            choice = Choice(0, np.full(len(actions), nan))
-        else:
-            choice = self._safest.of(len(actions), problem_of, seed)
+        problem, choice = self._problem(action), Choice(0, np.full(len(actions), nan))
+        if problem is not None:
+            choice = self._safest.of(
+                len(actions),
+                lambda number: self._problem(actions[number]) if number else problem,
+                seed,
+            )
         told = {
             "chosen": choice.number,
             "changed": choice.number > 0,
@@ -274,13 +271,3 @@ def _candidates(candidates: Candidates | int | None, space: spaces.Space[Any]) -
             "bounds, expected a function (observation, action, random), such as em.actions.Noise"
         )
     return Noise(count, SPREAD * (space.high - space.low) / 2, space.low, space.high)
-
-
-def _checked_weight(weight: float, metric: str | None) -> float:
-    number = finite_number("reward_weight", weight)
-    if number and (metric is None or not is_likelihood(metric)):
-        raise ValueError(
-            f"reward_weight is {weight!r} with metric {metric!r}, expected a likelihood in the "
-            "reward: an effort may be infinite, and a force score has no bound"
-        )
-    return number

@@ -43,7 +43,13 @@ class States:
         self.names = names = Names(scene, model, prefix)
         self._free = [(body, at, scene.slice(body.name)) for body, at in names.free]
         self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving]
-        self._rest = self._others(others)
+        if others is None and names.missing:
+            raise ValueError(
+                f"the model does not have {', '.join(map(repr, names.missing))}; others=state says "
+                "where they are, as scene.pack(...) does"
+            )
+        self._rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
+        check_shape("others", self._rest, (scene.dimension,))
         self._twist, self._ball = np.zeros(6), self._mujoco.mjtJoint.mjJNT_BALL
 
     def read(self, data: Any) -> Vector:
@@ -106,20 +112,6 @@ class States:
         for joint, parent, child in self.names.rigid:
             there = _welded_at(data, joint, parent)
             self._require(data, joint.child, child, there, FIXED)
-
-    def _others(self, given: ArrayLike | None) -> Vector:
-        """The numbers of what the model does not have."""
-        if given is None:
-            if self.names.missing:
-                missing = ", ".join(map(repr, self.names.missing))
-                raise ValueError(
-                    f"the model does not have {missing}; others=state says where they are, as "
-                    "scene.pack(...) does"
-                )
-            return np.zeros(self._scene.dimension)
-        others = np.array(given, float)
-        check_shape("others", others, (self._scene.dimension,))
-        return others
 
     def _write_body(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
         model = self._model
