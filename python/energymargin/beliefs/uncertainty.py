@@ -130,7 +130,7 @@ class Uncertainty:
                 if name in alone:
                     at = body.surface if quantity.startswith(("torsional", "rolling")) else body
                     center = getattr(at, quantity, 0.0) if quantity in VALUES else 0.0
-                    sources.append(_source(quantity, name, alone[name], center))
+                    sources.append(source_of(quantity, name, alone[name], center))
             if quantity == "friction":
                 sources += _pair_sources(scene, pairs, list(alone))
         return [source for source in sources if source.inputs]
@@ -173,7 +173,7 @@ def is_distribution(value: Any) -> bool:
 def _check(place: str, quantity: str, value: Any) -> None:
     """Raises ValueError unless a body's uncertainty is one of its quantity."""
     if not (quantity == "friction" and isinstance(value, Mapping)):
-        _source(quantity, "", value, place=place)
+        source_of(quantity, "", value, place=place)
         return
     for other, one in _by_body(place, value):
         if isinstance(one, Mapping):
@@ -233,11 +233,11 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
         require_untied(scene, quantity, name)
 
 
-def _source(
+def source_of(
     quantity: str, body: str, value: Any, center: float = 0.0, *, place: str = ""
 ) -> Source:
-    """`center`: the problem's own coefficient or mass. Raises ValueError with `place` on a value
-    that is none of the quantity."""
+    """One quantity of one body. `center`: the problem's own coefficient or mass. Raises ValueError
+    with `place` on a value that is none of the quantity."""
     if quantity in VALUES:
         return _of_columns(quantity, body, value, {quantity: _quantiles(place, value, center)})
     if _is_covariance(value):
@@ -269,7 +269,7 @@ def _pair_sources(
     for (a, b), coefficient in scene.pair_frictions.items():
         one = named.get(frozenset((a, b)))
         if one is not None:
-            sources.append(replace(_source("friction", a, one, coefficient), other=b))
+            sources.append(replace(source_of("friction", a, one, coefficient), other=b))
         elif a in alone or b in alone:
             name, other = (a, b) if a in alone else (b, a)
             raise ValueError(

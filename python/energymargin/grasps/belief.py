@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Box, Scene
-from energymargin.beliefs.uncertainty import Source, Uncertainty
+from energymargin.beliefs.uncertainty import Source, Uncertainty, source_of
 from energymargin.checks import one_of
 
 OPEN = (2.0**-31, 1 - 2.0**-31)  # ends of the unit interval: no quantile is infinite
@@ -60,13 +59,13 @@ class GraspBelief:
 
     def __bool__(self) -> bool:
         """Whether anything is not known."""
-        return bool(self._given()) or self.force is not None
+        return bool(self._given("pose", "friction", "mass", "force"))
 
     @property
     def text(self) -> dict[str, Any]:
         """All of it, as JSON. Raises ValueError on a distribution that scipy.stats does not have by
         name."""
-        given, force = self._given(), self.force
+        given, force = self._given("pose", "friction", "mass"), self.force
         return {
             "about": self.about,
             "of": Uncertainty(**given).to_json() if given else None,
@@ -93,28 +92,18 @@ class GraspBelief:
         while True:
             yield np.zeros(6) if known is None else _value(known, random)
 
-    def _given(self) -> dict[str, Any]:
-        own = {"pose": self.pose, "friction": self.friction, "mass": self.mass}
-        return {name: one for name, one in own.items() if one is not None}
+    def _given(self, *names: str) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
 
     def _sources(self, friction: float, mass: float, force: float) -> dict[str, Source]:
         """By name, about the values that are believed most."""
+        centers = {"pose": 0.0, "friction": friction, "mass": mass, "force": force}
         found: dict[str, Source] = {}
-        if given := self._given():
-            sources = Uncertainty(**given).sources(_stand_in(friction, mass))
-            found |= {source.quantity: source for source in sources}
-        if self.force is not None:
-            try:
-                (found["force"],) = Uncertainty(mass=self.force).sources(_stand_in(friction, force))
-            except ValueError as error:
-                raise ValueError(str(error).replace("mass", "force")) from None
+        for name, given in self._given(*centers).items():
+            quantity = "mass" if name == "force" else name
+            source = source_of(quantity, "object", given, centers[name], place=name)
+            found |= {name: source} if source.inputs else {}
         return found
-
-
-def _stand_in(friction: float, mass: float) -> Scene:
-    scene = Scene()
-    scene.add_body("object", Box((1, 1, 1)), mass=mass, friction=friction, role="object")
-    return scene
 
 
 def _value(source: Source, random: np.random.Generator) -> NDArray[np.float64]:

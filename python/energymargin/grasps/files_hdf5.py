@@ -33,17 +33,13 @@ def read(path: Path) -> Content:
     if TRANSFORMS not in found:
         raise ValueError(f"has {', '.join(found) or 'nothing'}, expected {TRANSFORMS} (ACRONYM)")
     poses = numbers_of(TRANSFORMS, found.pop(TRANSFORMS), "poses (n, 4, 4)")
-    rows = [
-        k
-        for k, v in found.items()
-        if k.startswith("grasps/") and np.shape(v)[:1] == poses.shape[:1]
-    ]
-    columns = {
-        name.removeprefix(QUALITIES).removeprefix("grasps/"): column_of(found.pop(name))
-        for name in rows
-    }
-    if others := [name for name in found if name.startswith(QUALITIES)]:
-        raise ValueError(f"{others[0]} has not {len(poses)} rows, as {TRANSFORMS} has")
+    columns = {}
+    for name in [name for name in found if name.startswith("grasps/")]:
+        if np.shape(found[name])[:1] == poses.shape[:1]:
+            short = name.removeprefix(QUALITIES).removeprefix("grasps/")
+            columns[short] = column_of(found.pop(name))
+        elif name.startswith(QUALITIES):
+            raise ValueError(f"{name} has not {len(poses)} rows, as {TRANSFORMS} has")
     said = {k.removeprefix("object/"): v for k, v in found.items() if k.startswith("object/")}
     labels = [name for name in columns if name.endswith("/object_in_gripper")]
     label = LABEL if LABEL in labels else "".join(labels[:1])

@@ -87,13 +87,8 @@ class GraspSet(Record):
     def __post_init__(self) -> None:
         """Fills in what is not known, and checks every row."""
         n = len(self.poses)
-        unknown: dict[str, Any] = {
-            "poses": (),
-            "object_poses": np.eye(4),
-            "openings": np.nan,
-            "labels": np.nan,
-        }
-        for name, value in unknown.items():
+        unknown: dict[str, Any] = {"openings": np.nan, "labels": np.nan}
+        for name, value in {"poses": (), "object_poses": np.eye(4), **unknown}.items():
             array = np.asarray(getattr(self, name), float)
             shape = (n, 4, 4) if name.endswith("poses") else (n,)
             array = np.broadcast_to(value, shape) if n and not array.size else array
@@ -105,7 +100,18 @@ class GraspSet(Record):
                 raise ValueError(f"{name} has {len(column)} entries, expected one for each of {n}")
         check_poses("the pose", self.poses, self.names)
         check_poses("the pose of the object", self.object_poses, self.names)
-        self._check_sizes()
+        way = "lengths are in m: a file in mm needs scale=0.001"
+        far = float(np.median(np.linalg.norm(self.poses[:, :3, 3], axis=1)))
+        if far > FARTHEST:
+            raise ValueError(
+                f"the hand is {far:.4g} m from the object's frame in the median, expected at most "
+                f"{FARTHEST:g} m; {way}; poses in another frame need object="
+            )
+        for what, column, most, expected in (
+            ("the opening", self.openings, WIDEST, f"0 to {WIDEST:g} m; {way}"),
+            ("the label", self.labels, 1.0, "0 (lost) to 1 (held)"),
+        ):
+            _require(what, ~((column < 0) | (column > most)), column, self.names, expected)
 
     def __len__(self) -> int:
         """n."""
@@ -121,20 +127,6 @@ class GraspSet(Record):
             names=tuple(self.names[k] for k in chosen),
             columns={name: column[chosen] for name, column in self.columns.items()},
         )
-
-    def _check_sizes(self) -> None:
-        way = "lengths are in m: a file in mm needs scale=0.001"
-        far = float(np.median(np.linalg.norm(self.poses[:, :3, 3], axis=1)))
-        if far > FARTHEST:
-            raise ValueError(
-                f"the hand is {far:.4g} m from the object's frame in the median, expected at most "
-                f"{FARTHEST:g} m; {way}; poses in another frame need object="
-            )
-        for what, column, most, expected in (
-            ("the opening", self.openings, WIDEST, f"0 to {WIDEST:g} m; {way}"),
-            ("the label", self.labels, 1.0, "0 (lost) to 1 (held)"),
-        ):
-            _require(what, ~((column < 0) | (column > most)), column, self.names, expected)
 
 
 def check_poses(what: str, poses: Poses, names: Sequence[str]) -> None:

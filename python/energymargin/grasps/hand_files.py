@@ -74,9 +74,9 @@ class HandFile(Hand):
                 f"force is {force:g}, expected that of the file's drives, 1: state another "
                 "torque_limit of its joints in options"
             )
-        before = {body.name for body in scene.bodies}
+        before = len(scene.bodies)
         self._read(scene)
-        bodies = [body for body in scene.bodies if body.name not in before]
+        bodies = scene.bodies[before:]
         names = [body.name for body in bodies]
         joints = {joint.name for joint in scene.joints}
         driven = joints | {tendon.name for tendon in scene.tendons}
@@ -119,10 +119,10 @@ class HandFile(Hand):
         given = where | {"base": "kinematic"} | dict(self.options)
         if not self._is_mjcf:
             own = given.get("joints", {})
-            opened = {
-                name: {"start": ends[0], "target": ends[1]} for name, ends in self.close.items()
+            given["joints"] = own | {
+                name: {"start": start, "target": target} | own.get(name, {})
+                for name, (start, target) in self.close.items()
             }
-            given["joints"] = own | {name: opened[name] | own.get(name, {}) for name in opened}
             scenes.from_urdf(self.path, scene, **{"role": "effector"} | given)
             return
         root = given.get("subtree")

@@ -58,10 +58,8 @@ def facts_of(path: Path, said: Mapping[str, Any]) -> ObjectFacts | None:
     if said.get("com") is not None:
         facts["com"] = tuple(numbers_of("object com", said["com"], "3 numbers", (3,)).tolist())
     if said.get("inertia") is not None:
-        rows = numbers_of(
-            "object inertia", said["inertia"], "numbers of shape (3, 3)", (3, 3)
-        ).tolist()
-        facts["inertia"] = tuple(map(tuple, rows))
+        rows = numbers_of("object inertia", said["inertia"], "numbers of shape (3, 3)", (3, 3))
+        facts["inertia"] = tuple(map(tuple, rows.tolist()))
     if said.get("file"):
         facts["mesh"] = _mesh(path, Path(said["file"]))
     return ObjectFacts(**facts) if facts else None

@@ -76,8 +76,7 @@ class ScoreFile(Closing):
                 f"store is {str(self._path)!r}, which is no file of scores of grasps ({error}): "
                 "give another name, or delete it"
             ) from error
-        ours = json.loads(self._question)
-        for name, value in ours.items():
+        for name, value in json.loads(self._question).items():
             if asked.get(name) != value:
                 raise ValueError(
                     f"store is {str(self._path)!r}, whose scores have another {name}: give another "
@@ -100,14 +99,9 @@ def question(scores: GraspScores, effort: int | None) -> str:
     )
     asked = {
         "algorithm": algorithm(),
-        "hand": trials.hand.text,
-        "object": trials.object.text,
-        "protocol": trials.protocol.text,
-        "belief": trials.belief.text,
+        **{name: getattr(trials, name).text for name in ("hand", "object", "protocol", "belief")},
         "disturbance": text_of(trials.disturbance),
-        "colliding": trials.colliding,
-        "seed": trials.seed,
-        "step": trials.step,
+        **{name: getattr(trials, name) for name in ("colliding", "seed", "step")},
         "rollouts": scores.endings.shape[1],
         "effort": effort,
         "grasps": hashlib.sha256(rows).hexdigest(),

@@ -88,8 +88,7 @@ class GraspScores(Record, Summarized):
     @property
     def probabilities(self) -> NDArray[np.float64]:
         """Share of the trials in which the object was held, (n,); NaN without trials."""
-        held = (self.endings == HELD).sum(axis=1)
-        return np.where(self.counted > 0, held / np.maximum(self.counted, 1), np.nan)
+        return self.held_until(np.inf)
 
     @property
     def warnings(self) -> tuple[str, ...]:

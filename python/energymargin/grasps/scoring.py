@@ -11,10 +11,11 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from energymargin._core import Cancel, Problem
+from energymargin._core import Cancel
 from energymargin.actions.profile import margin_profile
 from energymargin.checks import check_type, one_of, positive_number, whole_number
 from energymargin.disturbances import Disturbance
@@ -139,7 +140,10 @@ def score(
 
         function = partial(score_grasps, trials, count, nodes)
         with quiet(), on.workers() as workers:
-            run(workers, function, [left], deliver, limit, give_up=_given_up)
+            run(
+                *(workers, function, [left], deliver, limit),
+                give_up=lambda grasp, why: GraspRow(grasp.number, error=why),
+            )
     if done == 0:
         limit.require("a grasp has its score")
     for text in scores.warnings:
@@ -174,17 +178,11 @@ def _row(
     likely = trials.run(grasp, -1, cancel)
     effort = math.nan
     if nodes is not None and likely.ending not in ("not gripped", "collided", "diverged"):
-        effort = least_effort(trials.likely_problem(grasp), nodes, trials.seed, cancel)
+        sizes: Any = {"rollouts": 1, "nodes": nodes, "seed": trials.seed, "threads": 1}
+        problem = trials.likely_problem(grasp)
+        efforts = margin_profile(problem, every=EVERY, cancel=cancel, **sizes).efforts
+        effort = float(np.nanmin(efforts))  # 0 if the object is lost without a disturbance
     return GraspRow(grasp.number, outcomes, likely, effort)
-
-
-def least_effort(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> float:
-    """The least effort of escape found at the weakest moment of a problem's plan [J]; 0 if the
-    object is lost without a disturbance."""
-    profile = margin_profile(
-        problem, every=EVERY, rollouts=1, nodes=nodes, seed=seed, threads=1, cancel=cancel
-    )
-    return float(np.nanmin(profile.efforts))
 
 
 def _put(scores: GraspScores, row: GraspRow) -> None:
@@ -198,10 +196,6 @@ def _put(scores: GraspScores, row: GraspRow) -> None:
     scores.endings[k] = [ENDINGS.index(ending) for ending in endings]
     scores.times[k], scores.redrawn[k], scores.back[k] = times, redrawn, back
     scores.steps[k], scores.unconverged[k], scores.lost_time[k] = map(sum, sums)
-
-
-def _given_up(grasp: Grasp, why: str) -> GraspRow:
-    return GraspRow(grasp.number, error=why)
 
 
 @contextmanager
