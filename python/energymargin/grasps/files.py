@@ -17,14 +17,7 @@ from energymargin.checks import check_type, numbers_of, positive_number, shown
 from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml
 from energymargin.grasps.content import Content
 from energymargin.grasps.frames import grasp_frame
-from energymargin.grasps.grasp_set import (
-    UNKNOWN,
-    Column,
-    GraspSet,
-    Poses,
-    Source,
-    check_poses,
-)
+from energymargin.grasps.grasp_set import UNKNOWN, Column, GraspSet, Poses, Source, check_poses
 from energymargin.grasps.object_poses import facts_of, object_poses, said_of
 from energymargin.replacing import replaced
 

@@ -17,6 +17,7 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
@@ -98,12 +99,8 @@ class Decomposition:
         convex = solid and surface.volume >= CONVEX * hull_volume(vertices)
         if convex or self.threshold >= 1.0:
             return [corners(vertices, self.max_points)]
-        settings = {
-            **SEARCH,
-            "threshold": self.threshold,
-            "seed": self.seed,
-            "preprocess_mode": "off" if closed else "on",
-        }
+        settings: dict[str, Any] = {**SEARCH, "threshold": self.threshold, "seed": self.seed}
+        settings["preprocess_mode"] = "off" if closed else "on"
         return cached(
             [vertices, faces, json.dumps([settings, self.max_points, version("coacd")])],
             lambda: self._decomposed(vertices, faces, settings),
@@ -161,16 +158,14 @@ class Decomposition:
                 raise RuntimeError(
                     f"coacd fails on {self.path}: {why}; decompose=False takes its hull"
                 )
-            with np.load(folder / "parts.npz") as parts:
-                return [np.asarray(parts[f"arr_{i}"], float) for i in range(len(parts.files))]
+            return _arrays(folder / "parts.npz")
 
 
 @cache  # a file may have many solids
 def _tell(path: Path) -> None:
     log.warning(
-        "decomposing %s into convex parts, once: they are cached in %s. A greater threshold is "
-        "faster, and decompose=False takes the hull at once",
-        *(path, cache_folder()),
+        f"decomposing {path} into convex parts, once: they are cached in {cache_folder()}. A "
+        "greater threshold is faster, and decompose=False takes the hull at once"
     )
 
 
@@ -253,32 +248,20 @@ def cached(
         data = content.encode() if isinstance(content, str) else content.tobytes()
         digest.update(len(data).to_bytes(8, "little"))
         digest.update(data)
-    found = _load(digest.hexdigest())
-    if found is None:
-        found = make()
-        _store(digest.hexdigest(), found)
-    return found
-
-
-def _load(name: str) -> list[Points] | None:
-    """The arrays of a name; None if there are none, or the file is damaged."""
-    try:
-        with np.load(_file(name), allow_pickle=False) as file:
-            return [np.asarray(file[f"arr_{i}"], float) for i in range(len(file.files))]
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
-        return None
-
-
-def _store(name: str, arrays: Sequence[Points]) -> None:
-    """Caches arrays; a folder that cannot be written to is no error."""
-    file = _file(name)
+    file = cache_folder() / "convex" / f"{digest.hexdigest()}.npz"
+    with suppress(OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):  # none, or damaged
+        return _arrays(file)
+    made = make()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with replaced(file) as new, new.open("wb") as stream:
-            np.savez(stream, *arrays)
+            np.savez(stream, *made)
     except OSError as error:
         log.warning("convex parts are not cached: %s", error)
+    return made
 
 
-def _file(name: str) -> Path:
-    return cache_folder() / "convex" / f"{name}.npz"
+def _arrays(file: Path) -> list[Points]:
+    """Those of a file of `np.savez`, in order."""
+    with np.load(file, allow_pickle=False) as found:
+        return [np.asarray(found[f"arr_{i}"], float) for i in range(len(found.files))]

@@ -98,7 +98,13 @@ def mesh(
 
     limit = Limit(timeout, cancel)
     sizes = _scale(scale)
-    _check(threshold, max_points, seed)
+    for name, value, least, most in (
+        ("threshold", threshold, 0.01, 1.0),
+        ("max_points", max_points, LEAST_POINTS, 10_000),
+        ("seed", seed, 0, 2**32 - 1),
+    ):
+        if not least <= value <= most:
+            raise ValueError(f"{name} is {value!r}, expected a number from {least} to {most}")
     path = Path(path)
     pieces = _read(path, sizes)
     whole = joined(pieces)
@@ -107,20 +113,24 @@ def mesh(
     if hull_volume(vertices) <= FLAT * size**3:
         raise ValueError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
     if size > LARGEST:
-        text = (
-            f"scale is {scale!r}, which makes {path.name} {size:.3g} m long: lengths are in "
-            f"metres; a file in millimetres needs 0.001."
-        )
+        text = f"scale is {scale!r}, which makes {path.name} {size:.3g} m long: lengths are in "
+        text += "metres; a file in millimetres needs 0.001."
         warn([("scale", text)], text)
-    shells = _shells(pieces)
+    closed = pieces if all(map(_closed, pieces)) else []
+    shells = [s for one in closed for s in one.split(only_watertight=False, repair=False)]
     try:
         bodies = solids(shells, path, limit)
     except ValueError:
         if decompose:
             raise
         bodies = []  # the surfaces contradict each other, and the hull is the same
-    if accuracy is not None:
-        _check_accuracy(accuracy, path, decompose=decompose, closed=bool(bodies))
+    if (
+        accuracy is not None
+        and positive_number("accuracy", accuracy)
+        and not (decompose and bodies)
+    ):
+        why = f"{path} has holes, so no inside; close it" if decompose else "decompose is False"
+        raise ValueError(f"accuracy is {accuracy!r}, and {why}; expected accuracy=None there")
     if not decompose:
         parts = [corners(vertices, max_points)]
     else:
@@ -159,23 +169,6 @@ def _scale(scale: Any) -> NDArray[np.float64]:
     return sizes
 
 
-def _check(threshold: float, max_points: int, seed: int) -> None:
-    for name, value, least, most in (
-        ("threshold", threshold, 0.01, 1.0),
-        ("max_points", max_points, LEAST_POINTS, 10_000),
-        ("seed", seed, 0, 2**32 - 1),
-    ):
-        if not least <= value <= most:
-            raise ValueError(f"{name} is {value!r}, expected a number from {least} to {most}")
-
-
-def _check_accuracy(accuracy: float, path: Path, *, decompose: bool, closed: bool) -> None:
-    positive_number("accuracy", accuracy)
-    if not (decompose and closed):
-        why = f"{path} has holes, so no inside; close it" if decompose else "decompose is False"
-        raise ValueError(f"accuracy is {accuracy!r}, and {why}; expected accuracy=None there")
-
-
 def _read(path: Path, scale: NDArray[np.float64]) -> list[Trimesh]:
     """A file's geometries in metres, each with one vertex for each place."""
     if path.suffix.lower() not in SUFFIXES:
@@ -201,11 +194,8 @@ def _geometries(
 
         if path.suffix.lower() == ".dae":
             import collada  # noqa: F401
-    options: dict[str, Any] = (
-        {"split_objects": True, "split_groups": True, "skip_materials": True}
-        if path.suffix.lower() == ".obj"
-        else {}
-    )
+    of_obj = ("split_objects", "split_groups", "skip_materials")
+    options: Any = dict.fromkeys(of_obj if path.suffix.lower() == ".obj" else (), True)
     try:
         scene = trimesh.load_scene(path, process=False, **options)
         meshes = [piece for piece in scene.dump() if isinstance(piece, trimesh.Trimesh)]
@@ -223,12 +213,6 @@ def _geometries(
 
 def _closed(surface: Trimesh) -> bool:
     return bool(surface.is_watertight and surface.is_winding_consistent)
-
-
-def _shells(pieces: Sequence[Trimesh]) -> list[Trimesh]:
-    """The closed surfaces that a mesh consists of; none if it is open."""
-    closed = pieces if all(map(_closed, pieces)) else []
-    return [s for piece in closed for s in piece.split(only_watertight=False, repair=False)]
 
 
 def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:

@@ -96,14 +96,11 @@ def _around(shells: list[Trimesh], path: Path, limit: Limit) -> list[list[int]]:
 def _below(shell: Trimesh) -> Points:
     """Points a little below some faces of a surface, in what it bounds, shape (n, 3)."""
     chosen = np.unique(np.linspace(0, len(shell.faces) - 1, SAMPLES).astype(int))
-    corners = np.asarray(shell.triangles, float)[chosen]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    flat = lengths[:, 0] == 0.0
-    normals = np.divide(normals, lengths, where=lengths > 0.0, out=np.zeros_like(normals))
+    normals = np.asarray(shell.face_normals, float)[chosen]  # 0 of one without an area
     depth = np.copysign(DEPTH * float(shell.extents.max()), shell.volume)
-    below = corners.mean(axis=1) - depth * normals
-    return np.asarray(below[~flat] if not flat.all() else below)
+    below = np.asarray(shell.triangles_center, float)[chosen] - depth * normals
+    sound = normals.any(axis=1)
+    return np.asarray(below[sound] if sound.any() else below)
 
 
 def winding_numbers(points: Points, surface: Trimesh) -> Points:

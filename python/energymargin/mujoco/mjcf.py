@@ -62,16 +62,9 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
     damped = scene.joints or any(spring.damping for spring in scene.springs)
     root = xml.Element("mujoco")
     add(root, "compiler", angle="radian")
-    add(
-        root,
-        "option",
-        timestep=timestep,
-        gravity=scene.gravity,
-        tolerance=TOLERANCE,
-        solver="Newton",
-        cone="elliptic",
-        integrator="implicitfast" if damped else "Euler",
-    )
+    how = {"solver": "Newton", "cone": "elliptic"}
+    how["integrator"] = "implicitfast" if damped else "Euler"
+    add(root, "option", timestep=timestep, gravity=scene.gravity, tolerance=TOLERANCE, **how)
     bodies = Bodies(scene, at, root, timestep)
     tendons = add(root, "tendon")
     _add_springs(scene, bodies, tendons)

@@ -51,7 +51,8 @@ class Bodies:
         """By body, the names of its parts."""
         self.start: dict[str, list[float]] = {"qpos": [], "qvel": [], "ctrl": []}
         """The state, as MuJoCo has it."""
-        self._scene, self._now, self._step = scene, scene.unpack(state), step
+        self._scene, self._now = scene, scene.unpack(state)
+        self._rigid = (EQUALITY_STEPS * step, 1.0)
         self._by_name = {body.name: body for body in scene.bodies}
         self._assets, self._world, self._equalities, self._actuators = (
             add(root, section) for section in ("asset", "worldbody", "equality", "actuator")
@@ -68,20 +69,15 @@ class Bodies:
         if len(angular) == 2 and not body.fixed:
             raise ValueError(f"'{body.name}' turns about 2 axes, expected 0, 1 or 3 for MJCF")
         now = self._now.get(body.name, {})
-        position, orientation = (
-            (body.position, body.orientation)
-            if body.fixed
-            else (now["position"], now["orientation"])
-        )
+        position = body.position if body.fixed else now["position"]
+        orientation = body.orientation if body.fixed else now["orientation"]
         element = self._place(self._world, body, position, orientation)
-        if body.fixed:
-            pass
-        elif len(linear) == len(angular) == 3 and _alike_damped(body):
+        if not body.fixed and len(linear) == len(angular) == 3 and _alike_damped(body):
             damping = {"damping": body.linear_damping} if body.linear_damping else {}
             add(element, "joint", name=body.name, type="free", **damping)
             spin = Rotation.from_quat(orientation).inv().apply(now["angular_velocity"])
             self._begin([*position, *_scalar_first(orientation)], [*now["velocity"], *spin])
-        else:
+        elif not body.fixed:
             self._add_chain(element, body, linear, angular)
         self._add_links(element, body)
 
@@ -98,9 +94,8 @@ class Bodies:
             add(element, "joint", name=f"{body.name}/slide{axis}", **slide)
             self._begin([0.0], [speed[axis]])
         if len(angular) == 3:
-            add(
-                element, "joint", name=f"{body.name}/ball", type="ball", pos=center, damping=damping
-            )
+            ball = {"type": "ball", "pos": center, "damping": damping}
+            add(element, "joint", name=f"{body.name}/ball", **ball)
             self._begin([1.0, 0.0, 0.0, 0.0], turn.inv().apply(spin))
             return
         for axis in angular:
@@ -130,28 +125,17 @@ class Bodies:
         element = self._place(parent, body, origin, turn.as_quat())
         if not rigid(joint):
             rotor = {"armature": joint.armature, "frictionloss": joint.friction}
-            rotor = {name: value for name, value in rotor.items() if value}
-            add(
-                element,
-                "joint",
-                name=joint.name,
-                type=HINGES[joint.type],
-                axis=of_child.apply(np.array(joint.axis)),
-                pos=joint.child_origin,
-                **_limits(joint),
-                **rotor,
-            )
+            law = _limits(joint) | {name: value for name, value in rotor.items() if value}
+            at = {"axis": of_child.apply(np.array(joint.axis)), "pos": joint.child_origin}
+            add(element, "joint", name=joint.name, type=HINGES[joint.type], **at, **law)
             self._begin([position], [velocity])
-            self._drive(joint)
+            if joint.mimic:
+                line = (joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0)
+                joints = {"joint1": joint.name, "joint2": joint.mimic.joint, "polycoef": line}
+                add(self._equalities, "joint", **joints, solref=self._rigid)
+            else:
+                self._control(joint, joint=joint.name)
         self._add_links(element, body)
-
-    def _drive(self, joint: Joint) -> None:
-        if joint.mimic:
-            line = (joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0)
-            joints = {"joint1": joint.name, "joint2": joint.mimic.joint, "polycoef": line}
-            add(self._equalities, "joint", **joints, solref=(EQUALITY_STEPS * self._step, 1.0))
-            return
-        self._control(joint, joint=joint.name)
 
     def _control(self, of: Joint | Tendon, **transmission: str) -> None:
         stiffness, damping = of.stiffness, of.damping
@@ -182,7 +166,7 @@ class Bodies:
             sites[f"site{end}"] = f"loop{number}/{body}"
             add(self.elements[body], "site", name=sites[f"site{end}"], **_pose(point, turn))
         kind = {"point": "connect", "weld": "weld"}[loop.type]
-        add(self._equalities, kind, **sites, solref=(EQUALITY_STEPS * self._step, 1.0))
+        add(self._equalities, kind, **sites, solref=self._rigid)
 
     def _add_forces(self) -> None:
         """At centres of mass, along the world's axes."""
@@ -274,11 +258,10 @@ def motion_of(joint: Joint, joints: dict[str, Any]) -> tuple[float, float]:
     if joint.type == "fixed":
         return 0.0, 0.0
     mimic = joint.mimic
+    now = joints[mimic.joint if mimic else joint.name]
     if mimic is None:
-        return joints[joint.name]["position"], joints[joint.name]["velocity"]
-    followed = joints[mimic.joint]
-    position = mimic.multiplier * followed["position"] + mimic.offset
-    return position, mimic.multiplier * followed["velocity"]
+        return now["position"], now["velocity"]
+    return mimic.multiplier * now["position"] + mimic.offset, mimic.multiplier * now["velocity"]
 
 
 def inertia_of(body: Body) -> Inertial | MassProperties:

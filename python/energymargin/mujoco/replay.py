@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Cancel, Cancelled, EscapeEffort, Problem, Region, Scene, World
 from energymargin.checks import one_of, positive_number
-from energymargin.mujoco.simulation import Simulation, Ticks
+from energymargin.mujoco.simulation import Instant, Simulation, Ticks
 from energymargin.mujoco.state import servos
 from energymargin.mujoco.states import Names
 from energymargin.reprs import Record
@@ -79,7 +79,10 @@ def replay(
     a joint or an actuator of the plan, and on a problem without a clock if there is no
     escape; RuntimeError if MuJoCo diverges; ImportError without the extra `mujoco`.
     """
-    region = _region(problem, one_of("captured", captured, ("all", "any")))
+    every = one_of("captured", captured, ("all", "any")) == "all"
+    region = problem.captured if every else problem.captured_any
+    if region is None:
+        raise ValueError("captured is 'any', expected 'all' for a problem of one capture set")
     largest = positive_number("largest_scale", largest_scale)
     edges, ours = _undisturbed(problem) if escape is None else _path(escape)
     player = Player(problem, region, model, data, cancel)
@@ -96,23 +99,13 @@ def replay(
     return Replay(first.escaped, *first.last, distance, angle, *least)
 
 
-def _region(problem: Problem, captured: str) -> Region:
-    region = problem.captured if captured == "all" else problem.captured_any
-    if region is None:
-        raise ValueError("captured is 'any', expected 'all' for a problem of one capture set")
-    return region
-
-
 def _path(escape: EscapeEffort) -> tuple[list[Edge], Vector]:
     """Its edges, and the state to which they lead here."""
     if not len(escape.path):
         raise ValueError("escape has no path, expected one that leads out")
     tree = escape.tree
-    edges = [
-        Edge(tree.controls[node].reshape(-1, 6), float(tree.durations[node]))
-        for node in escape.path[1:]
-    ]
-    return edges, tree.states[escape.path[-1]]
+    rows = ((tree.controls[node].reshape(-1, 6), tree.durations[node]) for node in escape.path[1:])
+    return [Edge(row, float(duration)) for row, duration in rows], tree.states[escape.path[-1]]
 
 
 def _undisturbed(problem: Problem) -> tuple[list[Edge], Vector]:
@@ -182,19 +175,6 @@ class Edge(NamedTuple):
     """[s]."""
 
 
-class Instant(NamedTuple):
-    """An instant, and what had been done until then."""
-
-    time: float
-    """[s]."""
-    effort: float
-    """Integral of |f . v + tau . omega| dt [J]."""
-    work: float
-    """Integral of f . v + tau . omega [J]."""
-    state: Vector
-    """Shape (n,)."""
-
-
 class Played(NamedTuple):
     """What became of the edges."""
 
@@ -250,7 +230,7 @@ class Player:
         self._begin_edge(simulation, self._none)
         while first is None and self._go_to_look(simulation, over):
             first = self._exit(simulation)
-        return Played(first is not None, first or _instant(simulation), end)
+        return Played(first is not None, first or simulation.instant, end)
 
     def _go_to_look(self, simulation: Simulation, until: float) -> bool:
         """To the next look, or to a time [s]; False if it is there already."""
@@ -269,7 +249,7 @@ class Player:
     def _exit(self, simulation: Simulation) -> Instant | None:
         """This instant, if it is one."""
         exits = self._outside(simulation) and self._stays_outside(simulation.branch())
-        return _instant(simulation) if exits else None
+        return simulation.instant if exits else None
 
     def _outside(self, simulation: Simulation) -> bool:
         """Whether this is a look, and outside."""
@@ -285,14 +265,12 @@ class Player:
         horizon, between = self._problem.horizon, self._between_looks
         if horizon is None:
             return True
-        more = math.ceil(self._problem.dwell / between - ALMOST)
-        until = min((self._looks.last(simulation.steps) + more) * between, horizon)
+        looks = self._looks.last(simulation.steps) + math.ceil(
+            self._problem.dwell / between - ALMOST
+        )
+        until = min(looks * between, horizon)
         self._begin_edge(simulation, self._none)
         while self._go_to_look(simulation, until):
             if self._is_look(simulation) and not self._outside(simulation):
                 return False
         return True
-
-
-def _instant(simulation: Simulation) -> Instant:
-    return Instant(simulation.time, simulation.effort, simulation.work, simulation.state())

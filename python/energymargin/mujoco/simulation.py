@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,19 @@ from energymargin.mujoco.states import States
 from energymargin.scenes.mjcf_model import engine
 
 Vector = NDArray[np.float64]
+
+
+class Instant(NamedTuple):
+    """An instant, and what had been done until then."""
+
+    time: float
+    """[s]."""
+    effort: float
+    """Integral of |f . v + tau . omega| dt [J]."""
+    work: float
+    """Integral of f . v + tau . omega [J]."""
+    state: Vector
+    """Shape (n,)."""
 
 
 class Simulation:
@@ -39,6 +52,11 @@ class Simulation:
     def time(self) -> float:
         """Since the start [s]."""
         return float(self.steps * self.model.opt.timestep)
+
+    @property
+    def instant(self) -> Instant:
+        """This one."""
+        return Instant(self.time, self.effort, self.work, self.state())
 
     def push(self, wrenches: Vector) -> None:
         """From now on wrenches act on the k objects, shape (k, 6) [N, N m]."""

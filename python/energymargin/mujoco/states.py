@@ -12,6 +12,7 @@ from energymargin._core import Body, Joint, Scene
 from energymargin.checks import check_shape
 from energymargin.mujoco.mjcf_bodies import inertia_of
 from energymargin.scenes.mjcf_model import engine, name_of
+from energymargin.scenes.poses import place, pose
 
 Vector = NDArray[np.float64]
 
@@ -110,20 +111,19 @@ class States:
             there = {"position": body.position, "orientation": body.orientation}
             self._require(data, body.name, number, there, FIXED)
         for joint, parent, child in self.names.rigid:
-            there = _welded_at(data, joint, parent)
-            self._require(data, joint.child, child, there, FIXED)
+            self._require(data, joint.child, child, _welded_at(data, joint, parent), FIXED)
 
     def _write_body(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
         model = self._model
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
-        place = [*now["position"], *np.roll(now["orientation"], 1)]
+        at = [*now["position"], *np.roll(now["orientation"], 1)]
         mocap, first = int(model.body_mocapid[number]), int(model.body_jntadr[number])
         joints = range(first, first + int(model.body_jntnum[number]))
         kinds = [model.jnt_type[joint] for joint in joints]
         if mocap >= 0:
-            data.mocap_pos[mocap], data.mocap_quat[mocap] = place[:3], place[3:]
+            data.mocap_pos[mocap], data.mocap_quat[mocap] = at[:3], at[3:]
         elif kinds == [self._mujoco.mjtJoint.mjJNT_FREE]:
-            self._put(data, first, place, [*now["velocity"], *turn.inv().apply(spin)])
+            self._put(data, first, at, [*now["velocity"], *turn.inv().apply(spin)])
         elif not all([*body.linear_factor, *body.angular_factor]) or self._ball in kinds:
             self._write_chain(data, body, number, now, joints)
 
@@ -155,10 +155,9 @@ class States:
                 self._put(data, joint, [(turn * base.inv()).as_rotvec() @ axis], [spin @ axis])
 
     def _put(self, data: Any, joint: int, position: ArrayLike, velocity: ArrayLike) -> None:
-        place, speed = np.asarray(position), np.asarray(velocity)
         at, of = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
-        data.qpos[at : at + len(place)] = place
-        data.qvel[of : of + len(speed)] = speed
+        data.qpos[at : at + np.size(position)] = position
+        data.qvel[of : of + np.size(velocity)] = velocity
 
     def _require(
         self, data: Any, name: str, number: int, wanted: dict[str, Any], hint: str
@@ -185,17 +184,10 @@ def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
 
 def _welded_at(data: Any, joint: Joint, parent: int) -> dict[str, Any]:
     """Where the scene has a body that a fixed joint holds."""
-    of_parent = _matrix(data, parent)
-    turn = (
-        of_parent
-        * Rotation.from_quat(joint.orientation)
-        * Rotation.from_quat(joint.child_orientation).inv()
-    )
-    start = data.xpos[parent] + of_parent.apply(np.array(joint.origin))
-    return {
-        "position": start - turn.apply(np.array(joint.child_origin)),
-        "orientation": turn.as_quat(),
-    }
+    outer = np.eye(4)
+    outer[:3, :3], outer[:3, 3] = data.xmat[parent].reshape(3, 3), data.xpos[parent]
+    inner = np.linalg.inv(pose(joint.child_origin, joint.child_orientation))
+    return place(outer @ pose(joint.origin, joint.orientation) @ inner)
 
 
 def _matrix(data: Any, body: int) -> Rotation:
