@@ -7,18 +7,27 @@ import hashlib
 import pickle
 from typing import Any
 
-from energymargin import _core
-from energymargin._core import Compound, Inertial
+from energymargin._core import (
+    Box,
+    Capsule,
+    Compound,
+    ConvexHull,
+    Cylinder,
+    Inertial,
+    MassProperties,
+    Part,
+    Sphere,
+)
 from energymargin.meshes.shape import MeshShape
 
 FIELDS = {
-    _core.Box: ("size",),
-    _core.Sphere: ("radius",),
-    _core.Cylinder: ("radius", "length"),
-    _core.Capsule: ("radius", "length"),
-    _core.ConvexHull: ("points",),
-    _core.Part: ("shape", "position", "orientation"),
-    _core.MassProperties: ("volume", "center", "moments", "axes"),
+    Box: ("size",),
+    Sphere: ("radius",),
+    Cylinder: ("radius", "length"),
+    Capsule: ("radius", "length"),
+    ConvexHull: ("points",),
+    Part: ("shape", "position", "orientation"),
+    MassProperties: ("volume", "center", "moments", "axes"),
     Inertial: ("center", "moments", "axes"),
     Compound: ("parts", "solid"),
     MeshShape: ("parts", "solid"),
