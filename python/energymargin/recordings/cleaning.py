@@ -14,7 +14,7 @@ filter takes sine and cosine, which do not wrap.
 Noise: velocities come from a smoothing spline (`scipy.interpolate.make_smoothing_spline`) through
 the poses at their own times, with unequal steps. It passes motion slower than 2 pi times its time
 scale, and little that is faster. Where it would leave a measured pose by more than the noise, as at
-an impact, the time scale is shorter. docs/guides/recordings.md has the measurements behind it.
+an impact, the time scale is shorter. docs/engineering/recordings.md has the measurements behind it.
 
 Errors: a cubic smoothing spline is the mean of a belief: that of a value whose acceleration is
 white noise, seen with errors (Wahba, Improper priors, spline smoothing and the problem of guarding

@@ -185,7 +185,7 @@ def read_csv(
     """The recording in a CSV file: a row a frame, with the poses of two bodies in a plane.
 
     Missing frames, frames in which a body was not seen, and outliers are interpolated.
-    `docs/guides/recordings.md` has the rules. Needs the extra [recordings].
+    `docs/formats/recordings.md` has the rules. Needs the extra [recordings].
 
     Args:
         path: the CSV file.
