@@ -16,17 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import mujoco, regions, scenes
-from energymargin._core import Cancel, Plan, Problem, Scene, World
+from energymargin._core import Plan, Problem, Scene, World
 from energymargin.plans import nearest_steps
 from energymargin.policies import Policy
-from energymargin_paper.evidence.policies_told import (
-    FIRST,
-    draw,
-    missing,
-    questions as cases,
-    table,
-    told,
-)
+from energymargin_paper.evidence import policies_told
+from energymargin_paper.evidence.policies_told import Question, draw, questions as cases
 
 __all__ = ["TITLE", "cases", "draw", "lacks", "report", "run"]
 
@@ -51,10 +45,9 @@ TOUCHED = regions.Ball(BOX, center=(0, 0, 0), radius=NEAR, frame=GRIPPER)
 
 _own = local()
 
-
-def lacks() -> str:
-    """What to install; empty if all is there."""
-    return missing("gymnasium-robotics", "gymnasium_robotics", "'energymargin[fetch]'")
+lacks = partial(
+    policies_told.missing, "gymnasium-robotics", "gymnasium_robotics", "'energymargin[fetch]'"
+)
 
 
 class Push:
@@ -98,10 +91,8 @@ class Push:
         return np.asarray(np.where(arrived[:, None], 0.0, wanted))
 
 
-def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
-    """What is told of a question, and what happened."""
-    seed = FIRST + int(case.split()[1])
-    random = np.random.default_rng([settings.seed, seed])
+def _question(random: np.random.Generator) -> Question:
+    """The box at the gripper, a policy and the strength of the forces."""
     env, scene = _environment()
     policy, strength = Push(random.uniform(-BESIDE, BESIDE)), random.uniform(*STRENGTHS)
     wait = int(random.integers(WAITED + 1))
@@ -121,14 +112,11 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
         horizon=AHEAD * CONTROL,
         plan=in_the_loop(policy, goal),
     )
+    alone, forces = replayed(asked, policy, goal), partial(_forces, strength)
+    return Question(asked, alone, forces, strength, partial(_played, env, scene, policy))
 
-    alone = replayed(asked, policy, goal)
-    said = told(
-        asked, alone, partial(_forces, strength), settings=settings, seed=seed, cancel=cancel
-    )
-    forces = _forces(strength, random, -(-AHEAD // HELD))
-    stays = _played(env, scene, policy, forces)
-    return {**said, "stays": stays, "strength": strength}
+
+run = partial(policies_told.answered, _question)
 
 
 def _environment() -> tuple[Any, Scene]:
@@ -231,12 +219,10 @@ def _speeds(policy: Push, goal: Rows, states: Rows) -> Rows:
     return np.asarray(SPEED * policy.push(gripper + GRIP, box, goal))
 
 
-def report(settings: Any, found: dict[str, Any]) -> str:
-    """What was told and what happened."""
-    text = (
-        f"{ENVIRONMENT}: a scripted policy pushes the box, off its middle by up to "
-        f"{100 * BESIDE:g} cm, while forces act on it that change every 0.12 s. That place and the "
-        f"standard deviation of forces, up to {STRENGTHS[1]:g} N, are drawn for each question, and "
-        "told. Does the box stay at the gripper for a second? *Happened*: in MuJoCo, once."
-    )
-    return f"{text}\n\n{table(found)}"
+report = partial(
+    policies_told.report,
+    f"{ENVIRONMENT}: a scripted policy pushes the box, off its middle by up to "
+    f"{100 * BESIDE:g} cm, while forces act on it that change every 0.12 s. That place and the "
+    f"standard deviation of forces, up to {STRENGTHS[1]:g} N, are drawn for each question, and "
+    "told. Does the box stay at the gripper for a second? *Happened*: in MuJoCo, once.",
+)

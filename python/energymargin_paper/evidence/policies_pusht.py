@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import (
     Box,
-    Cancel,
     Compound,
     Cylinder,
     Inertial,
@@ -31,14 +30,8 @@ from energymargin._core import (
     World,
 )
 from energymargin.policies import Policy
-from energymargin_paper.evidence.policies_told import (
-    FIRST,
-    draw,
-    missing,
-    questions as cases,
-    table,
-    told,
-)
+from energymargin_paper.evidence import policies_told
+from energymargin_paper.evidence.policies_told import Question, draw, questions as cases
 
 __all__ = ["TITLE", "cases", "draw", "lacks", "report", "run"]
 
@@ -63,10 +56,7 @@ AWAY = (120.0, 190.0)  # px, of the T from the goal
 HELD = 2  # control steps of one force
 STRENGTHS = (0.0, 10.0)  # N, standard deviation of a force along x and y, even draws
 
-
-def lacks() -> str:
-    """What to install; empty if all is there."""
-    return missing("gym-pusht", "gym_pusht", "gym-pusht")
+lacks = partial(policies_told.missing, "gym-pusht", "gym_pusht", "gym-pusht")
 
 
 def pushed(turn: float, agent: Rows, middle: Rows, angle: Rows) -> Rows:
@@ -85,10 +75,8 @@ def pushed(turn: float, agent: Rows, middle: Rows, angle: Rows) -> Rows:
     return np.asarray(agent + STEP * along + aside[:, None] * side)
 
 
-def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
-    """What is told of a question, and what happened."""
-    seed = FIRST + int(case.split()[1])
-    random = np.random.default_rng([settings.seed, seed])
+def _question(random: np.random.Generator) -> Question:
+    """The T before the agent, a policy and the strength of the forces."""
     env, strength, turn = _environment(), random.uniform(*STRENGTHS), random.uniform(*TURNS)
     _placed(env, random)
     scene = scene_of()
@@ -102,11 +90,11 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
         horizon=AHEAD * CONTROL,
         plan=in_the_loop(scene, turn),
     )
+    alone, forces = replayed(asked, turn), partial(_forces, strength)
+    return Question(asked, alone, forces, strength, partial(_played, env, turn))
 
-    forces = partial(_forces, strength)
-    said = told(asked, replayed(asked, turn), forces, settings=settings, seed=seed, cancel=cancel)
-    stays = _played(env, turn, forces(random, -(-AHEAD // HELD)))
-    return {**said, "stays": stays, "strength": strength}
+
+run = partial(policies_told.answered, _question)
 
 
 def _forces(strength: float, random: np.random.Generator, pieces: int) -> Rows:
@@ -238,13 +226,11 @@ def replayed(asked: Problem, turn: float) -> Plan:
     return Plan(SUBSTEP, velocities={"agent": rows})
 
 
-def report(settings: Any, found: dict[str, Any]) -> str:
-    """What was told and what happened."""
-    text = (
-        f"{ENVIRONMENT}: a scripted policy pushes the T towards the goal, from off its middle and "
-        "askew, while forces act on the T that change every 0.2 s. Policies are good and bad: how "
-        "far one goes aside for an error is drawn anew for each question, and so is the standard "
-        f"deviation of the forces, up to {STRENGTHS[1]:g} N (a pixel is a millimetre). Both are "
-        "told. Does the T stay before the agent for 3 s? *Happened*: in pymunk, once."
-    )
-    return f"{text}\n\n{table(found)}"
+report = partial(
+    policies_told.report,
+    f"{ENVIRONMENT}: a scripted policy pushes the T towards the goal, from off its middle and "
+    "askew, while forces act on the T that change every 0.2 s. Policies are good and bad: how "
+    "far one goes aside for an error is drawn anew for each question, and so is the standard "
+    f"deviation of the forces, up to {STRENGTHS[1]:g} N (a pixel is a millimetre). Both are "
+    "told. Does the T stay before the agent for 3 s? *Happened*: in pymunk, once.",
+)

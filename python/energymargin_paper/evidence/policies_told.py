@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from energymargin_paper.evidence.calibration import calibration_error, reliabili
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["FIRST", "Forces", "draw", "missing", "questions", "table", "told"]
+__all__ = ["Question", "answered", "draw", "missing", "questions", "report"]
 
 DRAWS = 2000  # of the bootstrap, over questions
 FIRST = 10_000  # seed of the first question; those from 0 on were seen before
@@ -44,17 +44,37 @@ def questions(settings: Any) -> list[str]:
     return [f"question {k}" for k in range(settings.questions)]
 
 
-def told(
-    asked: Problem, alone: Plan, forces: Forces, *, settings: Any, seed: int, cancel: Cancel
+class Question(NamedTuple):
+    """A policy in a world of others, at a state."""
+
+    asked: Problem
+    """That world as a scene of ours, with the policy in the loop."""
+    alone: Plan
+    """What the policy does if nothing disturbs it."""
+    forces: Forces
+    strength: float
+    """Of the forces [N]."""
+    stays: Callable[[Rows], bool]
+    """Whether the object stays there, under forces that change each `duration` of the problem."""
+
+
+def answered(
+    question_of: Callable[[np.random.Generator], Question],
+    case: str,
+    settings: Any,
+    cancel: Cancel,
 ) -> dict[str, Any]:
-    """The probabilities of a problem with its policy, and with a plan, under forces that change
-    each `duration` of the problem."""
+    """What is told of a question, which is drawn, and what happened there."""
+    seed = FIRST + int(case.split()[1])
+    random = np.random.default_rng([settings.seed, seed])
+    one = question_of(random)
+    asked = one.asked
 
     def forced(random: np.random.Generator, times: Rows) -> Rows:
         piece = np.floor(times / asked.duration + 1e-9).astype(int)
-        return np.asarray(forces(random, int(piece[-1]) + 1)[piece])
+        return np.asarray(one.forces(random, int(piece[-1]) + 1)[piece])
 
-    return {
+    told = {
         name: capture_probability(
             problem,
             disturbance=forced,
@@ -64,13 +84,21 @@ def told(
             undisturbed=False,
             cancel=cancel,
         ).captured
-        for name, problem in ((LOOP, asked), (OPEN, asked.replace(plan=alone)))
+        for name, problem in ((LOOP, asked), (OPEN, asked.replace(plan=one.alone)))
     }
+    pieces = int(np.ceil((asked.horizon or 0.0) / asked.duration - 1e-9))
+    stays = one.stays(one.forces(random, pieces))
+    return {**told, "stays": stays, "strength": one.strength}
 
 
 def _gathered(found: dict[str, Any], name: str) -> Rows:
     """A number of each question, shape (N,)."""
     return np.array([one[name] for one in found.values()], dtype=float)
+
+
+def report(text: str, settings: Any, found: dict[str, Any]) -> str:
+    """A text, and what was told and what happened."""
+    return f"{text}\n\n{table(found)}"
 
 
 def table(found: dict[str, Any]) -> str:
