@@ -74,11 +74,22 @@ class GraspObject:
         and OSError on the file.
         """
         from energymargin.meshes import mesh
+        from energymargin.scenes import from_urdf
 
         if Path(path).suffix.lower() == ".urdf":
             if density is not None or scale != 1.0:
                 raise ValueError("density and scale are given, expected neither with a URDF")
-            return _of_urdf(Path(path), mass, friction, options)
+            bodies = from_urdf(path, base="free", role="object", **options).bodies
+            if len(bodies) != 1:
+                raise ValueError(
+                    f"path is {str(path)!r}, which has {len(bodies)} links that move, expected "
+                    "one: a grasp is of one rigid object"
+                )
+            (body,) = bodies
+            given = body.friction if friction is None else friction
+            if mass is None:
+                return GraspObject(body.shape, body.mass, given, body.inertial)
+            return GraspObject(body.shape, mass, given)
         if (mass is None) == (density is None):
             raise ValueError(
                 f"mass is {mass} and density is {density}, expected one of them: [kg], [kg/m^3]"
@@ -129,8 +140,7 @@ class GraspObject:
         )
         if not own or said.com is None or said.inertia is None:
             return known
-        about = Inertial(said.com, inertia=said.inertia)
-        return replace(known, inertial=about)
+        return replace(known, inertial=Inertial(said.com, inertia=said.inertia))
 
     @cached_property
     def center(self) -> NDArray[np.float64]:
@@ -154,21 +164,3 @@ class GraspObject:
         """What it is, as JSON."""
         own = {"shape": digest(self.shape), "mass": self.mass, "friction": self.friction}
         return own if self.inertial is None else own | {"inertial": digest(self.inertial)}
-
-
-def _of_urdf(
-    path: Path, mass: float | None, friction: float | None, options: dict[str, Any]
-) -> GraspObject:
-    from energymargin.scenes import from_urdf
-
-    scene = from_urdf(path, base="free", role="object", **options)
-    if len(scene.bodies) != 1:
-        raise ValueError(
-            f"path is {str(path)!r}, which has {len(scene.bodies)} links that move, expected one: "
-            "a grasp is of one rigid object"
-        )
-    (body,) = scene.bodies
-    known = GraspObject(body.shape, body.mass, body.friction, body.inertial)
-    if mass is not None:
-        known = replace(known, mass=mass, inertial=None)
-    return known if friction is None else replace(known, friction=friction)

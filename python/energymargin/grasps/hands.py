@@ -99,9 +99,8 @@ class ParallelGripper(Hand):
 
     def __post_init__(self) -> None:
         """Checks all of it."""
-        sizes = {"pad": self.pad, "palm": self.palm}
-        for name, size in sizes.items():
-            for axis, number in enumerate(size):
+        for name in ("pad", "palm"):
+            for axis, number in enumerate(getattr(self, name)):
                 positive_number(f"{name}[{axis}]", number)
         for name in ("opening", "force", "finger", "thickness", "mass", "speed"):
             positive_number(name, getattr(self, name))
@@ -136,14 +135,21 @@ class ParallelGripper(Hand):
         scene.add_body("hand", palm, mass=1.0, kinematic=True, **rough)
         soft = Surface(torsional_friction=self.torsional_friction)
         start = min(wide, self.opening) / 2
+        # The drive's force beyond SQUEEZE, damped critically with the masses of what it moves.
+        limit, moved = (2 * force, 2 * self.mass) if self.coupled else (force, self.mass)
+        drive: dict[str, Any] = {
+            "start": start,
+            "limits": (0.0, self.opening / 2),
+            "target": 0.0,
+            "stiffness": limit / SQUEEZE,
+            "damping": 2 * np.sqrt(limit / SQUEEZE * moved),
+            "torque_limit": limit,
+        }
         for side, sign in (("left", -1), ("right", 1)):
             place = (sign * self.thickness / 2, 0, self.reach - self.finger / 2)
-            finger = Box((self.thickness, self.pad[0], self.finger))
-            shape = Compound([Part(finger, place)])
+            shape = Compound([Part(Box((self.thickness, self.pad[0], self.finger)), place)])
             scene.add_body(side, shape, mass=self.mass, surface=soft, **rough)
-            joint: dict[str, Any] = {"mimic": Mimic("left")}
-            if side == "left" or not self.coupled:
-                joint = {"start": start, **self._drive(force)}
+            joint = {"mimic": Mimic("left")} if side == "right" and self.coupled else drive
             ends: dict[str, Any] = {"parent": "hand", "child": side, "axis": (sign, 0, 0)}
             scene.add_joint(side, type="prismatic", **ends, **joint)
         driven = ("left",) if self.coupled else ("left", "right")
@@ -156,18 +162,6 @@ class ParallelGripper(Hand):
             start=dict.fromkeys(driven, start),
             targets=dict.fromkeys(driven, (start, 0.0)),
         )
-
-    def _drive(self, force: float) -> dict[str, Any]:
-        """Force of the drive beyond SQUEEZE, damped critically with the fingers' masses."""
-        limit, moved = (2 * force, 2 * self.mass) if self.coupled else (force, self.mass)
-        stiffness = limit / SQUEEZE
-        return {
-            "limits": (0.0, self.opening / 2),
-            "target": 0.0,
-            "stiffness": stiffness,
-            "damping": 2 * np.sqrt(stiffness * moved),
-            "torque_limit": limit,
-        }
 
     @property
     def text(self) -> dict[str, Any]:

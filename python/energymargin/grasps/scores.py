@@ -107,15 +107,14 @@ class GraspScores(Record, Summarized):
         found = [f"{'; '.join(places)}: {self._doubts()}"] if places else []
         if diverged := int((self.endings == DIVERGED).sum()):
             found.append(f"{diverged} of {made} trials diverged, and do not count")
-        if self.unconverged.sum() > LOOSE * self.steps.sum():
-            share_of = self.unconverged.sum() / self.steps.sum()
+        steps = max(self.steps.sum(), 1)
+        loose, lost = self.unconverged.sum() / steps, self.lost_time.sum() / steps
+        lost /= self.trials.step
+        if loose > LOOSE:
+            found.append(f"the contact solver did not converge in {100 * loose:.1f} % of the steps")
+        if lost > LOOSE:
             found.append(
-                f"the contact solver did not converge in {100 * share_of:.1f} % of the steps"
-            )
-        if self.lost_time.sum() > LOOSE * self.trials.step * self.steps.sum():
-            share_of = self.lost_time.sum() / (self.trials.step * self.steps.sum())
-            found.append(
-                f"nothing moved in {100 * share_of:.1f} % of the time, as bodies would have passed "
+                f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed "
                 "through each other: a grasp may look better than it is"
             )
         if self.errors:
@@ -262,9 +261,5 @@ def _text(form: str, *values: float) -> str:
 
 def grasp_of(grasps: GraspSet, number: int) -> Grasp:
     """A grasp of a set, as trials take it."""
-    return Grasp(
-        number,
-        grasps.poses[number],
-        float(grasps.openings[number]),
-        grasps.object_poses[number],
-    )
+    pose, opening = grasps.poses[number], float(grasps.openings[number])
+    return Grasp(number, pose, opening, grasps.object_poses[number])

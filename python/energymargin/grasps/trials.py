@@ -5,7 +5,6 @@ Trial k of each grasp has draw k of what is not known, and disturbance k.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations, islice, product
@@ -59,6 +58,7 @@ NO_GRIP = {
 COLLIDING = ("redraw", "retreat", "fail")
 
 Pose = NDArray[np.float64]
+State = NDArray[np.float64]
 
 
 class Grasp(NamedTuple):
@@ -96,7 +96,7 @@ class Closed(NamedTuple):
     """A hand that has closed, or why it could not."""
 
     hand: Fitted
-    state: NDArray[np.float64]
+    state: State
     """Where the hand closed; if it had no place, or diverged, where it began, open."""
     base: Pose
     """The frame of the hand's base, (4, 4)."""
@@ -114,7 +114,7 @@ class Closed(NamedTuple):
 class Start(NamedTuple):
     """A hand where it begins to close."""
 
-    state: NDArray[np.float64] | None
+    state: State | None
     """None: the hand was inside the object or the table, and found no place."""
     redrawn: int = 0
     back: float = 0.0
@@ -153,12 +153,12 @@ class Trials:
         if outcome.ending:
             return outcome
         problem = self.problem(closed, draw)
-        found = self._probability(problem, number, cancel)
+        found = self._rollout(problem, number, cancel)
         time = float(found.exit_times[0])
         ending = "held" if np.isinf(time) else "diverged" if np.isnan(time) else "slipped"
         if ending == "slipped" and self.protocol.angle is not None:
             alone = problem.replace(captured=self._place(closed))
-            later = float(self._probability(alone, number, cancel).exit_times[0])
+            later = float(self._rollout(alone, number, cancel).exit_times[0])
             ending = "turned" if later > time else ending
         return outcome._replace(
             ending=ending,
@@ -221,8 +221,10 @@ class Trials:
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
         placed = self._placed(grasp)
+        known = draw.number < 0 or self.belief.pose is None
+        errors = [np.zeros(6)] if known else self.belief.poses(draw.number, self.seed)
         best, deepest, redrawn = placed, np.inf, -1
-        for error in islice(self._errors(draw), REDRAWS if self.colliding == "redraw" else 1):
+        for error in islice(errors, REDRAWS if self.colliding == "redraw" else 1):
             redrawn += 1
             pose = placed @ self._with_error(grasp.pose, error)
             state = _state(scene, hand, pose, placed)
@@ -240,7 +242,7 @@ class Trials:
                 return Start(state, redrawn, back)
         return Start(None, redrawn)
 
-    def open_state(self, grasp: Grasp, draw: Draw) -> NDArray[np.float64]:
+    def open_state(self, grasp: Grasp, draw: Draw) -> State:
         """The open hand where the grasp says, whatever is there."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         placed = self._placed(grasp)
@@ -258,7 +260,7 @@ class Trials:
         return closed._replace(outcome=outcome)
 
     def close(
-        self, opening: float, start: NDArray[np.float64], draw: Draw, cancel: Cancel | None = None
+        self, opening: float, start: State, draw: Draw, cancel: Cancel | None = None
     ) -> Closed:
         """The hand after it has closed."""
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
@@ -286,15 +288,13 @@ class Trials:
         )
         return self.closed(scene, hand, state, ending)._replace(outcome=outcome)
 
-    def ending(
-        self, world: World, hand: Fitted, state: NDArray[np.float64], pressed: set[str]
-    ) -> str:
+    def ending(self, world: World, hand: Fitted, state: State, pressed: set[str]) -> str:
         """That of a hand which has closed, as of Closed: `pressed` are what touches the object."""
         if not pressed >= set(hand.fingers):
             return "not gripped"
         return "collided" if _is_sunk(world, hand, state) else ""
 
-    def closed(self, scene: Scene, hand: Fitted, state: NDArray[np.float64], ending: str) -> Closed:
+    def closed(self, scene: Scene, hand: Fitted, state: State, ending: str) -> Closed:
         """A state of a scene as that of a hand that has closed."""
         bodies = scene.unpack(state)
         base, thing = (
@@ -310,9 +310,11 @@ class Trials:
         scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
         rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], self.step)
         kept = {name: np.full(len(rows), shut) for name, (_, shut) in hand.targets.items()}
-        captured = self._place(closed)
-        if protocol.angle is not None:
-            captured = captured & self._upright(closed, protocol.angle)
+        captured, angle, base = self._place(closed), protocol.angle, hand.base
+        if angle is not None:
+            ways = [(e, closed.thing[:3, :3] @ e) for e in np.eye(3)[[0, 2]]]
+            tilts = [regions.Tilt("object", own, there, angle, base) for own, there in ways]
+            captured = captured & (tilts[0] & tilts[1])
         weight = draw.mass * GRAVITY
         return Problem(
             scene,
@@ -362,17 +364,13 @@ class Trials:
             placed[2, 3] = -float((self.object.corners @ placed[2, :3]).min())
         return placed
 
-    def _errors(self, draw: Draw) -> Iterator[NDArray[np.float64]]:
-        if draw.number < 0 or self.belief.pose is None:
-            return iter([np.zeros(6)])
-        return self.belief.poses(draw.number, self.seed)
-
     def _with_error(self, pose: Pose, error: NDArray[np.float64]) -> Pose:
         """A grasp's pose with an error, which turns it about the grasp or the centre of mass."""
-        around = np.eye(4)
+        around, moved = np.eye(4), np.eye(4)
+        moved[:3, 3], moved[:3, :3] = error[:3], Rotation.from_rotvec(error[3:]).as_matrix()
         if self.belief.about == "center_of_mass":
             around[:3, 3] = (np.linalg.inv(pose) @ [*self.object.center, 1.0])[:3]
-        return np.asarray(pose @ around @ _pose(error) @ np.linalg.inv(around))
+        return np.asarray(pose @ around @ moved @ np.linalg.inv(around))
 
     def _place(self, closed: Closed) -> Region:
         """The set in which the object is where it was gripped, in the hand's frame."""
@@ -384,15 +382,7 @@ class Trials:
             place = place & regions.Touching("object", one, gap=TOUCHING)
         return place
 
-    def _upright(self, closed: Closed, angle: float) -> Region:
-        """The set in which it is turned by at most an angle there."""
-        turned, base = closed.thing[:3, :3], closed.hand.base
-        tilts = [regions.Tilt("object", e, turned @ e, angle, base) for e in np.eye(3)[[0, 2]]]
-        return tilts[0] & tilts[1]
-
-    def _probability(
-        self, problem: Problem, number: int, cancel: Cancel | None
-    ) -> CaptureProbability:
+    def _rollout(self, problem: Problem, number: int, cancel: Cancel | None) -> CaptureProbability:
         return capture_probability(
             problem,
             disturbance=self.disturbance if number >= 0 else Uniform(0.0),
@@ -407,12 +397,12 @@ class Trials:
         )
 
 
-def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> NDArray[np.float64]:
+def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> State:
     base = grasp @ np.linalg.inv(hand.frame)
     return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
 
 
-def clearance(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
+def clearance(world: World, hand: Fitted, state: State) -> float:
     """From the hand to all else, negative in it [m].
 
     `World.contacts` would tell of the end of a step in which the drives close the fingers.
@@ -421,7 +411,7 @@ def clearance(world: World, hand: Fitted, state: NDArray[np.float64]) -> float:
     return min(world.distance(state, one, other) for one in hand.bodies for other in others)
 
 
-def _is_sunk(world: World, hand: Fitted, state: NDArray[np.float64]) -> bool:
+def _is_sunk(world: World, hand: Fitted, state: State) -> bool:
     """Whether two bodies are so deep in each other that no Problem can start there, of which one at
     least is not of the hand."""
     extents = {body.name: smallest_half_extent(body.shape) for body in world.scene.bodies}
@@ -430,14 +420,6 @@ def _is_sunk(world: World, hand: Fitted, state: NDArray[np.float64]) -> bool:
         for a, b in combinations(extents, 2)
         if not {a, b} <= set(hand.bodies)
     )
-
-
-def _pose(error: NDArray[np.float64]) -> Pose:
-    """A position and a rotation vector as a matrix."""
-    pose = np.eye(4)
-    pose[:3, 3] = error[:3]
-    pose[:3, :3] = Rotation.from_rotvec(error[3:]).as_matrix()
-    return pose
 
 
 def _body(pose: Pose) -> dict[str, Any]:

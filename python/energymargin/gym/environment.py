@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -23,9 +23,6 @@ from energymargin.gym.channels import CHANNELS, Channel, acted, action_of
 from energymargin.plans import control_period, nearest_steps, whole_steps
 from energymargin.tasks.base import Params, Regions, inside
 from energymargin.tasks.scripted import Drive, ScriptedTask
-
-if TYPE_CHECKING:
-    from energymargin.outlines import Plan as View
 
 CONTROL_STEP = 10 / 240  # s; ten steps of the simulation, 24 Hz
 PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as that
@@ -203,9 +200,23 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         """The state as a picture, shape (height, width, 3) of bytes; None without a render mode."""
         if self.render_mode is None:
             return None
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        from energymargin.outlines import view_of
+        from energymargin.plots import plot_state
+
         if self._seen is None:
             self._seen = self._driven(self.start, self._script, self.task.steps)
-        return _picture(self.present(), self.task.plane, self._seen, f"{self.time:.2f} s")
+        problem, plane = self.present(), self.task.plane
+        figure = Figure(figsize=(6.0, 5.0), dpi=DPI)
+        canvas: Any = FigureCanvasAgg(figure)
+        ax = figure.add_subplot()
+        limits = view_of(problem.scene, self._seen, plane, around=0.25)
+        plot_state(problem, ax=ax, plane=plane, limits=limits, detail=DETAIL)
+        ax.set_title(f"{self.time:.2f} s", fontsize=10)
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
     def _begin(self, random: np.random.Generator) -> None:
         """An episode, drawn in the order of `ScriptedTask.rollout`, so that seeds agree."""
@@ -299,24 +310,3 @@ def task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
             "which returns a Problem of its state"
         )
     return inner
-
-
-def _picture(problem: Problem, plane: View, seen: Array, title: str) -> NDArray[np.uint8]:
-    """The bodies and sets of a problem in a plane, shape (height, width, 3).
-
-    The view is that of the states `seen`, shape (K, n). Raises ImportError without matplotlib.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from energymargin.outlines import view_of
-    from energymargin.plots import plot_state
-
-    figure = Figure(figsize=(6.0, 5.0), dpi=DPI)
-    canvas: Any = FigureCanvasAgg(figure)
-    ax = figure.add_subplot()
-    limits = view_of(problem.scene, seen, plane, around=0.25)
-    plot_state(problem, ax=ax, plane=plane, limits=limits, detail=DETAIL)
-    ax.set_title(title, fontsize=10)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()

@@ -136,7 +136,13 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         self._settings = SearchSettings() if settings is None else settings
         self._disturbance = disturbance
         self._threads = core_count("threads", threads)
-        self._candidates = _candidates(candidates, env.action_space)
+        self._candidates: Candidates | None = None
+        if callable(candidates):
+            self._candidates = function_of(
+                "candidates", candidates, "observation", "action", "random"
+            )
+        elif candidates is not None:
+            self._candidates = _noise(whole_number("candidates", candidates, 1), env.action_space)
         share("confidence", confidence, LEAST_CONFIDENCE)
         self._safest = SafestAction(self._settings, disturbance, confidence, threads=self._threads)
         self._random: np.random.Generator | None = None
@@ -257,14 +263,8 @@ def score_of(
     return {"score": value_of(metric, found), "low": low, "high": high, "diverged": found.diverged}
 
 
-def _candidates(candidates: Candidates | int | None, space: spaces.Space[Any]) -> Candidates | None:
-    """The function that makes them; ValueError on a number of an action space without bounds."""
-    if candidates is None:
-        return None
-    if callable(candidates):
-        function_of("candidates", candidates, "observation", "action", "random")
-        return candidates
-    count = whole_number("candidates", candidates, 1)
+def _noise(count: int, space: spaces.Space[Any]) -> Noise:
+    """So many candidates; ValueError on an action space without bounds."""
     if not (isinstance(space, spaces.Box) and space.is_bounded()):
         raise ValueError(
             f"candidates is {count}, and the action space is {space}: noise needs a Box with "

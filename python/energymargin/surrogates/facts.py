@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from energymargin._core import Problem
-from energymargin.checks import shown
 
 Facts = dict[str, Any]
 """By its place in a problem file, as "scene.bodies.object.mass": a value that all have."""
@@ -25,20 +24,8 @@ def common_facts(problems: Iterable[Problem]) -> Facts:
     return {
         name: value
         for name, value in first.items()
-        if all(_is_same(other.get(name), value) for other in more)
+        if all(is_same(other.get(name), value) for other in more)
     }
-
-
-def require(facts: Facts, problem: Problem) -> None:
-    """Raises ValueError, with the place and both values, unless a problem has these facts, numbers
-    to 1 %."""
-    own = facts_of(problem)
-    for name, value in facts.items():
-        if not _is_same(own.get(name), value):
-            raise ValueError(
-                f"problem has {name} = {shown(own.get(name))}, but the surrogate learned from "
-                f"problems with {shown(value)}: learn one for this scene"
-            )
 
 
 def facts_of(problem: Problem) -> Facts:
@@ -52,7 +39,8 @@ def facts_of(problem: Problem) -> Facts:
     return dict(_leaves("", {k: v for k, v in whole.items() if k not in OTHER}))
 
 
-def _is_same(first: Any, second: Any) -> bool:
+def is_same(first: Any, second: Any) -> bool:
+    """Whether two values are equal, numbers to 1 %."""
     if isinstance(first, float) and isinstance(second, float):
         return math.isclose(first, second, rel_tol=NEAR)
     return bool(first == second)

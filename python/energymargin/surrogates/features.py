@@ -68,7 +68,11 @@ class Layout:
         """Of states, shape (N, n): the features, shape (N, F)."""
         bodies = {name: states[:, k : k + 13].T for name, k in self.bodies.items()}
         turned = {name: _rotations(body[3:7]) for name, body in bodies.items()}
-        rows = [row for name, body in bodies.items() for row in _of_body(body, turned[name])]
+        rows = [
+            row
+            for body, turn in zip(bodies.values(), turned.values(), strict=True)
+            for row in (*body[:3], np.arctan2(turn[1, 0], turn[0, 0]), *turn[2], *body[7:])
+        ]
         for other, own in self.pairs:
             rows += _seen_from(bodies[own], turned[own], bodies[other])
         rows += [states[:, k + place] for k in self.joints.values() for place in (0, 1)]
@@ -94,21 +98,11 @@ def _rotations(quaternions: Vector) -> Vector:
     )
 
 
-def _of_body(body: Vector, rotation: Vector) -> list[Vector]:
-    yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
-    return [*body[:3], yaw, *rotation[2], *body[7:]]
-
-
 def _seen_from(body: Vector, rotation: Vector, other: Vector) -> list[Vector]:
     """Place and velocity of another body in a body's frame."""
-    apart, speed = other[:3] - body[:3], other[7:10] - body[7:10] - _cross(body[10:], other, body)
+    apart, (p, q, r) = other[:3] - body[:3], body[10:]
+    x, y, z = apart
+    turning = np.array([q * z - r * y, r * x - p * z, p * y - q * x])  # a point fixed to the body
+    speed = other[7:10] - body[7:10] - turning
     place, velocity = (np.einsum("jik,jk->ik", rotation, each) for each in (apart, speed))
     return [*place, *velocity, np.sqrt((apart * apart).sum(axis=0))]
-
-
-def _cross(spin: Vector, other: Vector, body: Vector) -> Vector:
-    """What a body's spin adds to the velocity of a point that turns with it, shape (3, N)."""
-    x, y, z = other[:3] - body[:3]
-    return np.array(
-        [spin[1] * z - spin[2] * y, spin[2] * x - spin[0] * z, spin[0] * y - spin[1] * x]
-    )

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
-from energymargin.checks import numbers_of, share
+from energymargin.checks import numbers_of, share, shown
 from energymargin.datasets import Dataset
 from energymargin.metrics import is_likelihood
 from energymargin.replacing import replaced
@@ -23,7 +23,7 @@ from energymargin.reprs import Record
 from energymargin.searches import algorithm
 from energymargin.store import Run
 from energymargin.summary import Summarized
-from energymargin.surrogates.facts import Facts, common_facts, require
+from energymargin.surrogates.facts import Facts, common_facts, facts_of, is_same
 from energymargin.surrogates.features import FeaturesOf, Layout
 from energymargin.surrogates.fitting import fitted
 from energymargin.surrogates.model import Estimates, Model, unmirrored
@@ -126,9 +126,8 @@ class Surrogate(Record, Summarized):
         task = tasks.make(dataset.task, **dataset.parameters)
         signs = getattr(task, "monotone", {}) if monotone is None else monotone
         flipped = getattr(task, "mirrored", ()) if mirrored is None else mirrored
-        for name in (*signs, *flipped):
-            if name not in names:
-                raise ValueError(f"{name!r} is no feature, expected one of {', '.join(names)}")
+        if unknown := [name for name in (*signs, *flipped) if name not in names]:
+            raise ValueError(f"{unknown[0]!r} is no feature, expected one of {', '.join(names)}")
         table = _table(features_of, states, names, params)
         model, is_test = fitted(
             table[known],
@@ -203,7 +202,13 @@ class Surrogate(Record, Summarized):
     def require(self, problem: Problem) -> None:
         """Raises ValueError unless a problem is of the scene, sets, bounds and horizon that it
         learned from; what differed between them may be anything."""
-        require(self.facts, problem)
+        own = facts_of(problem)
+        for name, value in self.facts.items():
+            if not is_same(own.get(name), value):
+                raise ValueError(
+                    f"problem has {name} = {shown(own.get(name))}, but the surrogate learned from "
+                    f"problems with {shown(value)}: learn one for this scene"
+                )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file, in one go, of numpy's .npz. Raises OSError if it cannot be written."""
@@ -240,13 +245,11 @@ class Surrogate(Record, Summarized):
                 f"those of {algorithm()}: score the dataset and learn again"
             )
         layout, quality = Layout(**about.pop("layout")), Quality(**about.pop("quality"))
-        names, given = (tuple(about.pop(name)) for name in ("names", "given"))
-        if features is None and names != (*layout.names, *given):
+        about |= {name: tuple(about[name]) for name in ("names", "given")}
+        if features is None and about["names"] != (*layout.names, *about["given"]):
             raise ValueError(f"{path} has features of its own: give load(..., features=FUNCTION)")
-        made = {"names": names, "given": given, "layout": layout, "quality": quality}
-        return Surrogate(
-            **about | made, model=Model(**arrays), features_of=features or layout.features
-        )
+        parts: dict[str, Any] = {"layout": layout, "quality": quality, "model": Model(**arrays)}
+        return Surrogate(**about, **parts, features_of=features or layout.features)
 
 
 def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]]:

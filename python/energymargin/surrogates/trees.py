@@ -72,11 +72,9 @@ def compiled(model: Any, features: Vector) -> Trees:
     """
     ensemble = [trees[0].nodes for trees in model._predictors]
     values = np.zeros((len(ensemble), LEAVES))
-    splits = [split for tree in zip(ensemble, values, strict=True) for split in _splits(*tree)]
-    numbers = np.repeat(np.arange(len(ensemble)), [len(nodes) // 2 for nodes in ensemble])
-    features_and_leaves = np.array([split[:2] for split in splits], dtype=np.int64).reshape(-1, 2)
-    places = np.column_stack([numbers, features_and_leaves])
-    thresholds = np.array([split[2] for split in splits], dtype=float)
+    splits = [row for k, nodes in enumerate(ensemble) for row in _splits(k, nodes, values[k])]
+    places = np.array([row[:3] for row in splits], dtype=np.int64).reshape(-1, 3)
+    thresholds = np.array([row[3] for row in splits], dtype=float)
     own = getattr(model, "decision_function", model.predict)(features)
     sums = Trees(places, thresholds, values, 0.0)(features)
     trees = Trees(places, thresholds, values, float(np.mean(own - sums)))
@@ -89,9 +87,9 @@ def compiled(model: Any, features: Vector) -> Trees:
     return trees
 
 
-def _splits(nodes: Any, values: Vector) -> list[tuple[int, int, float]]:
-    """Of the nodes of a tree, by its splits: feature, word of the leaves that remain on its right,
-    and threshold. Sets the `values` of its leaves, shape (16,)."""
+def _splits(number: int, nodes: Any, values: Vector) -> list[tuple[int, int, int, float]]:
+    """Of the nodes of a tree, by its splits: its number, feature, word of the leaves that remain on
+    the right, and threshold. Sets the `values` of its leaves, shape (16,)."""
     splits = []
 
     def walk(node: Any, first: int) -> int:
@@ -101,7 +99,7 @@ def _splits(nodes: Any, values: Vector) -> list[tuple[int, int, float]]:
             return first + 1
         middle = walk(nodes[node["left"]], first)
         remaining = int(EVERY) & ~((1 << middle) - (1 << first))
-        splits.append((int(node["feature_idx"]), remaining, float(node["num_threshold"])))
+        splits.append((number, int(node["feature_idx"]), remaining, float(node["num_threshold"])))
         return walk(nodes[node["right"]], middle)
 
     walk(nodes[0], 0)
