@@ -7,8 +7,7 @@ from energymargin.grasps.files import read, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
-from energymargin.grasps.hand_files import HandFile
-from energymargin.grasps.hands import Hand, ParallelGripper
+from energymargin.grasps.hands import Hand, HandFile, ParallelGripper
 from energymargin.grasps.protocols import Motion, Protocol
 from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from energymargin.grasps.hand_files import HandFile
+from energymargin.grasps.hands import HandFile
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.grasps.trials import LEVER, Trials
 

@@ -14,8 +14,7 @@ from scipy.spatial.transform import Rotation
 from energymargin._core import Cancel, Cancelled, EscapeEffort, Problem, Region, Scene, World
 from energymargin.checks import one_of, positive_number
 from energymargin.mujoco.simulation import Instant, Simulation, Ticks
-from energymargin.mujoco.state import servos
-from energymargin.mujoco.states import Names
+from energymargin.mujoco.states import Names, servos
 from energymargin.reprs import Record
 
 Vector = NDArray[np.float64]

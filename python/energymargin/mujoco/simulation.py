@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Scene
-from energymargin.mujoco.state import servos
-from energymargin.mujoco.states import States
+from energymargin.mujoco.states import States, servos
 from energymargin.scenes.mjcf_model import engine
 
 Vector = NDArray[np.float64]

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import World
-from energymargin.mujoco.state import state as em_state
+from energymargin.mujoco.states import state as em_state
 from energymargin.scenes import from_mjcf
 from energymargin.scenes.mjcf_model import engine
 

@@ -26,8 +26,7 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Joint, Scene, Tendon, World
 from energymargin.checks import whole_number
-from energymargin.mujoco.state import servos, state as em_state
-from energymargin.mujoco.states import Names
+from energymargin.mujoco.states import Names, servos, state as em_state
 from energymargin.scenes import from_mjcf, from_urdf
 from energymargin.scenes.mjcf_model import engine
 from energymargin.table_text import csv_text, markdown_table
