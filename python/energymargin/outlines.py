@@ -17,6 +17,8 @@ from scipy.spatial.transform import Rotation
 from energymargin._core import Plane, Scene
 from energymargin.scenes.corners import shape_parts
 
+Floats = NDArray[np.float64]
+
 AXES = ("x", "y", "z")
 ACROSS = (("y", "z"), ("x", "z"), ("x", "y"))  # the planes across x, y and z
 STILL = 1e-6  # m; objects that spread less do not move
@@ -28,17 +30,17 @@ AROUND = 0.1  # of the view's longer side, around what moves
 
 Limits = tuple[tuple[float, float], tuple[float, float]]  # of the plane's two axes [m]
 Plan = tuple[str, str]  # the axes of a picture's plane, such as ("x", "z")
-Pose = tuple[NDArray[np.float64], NDArray[np.float64]]  # position, quaternion
+Pose = tuple[Floats, Floats]  # position, quaternion
 
 
-def placed(points: NDArray[np.float64], pose: Pose, plane: Sequence[str]) -> NDArray[np.float64]:
+def placed(points: Floats, pose: Pose, plane: Sequence[str]) -> Floats:
     """Points (N, 3) of a body as they are seen in the plane of two axes, shape (N, 2)."""
     position, orientation = pose
     turned = Rotation.from_quat(orientation).apply(points)
     return np.asarray((turned + np.asarray(position))[:, axis_numbers(plane)])
 
 
-def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[NDArray[np.float64]]:
+def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[Floats]:
     """The outline of each convex part of a shape as it is seen in the plane; arrays (N, 2).
 
     A part that is seen edge-on is a line.
@@ -46,7 +48,7 @@ def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[NDArray[np.float64]
     return [_outline(placed(part, pose, plane)) for part in shape_parts(shape)]
 
 
-def body_poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
+def body_poses(scene: Scene, state: Floats) -> dict[str, Pose]:
     """Poses of all bodies in a state, by name."""
     moving = scene.unpack(state)
     return {
@@ -57,7 +59,7 @@ def body_poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
     }
 
 
-def spring_ends(scene: Scene, poses: Mapping[str, Pose]) -> NDArray[np.float64]:
+def spring_ends(scene: Scene, poses: Mapping[str, Pose]) -> Floats:
     """Where the springs are fastened [m], shape (N, 2, 3)."""
     ends = [
         placed(np.array([point]), poses[body], AXES)
@@ -72,9 +74,7 @@ def axis_numbers(plane: Sequence[str]) -> list[int]:
     return [AXES.index(axis) for axis in plane]
 
 
-def object_centers(
-    scene: Scene, states: NDArray[np.float64], axes: Sequence[str] = AXES
-) -> NDArray[np.float64]:
+def object_centers(scene: Scene, states: Floats, axes: Sequence[str] = AXES) -> Floats:
     """Where the objects' frames are along these axes in states (N, n), shape (N, k, len(axes))."""
     links = {joint.child for joint in scene.joints}
     places = []
@@ -86,7 +86,7 @@ def object_centers(
     return np.stack(places, axis=1)[..., axis_numbers(axes)]
 
 
-def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
+def plane_for(scene: Scene, states: Floats) -> Plan:
     """The plane that shows most of these states, shape (N, n).
 
     If no body can move along one of the axes, the plane across it. Otherwise one in which the robot
@@ -108,10 +108,10 @@ def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
     return ACROSS[int(least.argmin())]
 
 
-def _covered(scene: Scene, state: NDArray[np.float64], plane: Plan) -> float:
+def _covered(scene: Scene, state: Floats, plane: Plan) -> float:
     """How much of the objects' area the robot covers, or is covered by, in a plane: 0 to 1."""
     poses = body_poses(scene, state)
-    outlines: dict[str, list[NDArray[np.float64]]] = {"object": [], "effector": []}
+    outlines: dict[str, list[Floats]] = {"object": [], "effector": []}
     for body in scene.bodies:
         if body.role != "none" and not isinstance(body.shape, Plane):
             outlines[body.role] += outlines_of(body.shape, poses[body.name], plane)
@@ -125,9 +125,7 @@ def _covered(scene: Scene, state: NDArray[np.float64], plane: Plan) -> float:
     return float(np.any(hidden, axis=0).mean()) if hidden and len(points) else 0.0
 
 
-def view_of(
-    scene: Scene, states: NDArray[np.float64], plane: Plan, around: float = AROUND
-) -> Limits:
+def view_of(scene: Scene, states: Floats, plane: Plan, around: float = AROUND) -> Limits:
     """A view of all that moves in these states, shape (N, n), and `around` it, in its lengths."""
     points = seen_corners(scene, states, plane)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -136,9 +134,7 @@ def view_of(
     return (float(x0), float(x1)), (float(y0), float(y1))
 
 
-def seen_corners(
-    scene: Scene, states: Iterable[NDArray[np.float64]], axes: Sequence[str]
-) -> NDArray[np.float64]:
+def seen_corners(scene: Scene, states: Iterable[Floats], axes: Sequence[str]) -> Floats:
     """Corners of what a view of these states has to show, along k axes; shape (N, k).
 
     Objects and free effectors are shown whole. Fixed and jointed ones, such as a mast or an arm,
@@ -159,8 +155,8 @@ def seen_corners(
 
 
 def _corners(
-    scene: Scene, state: NDArray[np.float64], axes: Sequence[str], names: Collection[str]
-) -> dict[str, NDArray[np.float64]]:
+    scene: Scene, state: Floats, axes: Sequence[str], names: Collection[str]
+) -> dict[str, Floats]:
     """Those of some bodies in a state, and their centres, along k axes; shapes (N, k)."""
     poses = body_poses(scene, state)
     return {
@@ -175,7 +171,7 @@ def _corners(
     }
 
 
-def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _outline(points: Floats) -> Floats:
     """The hull of points (N, 2), or the line that they are on."""
     try:
         return np.asarray(points[Hull(points).vertices])

@@ -20,6 +20,8 @@ from energymargin.replacing import replaced
 from energymargin.scenes.corners import shape_parts
 from energymargin.store import ScoreStore
 
+Floats = NDArray[np.float64]
+
 TIMELINE = "time"
 
 
@@ -80,13 +82,7 @@ def write_rerun(
     return trajectory
 
 
-def _log_scene(
-    rerun: Any,
-    stream: Any,
-    scene: Scene,
-    times: NDArray[np.float64],
-    states: NDArray[np.float64],
-) -> None:
+def _log_scene(rerun: Any, stream: Any, scene: Scene, times: Floats, states: Floats) -> None:
     """The bodies but planes: their meshes, and where they are in each state, shape (K, n)."""
     stream.log("scene", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     poses = [body_poses(scene, state) for state in states]
@@ -107,7 +103,7 @@ def _log_scene(
         _send(rerun, stream, path, times, columns)
 
 
-def _send(rerun: Any, stream: Any, path: str, times: NDArray[np.float64], columns: Any) -> None:
+def _send(rerun: Any, stream: Any, path: str, times: Floats, columns: Any) -> None:
     """Numbers of an entity over time [s]."""
     if len(times):
         index = rerun.TimeColumn(TIMELINE, duration=times)

@@ -26,13 +26,13 @@ from energymargin.outlines import (
 from energymargin.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.regions import Region
 
+Floats = NDArray[np.float64]
+
 ORDERS = {"none": 2, "effector": 3, "object": 3.5}  # of roles, from the back
 BLOCK = 2**21  # numbers of states in memory at once
 
 
-def draw_bodies(
-    ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan, limits: Limits
-) -> None:
+def draw_bodies(ax: Axes, scene: Scene, state: Floats, plane: Plan, limits: Limits) -> None:
     """All bodies in a state, with springs and joints; of an endless body what is in view."""
     poses = body_poses(scene, state)
     for body in scene.bodies:
@@ -61,16 +61,14 @@ def set_plane(ax: Axes, plane: Plan, limits: Limits) -> None:
     ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
 
 
-def draw_ghost(ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan) -> None:
+def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: Plan) -> None:
     """Object and effector as they are in another state."""
     for role in ("effector", "object"):
         names = {body.name for body in scene.bodies if body.role == role and not body.fixed}
         draw_outlines(ax, scene, state, plane, names, **_solid(role, 0.3), zorder=4)
 
 
-def draw_lost(
-    ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan, names: Collection[str]
-) -> None:
+def draw_lost(ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str]) -> None:
     """The outlines of the objects of these names where they have left the capture set."""
     dashes: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.2, "zorder": 7.5}
     draw_outlines(
@@ -79,12 +77,7 @@ def draw_lost(
 
 
 def draw_outlines(
-    ax: Axes,
-    scene: Scene,
-    state: NDArray[np.float64],
-    plane: Plan,
-    names: Collection[str],
-    **look: Any,
+    ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str], **look: Any
 ) -> None:
     """The bodies of these names as polygons that look so, without those that are endless."""
     poses = body_poses(scene, state)
@@ -133,7 +126,7 @@ def draw_set(
     line: str,
     order: int,
     detail: int,
-    seen: NDArray[np.float64],
+    seen: Floats,
 ) -> str:
     """Fills the places of the objects' centres for which the state, else unchanged, is in it.
 
@@ -169,7 +162,7 @@ def draw_set(
     return ""
 
 
-def lost_objects(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+def lost_objects(problem: Problem, states: Floats) -> NDArray[np.bool_]:
     """Which object is outside of its capture set in which of M states, shape (M, k).
 
     With one set for all objects, all of them are in it or none is. Where the sets of single objects
@@ -193,7 +186,7 @@ def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
 
 
 def inside_at(
-    problem: Problem, region: Region, places: NDArray[np.float64], axes: Sequence[str]
+    problem: Problem, region: Region, places: Floats, axes: Sequence[str]
 ) -> NDArray[np.bool_]:
     """Whether the state, else unchanged, is in a set with the objects' centres at each of N places
     along some axes, shape (N, len(axes)); shape (N,). Nowhere if one is on a joint."""

@@ -27,6 +27,8 @@ from energymargin.recordings.recording import Recording
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
 
+Floats = NDArray[np.float64]
+
 
 SUFFIXES = (".mcap", ".db3", ".bag")
 MOST_TILT = 0.2  # rad, of a body that moves in a plane; 11 deg, more than a camera's error
@@ -230,7 +232,7 @@ def _table(source: SourceFile, seen: dict[str, list[_Sighting]], rules: Rules) -
     return FrameTable(source, lines[slower], np.arange(len(times)), times, poses, velocities={})
 
 
-def _planar(source: SourceFile, body: str, sightings: list[_Sighting]) -> NDArray[np.float64]:
+def _planar(source: SourceFile, body: str, sightings: list[_Sighting]) -> Floats:
     """x, y [m] and yaw [rad], shape (N, 3); NaN where it was not seen.
 
     The yaw is the heading of the body's x axis, whether it stands or hangs upside down.
@@ -270,12 +272,7 @@ def _planar(source: SourceFile, body: str, sightings: list[_Sighting]) -> NDArra
     return poses
 
 
-def _between(
-    at: NDArray[np.float64],
-    times: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    longest_gap: float,
-) -> NDArray[np.float64]:
+def _between(at: Floats, times: Floats, poses: Floats, longest_gap: float) -> Floats:
     """Poses at other times, on lines; NaN before the first, behind the last and in a gap."""
     seen = np.isfinite(poses).all(axis=1)
     known, columns = times[seen], poses[seen].copy()

@@ -38,6 +38,8 @@ from energymargin.recordings.recording import Motion
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
+Floats = NDArray[np.float64]
+
 
 USUAL = 1.5  # median steps of time; with a shorter one, no frame is missing
 JITTER = 0.25  # of the median step of time: so much times are rounded, or late
@@ -58,30 +60,25 @@ NOISE_OF_THIRD = math.sqrt(1 + 9 + 9 + 1)  # the third difference of noise has s
 LEAST_FRAMES = 7  # a spline needs 5, the search for outliers 7
 
 
-def usual_step(times: NDArray[np.float64]) -> float:
+def usual_step(times: Floats) -> float:
     """The median step of times; inf of one time alone."""
     return float(np.median(np.diff(times))) if len(times) > 1 else math.inf
 
 
-def interpolated(
-    at: NDArray[np.float64],
-    times: NDArray[np.float64],
-    values: NDArray[np.float64],
-    outside: float | None = None,
-) -> NDArray[np.float64]:
+def interpolated(at: Floats, times: Floats, values: Floats, outside: float | None = None) -> Floats:
     """Columns of values, shape (N, M), on lines at K times; `outside` of N, None: the ends."""
     columns = [np.interp(at, times, own, left=outside, right=outside) for own in values.T]
     return np.stack(columns, axis=1)
 
 
-def gap_limits(longest_gap: float, times: NDArray[np.float64]) -> tuple[float, float]:
+def gap_limits(longest_gap: float, times: Floats) -> tuple[float, float]:
     """The longest time without a pose that is filled, of a slow camera a bit more than its step;
     and by how much rounded and jittering times may be beyond it [s]."""
     step = usual_step(times)
     return max(longest_gap, USUAL * step), JITTER * step
 
 
-def lost(poses: NDArray[np.float64], least_jump: float) -> NDArray[np.bool_]:
+def lost(poses: Floats, least_jump: float) -> NDArray[np.bool_]:
     """Poses at which a tracker has lost the body and writes x = y = yaw = 0: a mask (N,) of N
     poses, shape (N, 3); a pose that was not seen is NaN.
 
@@ -107,9 +104,7 @@ def _runs(rows: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
 
 
-def jumps(
-    times: NDArray[np.float64], poses: NDArray[np.float64], least: tuple[float, float]
-) -> NDArray[np.bool_]:
+def jumps(times: Floats, poses: Floats, least: tuple[float, float]) -> NDArray[np.bool_]:
     """Which of N >= 7 poses, shape (N, 3), are outliers, shape (N,).
 
     `least`: of the jump [m] and of the turn [rad]. Yaws may jump by 2 pi.
@@ -120,9 +115,7 @@ def jumps(
     return np.asarray(np.any([_jumps(times, *column) for column in columns], axis=0))
 
 
-def _jumps(
-    times: NDArray[np.float64], values: NDArray[np.float64], least: float
-) -> NDArray[np.bool_]:
+def _jumps(times: Floats, values: Floats, least: float) -> NDArray[np.bool_]:
     from scipy.interpolate import make_interp_spline
 
     count = len(values)
@@ -143,12 +136,7 @@ def _jumps(
     return np.asarray(far & (np.abs(values - lines).min(axis=0) > least))
 
 
-def smoothed(
-    times: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    at: NDArray[np.float64],
-    time_scale: float,
-) -> tuple[Motion, NDArray[np.float64]]:
+def smoothed(times: Floats, poses: Floats, at: Floats, time_scale: float) -> tuple[Motion, Floats]:
     """Poses, shape (N, 3), at rising times [s], N >= 7: smooth, and their rates, at K times, with
     the covariances of both; and the variances of the measured poses, (3,).
 
@@ -173,11 +161,8 @@ def smoothed(
 
 
 def causally_smoothed(
-    times: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    at: NDArray[np.float64],
-    time_scale: float,
-) -> tuple[Motion, NDArray[np.float64]]:
+    times: Floats, poses: Floats, at: Floats, time_scale: float
+) -> tuple[Motion, Floats]:
     """As `smoothed`, at each time by the poses up to it alone; the variances have the shape (K, 3).
 
     At least 7 poses are at or before the first of these times.
@@ -194,12 +179,12 @@ def causally_smoothed(
     return Motion(*joined), np.array([errors for _, errors in parts])
 
 
-def diagonal(variances: NDArray[np.float64]) -> NDArray[np.float64]:
+def diagonal(variances: Floats) -> Floats:
     """Covariances (K, 3, 3) of independent errors, from their variances (K, 3)."""
     return np.asarray(variances[:, :, None] * np.eye(3))
 
 
-def _noise(values: NDArray[np.float64]) -> float:
+def _noise(values: Floats) -> float:
     """Standard deviation of noise, from where values change: a tracker may hold still or round."""
     third = np.abs(np.diff(values, 3))
     if not third.any():
@@ -207,9 +192,7 @@ def _noise(values: NDArray[np.float64]) -> float:
     return SIGMA_OF_MAD * float(np.median(third[third > 0])) / NOISE_OF_THIRD
 
 
-def _spline(
-    moments: NDArray[np.float64], values: NDArray[np.float64], scale: float
-) -> tuple[BSpline, float]:
+def _spline(moments: Floats, values: Floats, scale: float) -> tuple[BSpline, float]:
     """The spline, and its time scale in steps."""
     from scipy.interpolate import make_smoothing_spline
 
@@ -222,9 +205,7 @@ def _spline(
         scale /= 2
 
 
-def unit_variances(
-    moments: NDArray[np.float64], at: NDArray[np.float64], scale: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def unit_variances(moments: Floats, at: Floats, scale: float) -> tuple[Floats, Floats]:
     """Variances of the spline's value and rate at the K times `at`, each (K,), and of its value at
     the N rising `moments` of the measurements, (N,), for errors of variance 1.
 
@@ -236,15 +217,13 @@ def unit_variances(
     return smooth[np.searchsorted(times, at)], smooth[seen, 0]
 
 
-def error_variance(residuals: NDArray[np.float64], unit: NDArray[np.float64]) -> float:
+def error_variance(residuals: Floats, unit: Floats) -> float:
     """Variance of the measurements' errors, from the spline's residuals at them, shape (N,), and
     its variances there for errors of variance 1. Those add up to the number of its parameters."""
     return float((residuals**2).sum() / (len(residuals) - unit.sum()))
 
 
-def _variances(
-    times: NDArray[np.float64], seen: NDArray[np.bool_], noise: float
-) -> NDArray[np.float64]:
+def _variances(times: Floats, seen: NDArray[np.bool_], noise: float) -> Floats:
     """Variances of value and rate at each time, (T, 2), of a white acceleration of this density.
 
     What is known from before and what from behind are added up, as inverses of covariances: at the
@@ -263,14 +242,14 @@ def _variances(
     return np.asarray(np.diagonal(np.linalg.inv(both), axis1=1, axis2=2))
 
 
-def _ahead(known: NDArray[np.float64], step: float, noise: float) -> NDArray[np.float64]:
+def _ahead(known: Floats, step: float, noise: float) -> Floats:
     """What was known, as the inverse of a covariance, after a step of a white acceleration."""
     back = np.array([[1.0, -step], [0.0, 1.0]])
     moved = back.T @ known @ back
     return np.asarray(np.linalg.solve(np.eye(2) + moved @ _added(step, noise), moved))
 
 
-def _back(known: NDArray[np.float64], step: float, noise: float) -> NDArray[np.float64]:
+def _back(known: Floats, step: float, noise: float) -> Floats:
     """What was known, as the inverse of a covariance, before a step of a white acceleration."""
     ahead = np.array([[1.0, step], [0.0, 1.0]])
     return np.asarray(
@@ -278,6 +257,6 @@ def _back(known: NDArray[np.float64], step: float, noise: float) -> NDArray[np.f
     )
 
 
-def _added(step: float, noise: float) -> NDArray[np.float64]:
+def _added(step: float, noise: float) -> Floats:
     """The covariance that a white acceleration adds in a step."""
     return noise * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])

@@ -18,6 +18,8 @@ from energymargin.recordings import cleaning
 from energymargin.recordings.recording import Motion, Recording, Repairs
 from energymargin.reprs import Record
 
+Floats = NDArray[np.float64]
+
 BODIES = ("object", "effector")
 POSE = ("x", "y", "yaw")
 VELOCITY = ("vx", "vy", "yaw_rate")
@@ -59,10 +61,10 @@ class FrameTable(Record):
     """The line of each row in the file, shape (R,)."""
     frames: NDArray[np.int64]
     """The camera's number of each frame, shape (R,)."""
-    times: NDArray[np.float64]
-    poses: Mapping[str, NDArray[np.float64]]
+    times: Floats
+    poses: Mapping[str, Floats]
     """By body: x, y [m] and yaw [rad], shape (R, 3); NaN where it was not seen."""
-    velocities: Mapping[str, NDArray[np.float64]]
+    velocities: Mapping[str, Floats]
     """By body, if the file has them: their rates, shape (R, 3)."""
 
     def error(self, text: str, row: int) -> ValueError:
@@ -95,9 +97,9 @@ class _Track:
     """What the camera saw of one body, over the R rows of a file."""
 
     body: str
-    poses: NDArray[np.float64]
+    poses: Floats
     """Shape (R, 3), the yaw without jumps of 2 pi in the good rows."""
-    velocities: NDArray[np.float64] | None
+    velocities: Floats | None
     """Those of the file, shape (R, 3)."""
     seen: NDArray[np.bool_]
     jumped: NDArray[np.bool_]
@@ -139,9 +141,7 @@ def recording_of(table: FrameTable, rules: Rules, origin: tuple[float, float, fl
     return Recording(table.source.path.name, frames, times, object_, effector, repairs)
 
 
-def require_rising(
-    source: SourceFile, name: str, values: NDArray[np.float64], lines: NDArray[np.int64]
-) -> None:
+def require_rising(source: SourceFile, name: str, values: Floats, lines: NDArray[np.int64]) -> None:
     """Raises ValueError with the line where these values of a file, shape (R,), do not rise."""
     falls = np.flatnonzero(np.diff(values) <= 0) + 1
     if len(falls):
@@ -227,9 +227,7 @@ def _require_short_gaps(table: FrameTable, track: _Track, longest_gap: float) ->
         )
 
 
-def _filled_clock(
-    table: FrameTable, rows: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _filled_clock(table: FrameTable, rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], Floats]:
     """Numbers and times [s] of all K frames in these rows, and of those between that are missing.
 
     If a camera drops all but every n-th frame, numbers rise by n. Raises ValueError
@@ -279,7 +277,7 @@ def _require_few(table: FrameTable, repairs: Repairs, frames: int, *, repair: bo
         )
 
 
-def _motion(table: FrameTable, track: _Track, at: NDArray[np.float64], rules: Rules) -> Motion:
+def _motion(table: FrameTable, track: _Track, at: Floats, rules: Rules) -> Motion:
     """A body's at all frames. Raises ValueError if velocities of the file contradict its poses."""
     times, poses = table.times[track.good], track.poses[track.good]
     causal = rules.causal and track.velocities is None
@@ -297,9 +295,7 @@ def _motion(table: FrameTable, track: _Track, at: NDArray[np.float64], rules: Ru
     return replace(as_seen, velocities=velocities, velocity_covariances=None)
 
 
-def _require_agreement(
-    source: SourceFile, body: str, given: NDArray[np.float64], derived: NDArray[np.float64]
-) -> None:
+def _require_agreement(source: SourceFile, body: str, given: Floats, derived: Floats) -> None:
     """Raises ValueError if a file's velocities, shape (N, 3), contradict those of its poses.
 
     The root mean square of their difference may be half of the larger one's, and a bit more.

@@ -24,6 +24,8 @@ from energymargin.plots.styles import COSTS, LOST_COLOR
 from energymargin.viewer.bodies import Layer, add_lines, linear, rgb
 from energymargin.viewer.search import Scored
 
+Floats = NDArray[np.float64]
+
 DOT = 0.006  # of the view's size
 EDGE_COLOR = (110, 110, 110)
 PATH_COLOR = (0, 0, 0)
@@ -69,9 +71,7 @@ def draw_edges(layer: Layer, problem: Problem, scored: Scored, nodes: int, size:
     return len(lines)
 
 
-def draw_path(
-    layer: Layer, problem: Problem, states: NDArray[np.float64], color: tuple[int, int, int]
-) -> None:
+def draw_path(layer: Layer, problem: Problem, states: Floats, color: tuple[int, int, int]) -> None:
     """A line for each object's centre along these states, shape (K, n); none of a single state."""
     if len(states) < 2:
         return
@@ -89,9 +89,7 @@ def draw_future(layer: Layer, problem: Problem, future: Undisturbed, size: float
         _add_dots(layer, "diamond", points, rgb(LOST_COLOR), EXIT * size)
 
 
-def _add_dots(
-    layer: Layer, shape: Any, points: NDArray[np.float64], colors: Any, size: float
-) -> None:
+def _add_dots(layer: Layer, shape: Any, points: Floats, colors: Any, size: float) -> None:
     layer.scene.add_point_cloud(
         f"{layer.path}/{shape}",
         points.astype(np.float32),
@@ -103,7 +101,7 @@ def _add_dots(
     )
 
 
-def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes:
+def lines_glb(segments: Floats, colors: NDArray[np.uint8]) -> bytes:
     """A binary glTF 2.0 file of line segments: a cloud of their ends that is drawn as lines.
 
     segments: both ends of each, shape (N, 2, 3) [m], N > 0; colors: sRGB of each, shape (N, 3).
@@ -118,11 +116,7 @@ def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes
 
 
 def one_a_spot(
-    values: NDArray[np.float64],
-    kinds: NDArray[np.bool_],
-    order: NDArray[np.float64],
-    size: float,
-    most: int,
+    values: Floats, kinds: NDArray[np.bool_], order: Floats, size: float, most: int
 ) -> NDArray[np.int64]:
     """Rows of points or edges, shape (N, D), that are drawn: of those of one kind, shape (N,), on a
     spot the one that comes first in `order`, shape (N,); and at most so many. size: of the view
