@@ -31,7 +31,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from energymargin.bars import bar
 from energymargin.limits import Limit
-from energymargin.meshes.solids import Points, Solid, joined, points_within
+from energymargin.meshes.solids import Faces, Points, Solid, joined, points_within
 from energymargin.replacing import replaced
 
 if TYPE_CHECKING:
@@ -106,9 +106,7 @@ class Decomposition:
             lambda: self._decomposed(vertices, faces, settings),
         )
 
-    def _decomposed(
-        self, vertices: Points, faces: NDArray[np.int64], settings: dict[str, Any]
-    ) -> list[Points]:
+    def _decomposed(self, vertices: Points, faces: Faces, settings: dict[str, Any]) -> list[Points]:
         """Points (k, 3) of the parts that coacd makes; says that it takes long."""
         with bar(f"Decomposing {self.path.name}", "meshes") as update:
             if update is not None:
@@ -124,9 +122,7 @@ class Decomposition:
             )
         return [corners(points, self.max_points) for points in large]
 
-    def _run(
-        self, vertices: Points, faces: NDArray[np.int64], settings: dict[str, Any]
-    ) -> list[Points]:
+    def _run(self, vertices: Points, faces: Faces, settings: dict[str, Any]) -> list[Points]:
         """The parts that coacd makes, in a process that ends with this call, whatever ends it."""
         script = Path(__file__).with_name("coacd_process.py")
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}

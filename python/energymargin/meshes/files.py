@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Inertial, MassProperties
 from energymargin.bars import Update
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
     from energymargin.meshes.convex import Decomposition
     from energymargin.meshes.shape import MeshShape
-    from energymargin.meshes.solids import Points, Solid
+    from energymargin.meshes.solids import Faces, Points, Solid
 
 SUFFIXES = (".stl", ".obj", ".dae")
 THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
@@ -105,6 +104,8 @@ def mesh(
     ):
         if not least <= value <= most:
             raise ValueError(f"{name} is {value!r}, expected a number from {least} to {most}")
+    if accuracy is not None:
+        positive_number("accuracy", accuracy)
     path = Path(path)
     pieces = _read(path, sizes)
     whole = joined(pieces)
@@ -124,11 +125,7 @@ def mesh(
         if decompose:
             raise
         bodies = []  # the surfaces contradict each other, and the hull is the same
-    if (
-        accuracy is not None
-        and positive_number("accuracy", accuracy)
-        and not (decompose and bodies)
-    ):
+    if accuracy is not None and not (decompose and bodies):
         why = f"{path} has holes, so no inside; close it" if decompose else "decompose is False"
         raise ValueError(f"accuracy is {accuracy!r}, and {why}; expected accuracy=None there")
     if not decompose:
@@ -159,7 +156,7 @@ def _parts(
     return parts if accuracy is None else parts_within(accuracy, parts, bodies, how)
 
 
-def _scale(scale: Any) -> NDArray[np.float64]:
+def _scale(scale: Any) -> Points:
     try:
         sizes = np.broadcast_to(np.asarray(scale, float), 3)
     except (TypeError, ValueError):
@@ -169,7 +166,7 @@ def _scale(scale: Any) -> NDArray[np.float64]:
     return sizes
 
 
-def _read(path: Path, scale: NDArray[np.float64]) -> list[Trimesh]:
+def _read(path: Path, scale: Points) -> list[Trimesh]:
     """A file's geometries in metres, each with one vertex for each place."""
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(
@@ -185,9 +182,7 @@ def _read(path: Path, scale: NDArray[np.float64]) -> list[Trimesh]:
     return [whole]
 
 
-def _geometries(
-    path: Path, scale: NDArray[np.float64]
-) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+def _geometries(path: Path, scale: Points) -> list[tuple[Points, Faces]]:
     """Vertices [m] and faces of each object in a file."""
     with needs_extra("a mesh file", "urdf"):
         import trimesh

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 Points = NDArray[np.float64]
+Faces = NDArray[np.int64]
 
 SAMPLES = 64  # faces of a surface by which it is located
 DEPTH = 1e-4  # of these samples below the surface, as a share of its size

@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from energymargin.checks import check_type, yes_or_no
 from energymargin.metrics import ANY, TIMED
 
+Floats = NDArray[np.float64]
+
 COSTS = "cividis"
 CAPTURED_COLOR = "#56B4E9"
 SUCCEEDED_COLOR = "#8C8C8C"
@@ -136,9 +138,7 @@ def folded(text: str) -> str:
     return "\n".join(wrap(text, LONGEST)[:MOST_LINES]).replace("$", r"\$")
 
 
-def shade_frames(
-    ax: Axes, times: NDArray[np.float64], shaded: NDArray[np.bool_], label: str
-) -> None:
+def shade_frames(ax: Axes, times: Floats, shaded: NDArray[np.bool_], label: str) -> None:
     """A band about each shaded frame, reaching half-way to its neighbours; about the only one, half
     a unit to both sides. The label is in the legend once."""
     middles = (times[1:] + times[:-1]) / 2
@@ -153,9 +153,7 @@ def shade_frames(
         )
 
 
-def room_for_infinity(
-    axis: XAxis | YAxis, values: NDArray[np.float64], rows: int = 1
-) -> list[float]:
+def room_for_infinity(axis: XAxis | YAxis, values: Floats, rows: int = 1) -> list[float]:
     """Scales an axis such that rows of marks, which stand for infinity, have room beyond the finite
     values; returns where these rows are, from the end on, and the border before them.
 
@@ -187,7 +185,7 @@ def room_for_infinity(
 def draw_bounded(
     ax: Axes,
     x: NDArray[Any],
-    y: NDArray[np.float64],
+    y: Floats,
     label: str,
     height: float,
     *,

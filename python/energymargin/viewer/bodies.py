@@ -17,6 +17,8 @@ from energymargin.outlines import Pose, body_poses, spring_ends
 from energymargin.plots.styles import BODY_COLORS
 from energymargin.scenes.corners import shape_parts
 
+Floats = NDArray[np.float64]
+
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}
 GHOST = 0.25
@@ -54,7 +56,7 @@ class DrawnBodies:
     """All bodies of one scene; those that move can be put into any state."""
 
     def __init__(
-        self, objects: Layer, others: Layer, scene: Scene, center: NDArray[np.float64], cell: float
+        self, objects: Layer, others: Layer, scene: Scene, center: Floats, cell: float
     ) -> None:
         """Adds them; the ground is a grid around `center` (3,) with cells of this size [m]."""
         self._scene = scene
@@ -75,7 +77,7 @@ class DrawnBodies:
             color = rgb(BODY_COLORS["effector"])
             self._springs = add_lines(others, "springs", ends, color, SPRING_WIDTH)
 
-    def put(self, state: NDArray[np.float64]) -> None:
+    def put(self, state: Floats) -> None:
         """Moves them to where they are in a state, shape (n,)."""
         poses = body_poses(self._scene, state)
         for name, mesh in self._moving.items():
@@ -85,11 +87,7 @@ class DrawnBodies:
 
 
 def add_lines(
-    layer: Layer,
-    name: str,
-    ends: NDArray[np.float64],
-    color: tuple[int, int, int],
-    width: float,
+    layer: Layer, name: str, ends: Floats, color: tuple[int, int, int], width: float
 ) -> Any:
     """Lines between both ends of each, shape (N, 2, 3) [m], so many pixels wide."""
     path, points = f"{layer.path}/{name}", ends.astype(np.float32)
@@ -97,7 +95,7 @@ def add_lines(
     return layer.scene.add_line_segments(path, points, color, **look)
 
 
-def draw_ghosts(layer: Layer, scene: Scene, state: NDArray[np.float64]) -> None:
+def draw_ghosts(layer: Layer, scene: Scene, state: Floats) -> None:
     """The objects once more, paler, as they are in a state, shape (n,)."""
     poses = body_poses(scene, state)
     for number, body in enumerate(scene.bodies):
@@ -140,11 +138,7 @@ def linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _add_ground(
-    scene: viser.SceneApi,
-    path: str,
-    plane: Plane,
-    center: NDArray[np.float64],
-    cell: float,
+    scene: viser.SceneApi, path: str, plane: Plane, center: Floats, cell: float
 ) -> None:
     """A plane's surface as a grid; it has no end, but fades."""
     normal, offset = np.asarray(plane.normal), plane.offset
@@ -169,7 +163,7 @@ def _place(mesh: Any, pose: Pose) -> None:
     mesh.position, mesh.wxyz = pose[0], _wxyz(pose[1])
 
 
-def _wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
+def _wxyz(orientation: Floats) -> Floats:
     """A quaternion x, y, z, w in the order of the browser's side."""
     return np.asarray(np.roll(orientation, 1))
 
