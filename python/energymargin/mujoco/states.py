@@ -243,11 +243,8 @@ class Names:
         """Those of them with numbers in a state."""
         self.rigid = [found for found in between if found[0].type == "fixed"]
         """Fixed joints of whose parent and child the model has both, with their numbers."""
-        self.welds = [
-            (joint, parent, child)
-            for joint, parent, child in between
-            if joint.type != "fixed" and joint.held and not joint.mimic and joint.name not in joints
-        ]
+        held = {joint.name for joint in moving if joint.held and not joint.mimic} - joints.keys()
+        self.welds = [found for found in between if found[0].name in held]
         """Held joints that the model does not have though it has both bodies: it welds them."""
         known = {body.name for body, _ in self.free} | {joint.name for joint, _ in self.moving}
         known |= {joint.name for joint, _, _ in self.welds}
@@ -356,8 +353,8 @@ class Servo:
         control = self.control(self.joint.target)
         if not self.low <= control <= self.high:
             about = f"joint {self.joint.name!r}: control"
-            text = f"{about} {control:.6g} would ask for its target, and MuJoCo clips it to "
-            text += f"[{self.low:.6g}, {self.high:.6g}]."
+            clipped = f"MuJoCo clips it to [{self.low:.6g}, {self.high:.6g}]."
+            text = f"{about} {control:.6g} would ask for its target, and {clipped}"
             warn([(about, text)], repr((control, (self.low, self.high))))
         data.ctrl[self.address] = control
         if self.activation >= 0:
@@ -370,16 +367,13 @@ def servos(names: Names, model: Any) -> dict[str, Servo]:
     selection = Selection(model, None, "fixed", start_of(model, None, None), features)
     found, tendons = drives(selection, couplings(selection, features), (), features)
     driven = {names.prefix + tendon.name: tendon.drive for tendon in tendons}
-    pairs: list[tuple[Joint | Tendon, Drive]] = [
-        (joint, found[number])
-        for joint, number in names.moving
-        if number in found and not joint.held
-    ]
-    pairs += [(of, driven[of.name]) for of in names.tendons if of.name in driven]
+    driven |= {of.name: found[k] for of, k in names.moving if k in found and not of.held}
+    moving = (joint for joint, _ in names.moving if not joint.held)
+    ends: list[Joint | Tendon] = [*moving, *names.tendons]
     clamps, result = not disabled(model, "CLAMPCTRL"), {}
-    for joint, drive in pairs:
-        alike = (drive.stiffness > 0) == (joint.stiffness > 0)
-        if len(drive.controls) != 1 or not alike:
+    for joint in [of for of in ends if of.name in driven]:
+        drive = driven[joint.name]
+        if len(drive.controls) != 1 or (drive.stiffness > 0) != (joint.stiffness > 0):
             continue
         ((actuator, slope),) = drive.controls.items()
         address = control_address(model, actuator)
@@ -387,8 +381,7 @@ def servos(names: Names, model: Any) -> dict[str, Servo]:
         filtered = word("mjtDyn", model.actuator_dyntype[actuator]) in FILTERS
         activation = int(model.actuator_actadr[actuator]) if filtered else -1
         limited = clamps and model.actuator_ctrllimited[actuator]
-        limits = map(
-            float, model.actuator_ctrlrange[actuator] if limited else (-math.inf, math.inf)
-        )
-        result[joint.name] = Servo(joint, address, slope, rest, drive, activation, *limits)
+        low, high = model.actuator_ctrlrange[actuator] if limited else (-math.inf, math.inf)
+        known = (joint, address, slope, rest, drive, activation)
+        result[joint.name] = Servo(*known, float(low), float(high))
     return result
