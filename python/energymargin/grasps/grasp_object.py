@@ -145,9 +145,7 @@ class GraspObject:
     @cached_property
     def center(self) -> NDArray[np.float64]:
         """Centre of mass in its frame [m], (3,)."""
-        if self.inertial is not None:
-            return np.array(self.inertial.center)
-        return np.array(mass_properties(self.shape).center)
+        return np.array((self.inertial or mass_properties(self.shape)).center)
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:

@@ -135,8 +135,7 @@ class Protocol:
         parts = []
         for motion in self.motions:
             rows = motion.rows(hand, step)
-            turned = Rotation.from_rotvec(rows[:, 3:].sum(axis=0) * step)
-            hand = turned.as_matrix() @ hand
+            hand = Rotation.from_rotvec(rows[:, 3:].sum(axis=0) * step).as_matrix() @ hand
             parts.append(rows)
         return np.concatenate(parts)
 

@@ -138,12 +138,12 @@ def score(
             if progress is not None and rows:
                 progress(done, len(grasps))
 
+        def give_up(grasp: Grasp, why: str) -> GraspRow:
+            return GraspRow(grasp.number, error=why)
+
         function = partial(score_grasps, trials, count, nodes)
         with quiet(), on.workers() as workers:
-            run(
-                *(workers, function, [left], deliver, limit),
-                give_up=lambda grasp, why: GraspRow(grasp.number, error=why),
-            )
+            run(workers, function, [left], deliver, limit, give_up=give_up)
     if done == 0:
         limit.require("a grasp has its score")
     for text in scores.warnings:

@@ -100,9 +100,8 @@ class Model(Record):
     def distances(self, table: Vector) -> Vector:
         """To the nearest of the neighbours, shape (N,)."""
         own = (table / self.scale).astype(np.float32)
-        nearest = (self._squares - 2 * own @ self.neighbours.T).min(axis=1) + (own * own).sum(
-            axis=1
-        )
+        nearest = (self._squares - 2 * own @ self.neighbours.T).min(axis=1)
+        nearest += (own * own).sum(axis=1)
         return np.asarray(np.sqrt(np.maximum(nearest, 0)))
 
     def arrays(self) -> dict[str, NDArray[Any]]:
