@@ -1,7 +1,8 @@
 """Whether a version got slower: a camera's frame by the interpreters of two versions, in turns.
 
 `make bench-versions OLD=42cd8fe6` installs another version beside this one, and runs this. Both are
-asked about the same states; what they answer stands beside the time.
+asked about the same states; what they answer stands beside the time. This one is asked with the
+longest step that answers alike as well.
 """
 
 from __future__ import annotations
@@ -22,15 +23,23 @@ SLOWER = 1.05
 ANSWER = "answer: "
 
 
+def problem_of(asked: dict[str, Any]) -> Any:
+    """Whether a state stays captured while the script goes on, in any version."""
+    import energymargin as em
+
+    task: Any = em.tasks.make(asked["task"])
+    return task.future(np.array(asked["state"]), asked["time"], asked["params"], SOON)
+
+
 def worker() -> None:
     """Answers questions, a line each. It has to run in old versions too."""
     import energymargin as em
 
     for line in sys.stdin:
         asked = json.loads(line)
-        task: Any = em.tasks.make(asked["task"])
-        state = np.array(asked["state"])
-        problem = task.future(state, asked["time"], asked["params"], SOON)
+        problem = problem_of(asked)
+        if asked.get("step"):
+            problem = problem.with_step(asked["step"])
         start = time.process_time()
         answer = em.capture_probability(problem, rollouts=ROLLOUTS, seed=0, threads=1)
         print(f"{ANSWER}{json.dumps([time.process_time() - start, answer.captured])}", flush=True)
@@ -69,6 +78,10 @@ class Compared:
     old: list[float] = field(default_factory=list)
     """CPU time of each pair [s]."""
     new: list[float] = field(default_factory=list)
+    longer: list[float] = field(default_factory=list)
+    """Of the new version with the longest step."""
+    step: float = 0.0
+    """That [s]."""
     moved: list[float] = field(default_factory=list)
     """How far the probability of each state is from the old one's."""
 
@@ -78,9 +91,14 @@ class Compared:
 
     def row(self, task: str) -> list[str]:
         """Of the table."""
-        times = (f"{1e3 * np.median(times):.2f}" for times in (self.old, self.new))
+        old, new, longer = (
+            f"{1e3 * np.median(times):.2f}" for times in (self.old, self.new, self.longer)
+        )
+        with_it = f"{np.median(np.divide(self.longer, self.old)):.3f}"
         slower = "slower" if self.ratio() > SLOWER else ""
-        return [task, *times, f"{self.ratio():.3f}", f"{np.mean(self.moved):.3f}", slower]
+        moved = f"{np.mean(self.moved):.3f}"
+        step = f"1/{1 / self.step:.0f}"
+        return [task, old, new, f"{self.ratio():.3f}", moved, slower, step, longer, with_it]
 
 
 def questions(task: str, states: int) -> list[dict[str, Any]]:
@@ -103,15 +121,24 @@ def questions(task: str, states: int) -> list[dict[str, Any]]:
 
 def compared(old: Version, new: Version, task: str, states: int, rounds: int) -> Compared:
     """Pairs, of which every second begins with the new version; a first one warms up."""
-    result = Compared()
-    for question in questions(task, states):
+    asked = questions(task, states)
+    result = Compared(step=longest(asked))
+    for question in asked:
         answers = [version.ask(question)[1] for version in (old, new)]
         result.moved.append(abs(answers[1] - answers[0]))
         for i in range(rounds):
             order = ((old, result.old), (new, result.new))
             for version, times in order if i % 2 else reversed(order):
                 times.append(version.ask(question)[0])
+            result.longer.append(new.ask(question | {"step": result.step})[0])
     return result
+
+
+def longest(asked: list[dict[str, Any]]) -> float:
+    """The longest step [s] whose probabilities of these states are within .02."""
+    import energymargin as em
+
+    return em.longest_step([problem_of(question) for question in asked], rollouts=200).step
 
 
 def main(
@@ -129,6 +156,7 @@ def main(
     chosen = tasks.split(",") if tasks else TASKS
     found = {task: compared(*both, task, states, rounds) for task in chosen}
     heads = ["task", "old [ms]", "new [ms]", "new / old", "probability moved by", ""]
+    heads += ["longest step [s]", "with it [ms]", "/ old"]
     print(markdown(heads, [each.row(task) for task, each in found.items()]))
     raise typer.Exit(any(each.ratio() > SLOWER for each in found.values()))
 
