@@ -776,3 +776,15 @@ def test_a_hand_of_gymnasium_robotics_is_where_mujoco_has_it(file, subtree, tend
         if one.type != "fixed" and one.mimic is None:
             data.joint(one.name).qpos = random.uniform(*one.limits)
     assert pose_error(scene, of, data) < 1e-9
+
+
+def test_a_mocap_body_that_is_the_effector_is_moved_by_a_plan():
+    geom = '<geom type="sphere" size=".02"/>'
+    pusher = f'<body name="pusher" mocap="true" pos="0 -.2 .5">{geom}</body>'
+    other = f'<body name="other" mocap="true" pos="0 .2 .5">{geom}</body>'
+    of = model(pusher + other + f'<body name="ball" pos="0 0 .5"><freejoint/>{geom}</body>')
+    scene = em.scenes.from_mjcf(of, object="ball", effector="pusher")
+    assert [body.name for body in scene.bodies if body.kinematic] == ["pusher"]
+    plan = em.Plan(1 / 240, velocities={"pusher": np.tile([0, 0.1, 0, 0, 0, 0], (24, 1))})
+    (end,) = em.World(scene, plan).simulate(scene.pack(), steps=24, record=[24]).states
+    assert scene.unpack(end)["pusher"]["position"] == pytest.approx([0, -0.19, 0.5])

@@ -204,7 +204,14 @@ def test_a_wrong_header_is_refused(path, header, message):
         read_csv(write(path, columns, header=[header.get(name, name) for name in columns]))
 
 
-@pytest.mark.parametrize("lost", ["frame", "time", "effector_yaw", "object_vx"])
+def test_without_frame_numbers_rows_are_frames(path):
+    columns = push()
+    whole = read_csv(write(path, columns))
+    del columns["frame"]
+    assert np.array_equal(read_csv(write(path, columns)).times, whole.times)
+
+
+@pytest.mark.parametrize("lost", ["time", "effector_yaw", "object_vx"])
 def test_a_header_that_lacks_a_column_is_refused(path, lost):
     columns = push()
     del columns[lost]

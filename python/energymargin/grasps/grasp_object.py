@@ -92,7 +92,7 @@ class GraspObject:
             return GraspObject(body.shape, mass, given)
         if (mass is None) == (density is None):
             raise ValueError(
-                f"mass is {mass} and density is {density}, expected one of them: [kg], [kg/m^3]"
+                f"mass is {mass} and density is {density}, expected one: [kg] or [kg/m^3]"
             )
         shape = mesh(path, scale=scale, **options)
         if mass is None:

@@ -130,14 +130,14 @@ class Columns:
             if cell not in HEADERS:
                 raise ValueError(
                     f"the header has {cell!r}, expected {', '.join(FIELDS)}, each perhaps with its "
-                    "unit, as object_yaw_deg; or say which column is what: columns="
+                    "unit, as object_yaw_deg; or say which column is what: columns=, --columns FILE"
                 )
             name, size = HEADERS[cell]
             if name in found:
                 raise ValueError(f"the header has {name!r} more than once")
             found[name] = (number, size or self._size(name))
         there = {*found, *self.constants}
-        _require_whole("the header", there, needed=FIELDS[bool(self.columns) :])
+        _require_whole("the header", there, needed=FIELDS[1:])
         return found
 
     @property
@@ -191,7 +191,7 @@ def read_csv(
         path: the CSV file.
         columns: which column is what, and the units: Columns, or a JSON file of them. None: the
             header is frame,time,object_x,object_y,object_yaw,object_vx,object_vy,object_yaw_rate,
-            and the same of the effector [m, rad, s]; velocities may be missing.
+            and the same of the effector [m, rad, s]; frame and velocities may be missing.
         repair: False makes each frame that would be interpolated an error.
         longest_gap: the longest time over which poses are interpolated [s].
         least_jump: an outlier jumps by so much at least [m].
@@ -226,7 +226,7 @@ def _require_whole(what: str, given: Container[str], needed: Sequence[str]) -> N
     missing = [name for name in needed if name not in given and name not in optional]
     if missing:
         raise ValueError(
-            f"{what} lacks {missing[0]!r}; only the velocities of a body may be missing, all three"
+            f"{what} lacks {missing[0]!r}; frame may be missing, and all three velocities of a body"
         )
 
 

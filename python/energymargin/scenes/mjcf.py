@@ -79,7 +79,7 @@ def from_mjcf(
         scene: the scene to add to, with `friction_rule="max"`; its gravity holds. None makes a new
             one with the model's gravity.
         object: bodies on which disturbances act, by name.
-        effector: bodies of the robot, with all that hangs on them.
+        effector: bodies of the robot, with all that hangs on them. A mocap body is kinematic.
         subtree: the body that becomes the base, with all that hangs on it; None is all.
         base: of a subtree, "fixed", "free" to move, or "kinematic", as a plan says.
         prefix: of all names.
@@ -125,7 +125,8 @@ def from_mjcf(
     limit.require("the model was compiled")
     start = start_of(made, data, keyframe)
     _count_options(made, features)
-    selection = Selection(made, subtree, base, start, features)
+    effectors = (effector,) if isinstance(effector, str) else tuple(effector)
+    selection = Selection(made, subtree, base, start, features, effectors=effectors)
     at = _base_pose(selection, position, orientation)
     mistakes = Mistakes(str(model) if isinstance(model, Path) else "the model")
     with mistakes.listed():

@@ -219,11 +219,18 @@ class Selection:
 
     Bodies are in MuJoCo's order: parents first. `lump`: the topmost body that a body is rigid with.
     `balls`: bodies on a ball joint alone, which are free, and that joint. `moved`: mocap bodies
-    that something is tied to, or to what is on them, and a kinematic base.
+    that something is tied to, or to what is on them, or that are effectors, and a kinematic base.
     """
 
     def __init__(
-        self, model: Any, subtree: str | None, base: str, start: Start, features: Features
+        self,
+        model: Any,
+        subtree: str | None,
+        base: str,
+        start: Start,
+        features: Features,
+        *,
+        effectors: Collection[str] = (),
     ) -> None:
         """Raises ValueError on an unknown `subtree`, and on a base that moves without one."""
         self.model = model
@@ -243,6 +250,11 @@ class Selection:
             and f"equality/{kind}" not in features.ignored
             for body in model.body_rootid[tie_ends(model, int(equality))]
             if model.body_mocapid[body] >= 0
+        }
+        self.moved |= {
+            body
+            for body in np.flatnonzero(model.body_mocapid >= 0).tolist()
+            if name_of(model, "body", body) in effectors
         }
         self.moved |= {self.root} if base == "kinematic" and self.root is not None else set()
         self.joints: dict[int, list[int]] = {}

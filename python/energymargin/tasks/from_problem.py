@@ -65,8 +65,8 @@ class ProblemTask:
         if len(found) != 1:
             shown = ", ".join(map(repr, found)) or "none"
             raise ValueError(
-                f"{self.file} has {shown} with the role {role!r}, expected one body that moves "
-                f"freely: role={role!r} of Scene.add_body"
+                f"{self.file} has {shown} with the role {role!r} that moves freely, on no joint, "
+                f"expected one: role={role!r} of Scene.add_body"
             )
         return found[0]
 
