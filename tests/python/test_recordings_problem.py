@@ -139,7 +139,9 @@ def test_problems_that_recordings_do_not_fit_are_refused(tmp_path):
         **{"force": (1, 0, 0), "torque": (0, 0, 0), "duration": 0.1},
     )
     two.save(path)
-    words = re.escape("'finger', 'other' with the role 'effector', expected one body")
+    words = re.escape(
+        "'finger', 'other' with the role 'effector' that moves freely, on no joint, expected one"
+    )
     with pytest.raises(ValueError, match=words):
         ProblemTask(str(path)).body("effector")
     with pytest.raises(ValueError, match=r"makes no trajectories: .* --problem P\.json"):
