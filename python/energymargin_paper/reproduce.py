@@ -9,7 +9,7 @@ import os
 import re
 import signal
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import date
 from pathlib import Path
@@ -140,7 +140,8 @@ def everything(
         _print(_overview(known, _heads(folder, pages, known), quick=quick))
         return
     require_own_folder(folder, overwrite=overwrite)
-    with _at_most(minutes) as over:
+    with _at_most(minutes) as (over, start):
+        start()
         for number, piece in enumerate(chosen, 1):
             err.print(f"[bold]{piece.name}[/] ({number} of {len(chosen)}): {piece.shows}")
             study, own = piece.load(), folder / piece.name
@@ -186,9 +187,9 @@ def _chosen(known: Sequence[Piece], only: str | None, data: Path | None) -> list
 
 
 @contextmanager
-def _at_most(minutes: float | None) -> Iterator[threading.Event]:
-    """Ctrl-C after so many minutes, which ends the block; the event says that it was not the
-    user's."""
+def _at_most(minutes: float | None) -> Iterator[tuple[threading.Event, Callable[[], None]]]:
+    """Ctrl-C so many minutes after a start, which ends the block; the event says that it was not
+    the user's. The start is within the block: before it nothing would catch a Ctrl-C."""
     over = threading.Event()
 
     def stop() -> None:
@@ -196,10 +197,8 @@ def _at_most(minutes: float | None) -> Iterator[threading.Event]:
         os.kill(os.getpid(), signal.SIGINT)
 
     timer = threading.Timer(60.0 * (minutes or 0.0), stop)
-    if minutes is not None:
-        timer.start()
     try:
-        yield over
+        yield over, timer.start if minutes is not None else lambda: None
     except KeyboardInterrupt:
         if not over.is_set():
             raise
