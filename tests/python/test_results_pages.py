@@ -26,7 +26,8 @@ IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 
 # Blocks that were made by an engine of other bits. Who makes one anew takes it off; nobody adds one
 # but with a change of the bits that is meant (CONTRIBUTING.md).
-OLD = {piece.name for piece in PIECES} | {
+NEW = {"audit", "bounds", "bowl", "filter", "table2"}
+OLD = {piece.name for piece in PIECES} - NEW | {
     *("bench", "bench-fewer", "bench-scale", "bench-monitor", "bench-contact"),
 }
 WITHOUT_SCORES = {"safety"}
