@@ -1,7 +1,8 @@
-"""A node of ROS 2: publishes how likely the object is to stay captured, and an alarm, 30 times a second.
+"""A node of ROS 2: publishes 30 times a second how likely the object is to stay captured, and an
+alarm.
 
-It is not run by the tests, as ROS is not here. The twist of an Odometry message is in the body's own
-frame where a driver keeps to the convention: turn it into the world's first.
+It is not run by the tests, as ROS is not here. The twist of an Odometry message is in the body's
+own frame where a driver keeps to the convention: turn it into the world's first.
 python examples/06_ros_node.py --ros-args -p problem:=problem.json
 """
 
@@ -17,7 +18,10 @@ from energymargin.monitor import Alarm
 
 
 class RobustnessNode(Node):
+    """Monitors the object of a problem file."""
+
     def __init__(self):
+        """Starts the monitor and the subscriptions."""
         super().__init__("robustness")
         path = self.declare_parameter("problem", "problem.json").value
         self.problem = em.Problem.load(path)  # with a horizon
@@ -56,6 +60,7 @@ class RobustnessNode(Node):
         }
 
     def push(self):
+        """Gives the monitor the newest state."""
         if len(self.bodies) == 2:
             now = self.get_clock().now().nanoseconds * 1e-9
             self.monitor.push(now, self.problem.scene.pack(**self.bodies))
@@ -66,6 +71,7 @@ class RobustnessNode(Node):
         return problem.replace(plan=em.Plan.hold(problem.scene, state, problem.horizon))
 
     def publish(self, reading):
+        """A reading of the monitor, as messages."""
         if reading.error is not None:
             self.get_logger().error(str(reading.error), throttle_duration_sec=1.0)
         if np.isnan(reading.value):
@@ -74,6 +80,7 @@ class RobustnessNode(Node):
         self.alarm.publish(Bool(data=reading.alarm))
 
     def destroy_node(self):
+        """Ends the monitor first."""
         self.monitor.close()
         super().destroy_node()
 
