@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,37 +114,31 @@ def longest_step(
     share("error", error)
     whole_number("rollouts", rollouts, 1)
 
-    def exits(step: float) -> NDArray[np.bool_]:
-        """Whether each rollout of each problem stays captured, shape (P, rollouts)."""
-        return np.array(
-            [
-                np.isinf(
-                    capture_probability(
-                        problem.with_step(step),
-                        disturbance=disturbance,
-                        rollouts=rollouts,
-                        seed=seed,
-                        threads=threads,
-                        cancel=cancel,
-                        warn=False,
-                    ).exit_times
-                )
-                for problem in asked
-            ]
-        )
+    ask = partial(
+        capture_probability,
+        disturbance=disturbance,
+        rollouts=rollouts,
+        seed=seed,
+        threads=threads,
+        cancel=cancel,
+        warn=False,
+    )
+    nothing = np.zeros(len(asked), int)
 
-    step = steps.pop()
-    finest = exits(FINEST * step)
+    def captured(step: float) -> NDArray[np.bool_]:
+        """Whether each rollout of each problem stays captured, shape (P, rollouts)."""
+        return np.array([np.isinf(ask(each.with_step(step)).exit_times) for each in asked])
 
     def tried(step: float) -> TriedStep:
         try:
-            kept = exits(step)
+            kept = captured(step)
         except ValueError as refusal:
-            nothing = np.zeros(len(asked), int)
             return TriedStep(step, np.zeros(0), nothing, nothing, rollouts, str(refusal))
         better, worse = (kept & ~finest).sum(1), (finest & ~kept).sum(1)
         return TriedStep(step, kept.mean(1), better, worse, rollouts)
 
+    step = steps.pop()
+    finest = captured(FINEST * step)
     found: list[TriedStep] = []
     for part in LADDER:
         found.append(tried(part * step))
@@ -151,7 +146,6 @@ def longest_step(
             break
     settled = found[-1].holds(error)
     chosen = found[-1].step if settled else FINEST * step
-    nothing = np.zeros(len(asked), int)
     last = TriedStep(FINEST * step, finest.mean(1), nothing, nothing, rollouts)
     return StepChoice(chosen, error, settled, (*found, last))
 

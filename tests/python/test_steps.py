@@ -69,6 +69,33 @@ def test_a_plan_of_longer_steps_has_means_and_the_last_targets():
     assert back.plan.step == pytest.approx(4 * STEP) and back.scene.step == STEP
 
 
+def test_a_policy_keeps_its_control_times_with_a_longer_step():
+    push = (task := em.tasks.make("push")).rollout(seed=1)
+    ahead = task.future(push.states[2], push.times[2], push.params, horizon=0.5, plan="script")
+    asked: list[float] = []
+
+    def act(seen, memory, time):
+        asked.append(time)
+        return np.zeros((len(seen), 1))
+
+    def problem(period):
+        policy = em.Policy(act, observe=["effector.x"], command=["effector.fy"], period=period)
+        return ahead.replace(plan=policy)
+
+    em.capture_probability(problem(0.1).with_step(4 * STEP), rollouts=4, threads=1, warn=False)
+    assert sorted(set(asked)) == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+    with pytest.raises(ValueError, match="at least a step of the scene"):
+        problem(STEP).with_step(4 * STEP)
+
+
+def test_threads_and_other_problems_change_no_choice():
+    problems = [thrown(HEIGHT - 0.01), thrown(HEIGHT + 0.2)]
+    one, two = (em.longest_step(problems, rollouts=200, threads=n) for n in (1, 2))
+    assert one.step == two.step
+    for a, b in zip(one.tried, two.tried, strict=True):
+        assert np.array_equal(a.captured, b.captured) and np.array_equal(a.worse, b.worse)
+
+
 def test_a_spring_that_is_too_stiff_for_a_longer_step_is_refused():
     scene = em.Scene()
     scene.add_body("ball", em.Sphere(0.02), mass=0.1, role="object")

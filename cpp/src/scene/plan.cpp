@@ -61,7 +61,7 @@ Wrenches constant_twist(const BodyState& state, int rows, double step) {
   return velocities;
 }
 
-// The first of the rows of a step, of which there are so many in each.
+// The row that begins nearest to a step, at so many rows in each.
 Eigen::Index first_of(Eigen::Index step, double each) {
   return static_cast<Eigen::Index>(std::floor(static_cast<double>(step) * each + 0.5 + rounding));
 }
