@@ -21,6 +21,11 @@ class EnvelopeLu {
   double* row(int i) { return values_.data() + begins_[static_cast<std::size_t>(i)]; }
   const double* row(int i) const { return values_.data() + begins_[static_cast<std::size_t>(i)]; }
 
+  //! From row i to the next one, where both begin and end at the same columns.
+  std::ptrdiff_t stride(int i) const {
+    return last_[static_cast<std::size_t>(i)] - first_[static_cast<std::size_t>(i)] + 1;
+  }
+
   //! Puts the factors in the place of the entries. False where a pivot is next to nothing: the factors are of no use.
   bool factor();
 

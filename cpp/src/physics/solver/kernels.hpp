@@ -3,16 +3,29 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #include "physics/solver/envelope_lu.hpp"
 #include "physics/solver/friction_law.hpp"
 
 namespace energymargin {
 
+//! Two numbers, in one register where the machine has some.
+using Pair = double __attribute__((vector_size(2 * sizeof(double))));
+
+inline Pair pair(const double* numbers) {
+  Pair both;
+  std::memcpy(&both, numbers, sizeof both);
+  return both;
+}
+
+inline double usual_dot(const double* a, const double* b) {
+  const Pair sums = (pair(a) * pair(b) + pair(a + 2) * pair(b + 2)) + pair(a + 4) * pair(b + 4);
+  return sums[0] + sums[1];
+}
+
 inline double dot(const double* a, const double* b, int count) {
-  if (count == usual_count) {
-    return ((a[0] * b[0] + a[2] * b[2]) + a[4] * b[4]) + ((a[1] * b[1] + a[3] * b[3]) + a[5] * b[5]);
-  }
+  if (count == usual_count) return usual_dot(a, b);
   double sum = 0.0;
   for (int i = 0; i < count; ++i) sum += a[i] * b[i];
   return sum;
@@ -29,7 +42,7 @@ inline void add_multiple(double factor, const double* __restrict row, int count,
 
 //! Speeds along the rows.
 inline void add_speeds(const double* jacobian, const double* velocities, ContactVector& speeds) {
-  for (std::size_t row = 0; row < 3; ++row) speeds[row] += dot(jacobian + row * usual_count, velocities, usual_count);
+  for (std::size_t row = 0; row < 3; ++row) speeds[row] += usual_dot(jacobian + row * usual_count, velocities);
 }
 
 //! Impulses along the rows.
@@ -63,12 +76,33 @@ inline void take_contact(const double* __restrict jacobian, const double* __rest
   }
 }
 
-//! entries += column' x rows of `count` velocities; `step` is the number of columns.
-[[gnu::always_inline]] inline void add_contact_row(const double* __restrict column, int step,
-                                                   const double* __restrict rows, int count,
-                                                   double* __restrict entries) {
-  const double x = column[0], y = column[step], normal = column[2 * step];
-  for (int j = 0; j < count; ++j) entries[j] += x * rows[j] + y * rows[count + j] + normal * rows[2 * count + j];
+//! entries += columns' x rows: a block of a matrix whose rows are `stride` apart. `columns` and `rows` are three rows
+//! of as many velocities as the block has rows and columns.
+inline void add_contact_block(const double* __restrict columns, int of_columns, const double* __restrict rows,
+                              int of_rows, double* __restrict entries, std::ptrdiff_t stride) {
+  for (int i = 0; i < of_columns; ++i) {
+    const double x = columns[i], y = columns[of_columns + i], normal = columns[2 * of_columns + i];
+    double* const of_row = entries + i * stride;
+    for (int j = 0; j < of_rows; ++j) of_row[j] += x * rows[j] + y * rows[of_rows + j] + normal * rows[2 * of_rows + j];
+  }
+}
+
+//! The same of two free bodies.
+inline void add_usual_block(const double* columns, const double* rows, double* entries, std::ptrdiff_t stride) {
+  constexpr int pairs = usual_count / 2;
+  Pair x[pairs], y[pairs], normal[pairs];
+  for (int k = 0; k < pairs; ++k) {
+    x[k] = pair(rows + 2 * k);
+    y[k] = pair(rows + usual_count + 2 * k);
+    normal[k] = pair(rows + 2 * usual_count + 2 * k);
+  }
+  for (int i = 0; i < usual_count; ++i, entries += stride) {
+    for (int k = 0; k < pairs; ++k) {
+      const Pair sums = pair(entries + 2 * k) + ((columns[i] * x[k] + columns[usual_count + i] * y[k]) +
+                                                 columns[2 * usual_count + i] * normal[k]);
+      std::memcpy(entries + 2 * k, &sums, sizeof sums);
+    }
+  }
 }
 
 }  // namespace energymargin

@@ -172,17 +172,16 @@ void NewtonSolver::add_contact_block(const ContactRows& rows) {
     changes_.resize(row_count * static_cast<std::size_t>(columns));
     double* const answer = changes_.data();
     if (row_count == usual_rows) {
-      const auto add = [&](int of_right) {
-        answer_contact(rows.response, jacobian, of_right, answer);
-        for_each_mover(rows, [&](int left, const double* along) {
-          const int of_left = count(left);
-          for (int i = 0; i < of_left; ++i) {
-            add_contact_row(along + i, of_left, answer, of_right,
-                            matrix_.row(islands_.row(left) + i) + islands_.row(right));
-          }
-        });
-      };
-      return columns == usual_count ? add(usual_count) : add(columns);
+      const bool usual = columns == usual_count;
+      usual ? answer_contact(rows.response, jacobian, usual_count, answer)
+            : answer_contact(rows.response, jacobian, columns, answer);
+      return for_each_mover(rows, [&](int left, const double* along) {
+        const int row = islands_.row(left);
+        double* const entries = matrix_.row(row) + islands_.row(right);
+        const std::ptrdiff_t stride = matrix_.stride(row);
+        if (usual && count(left) == usual_count) return add_usual_block(along, answer, entries, stride);
+        energymargin::add_contact_block(along, count(left), answer, columns, entries, stride);
+      });
     }
     std::fill(changes_.begin(), changes_.end(), 0.0);
     for (std::size_t row = 0; row < row_count; ++row) {

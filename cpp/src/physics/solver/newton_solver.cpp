@@ -195,8 +195,8 @@ void NewtonSolver::balance(const Island& island) {
     double* const m = factors_.data();
     for (int k = 0; k < count; ++k) {  // L D L' by columns; linear ones stand alone
       for (int j = k + 1; j < count; ++j) {
+        if (m[j * count + k] == 0.0) continue;
         const double factor = m[j * count + k] / m[k * count + k];
-        if (factor == 0.0) continue;
         for (int l = j; l < count; ++l) m[l * count + j] -= factor * m[l * count + k];
         rest[j] -= factor * rest[k];
       }

@@ -38,10 +38,10 @@ int VelocitySystem::add_mover(int count) {
   const int begin = static_cast<int>(velocities_.size());
   movers_.push_back({begin, count, inertias_.size()});
   const auto size = static_cast<std::size_t>(begin + count);
-  inertias_.resize(inertias_.size() + static_cast<std::size_t>(count * count), 0.0);
-  free_.resize(size, 0.0);
-  velocities_.resize(size, 0.0);
-  recovery_.resize(size, 0.0);
+  inertias_.resize(inertias_.size() + static_cast<std::size_t>(count * count));
+  free_.resize(size);
+  velocities_.resize(size);
+  recovery_.resize(size);
   return static_cast<int>(movers_.size()) - 1;
 }
 
@@ -61,7 +61,7 @@ void VelocitySystem::add_sides(RowSides& sides, int a, int b, int rows) {
   sides.b = b == a ? -1 : b;
   const auto add = [&](int mover, std::size_t& begin) {
     begin = numbers_.size();
-    if (mover >= 0) numbers_.resize(begin + static_cast<std::size_t>(rows * count(mover)), 0.0);
+    if (mover >= 0) numbers_.resize(begin + static_cast<std::size_t>(rows * count(mover)));
   };
   add(sides.a, sides.of_a);
   add(sides.b, sides.of_b);
