@@ -79,6 +79,14 @@ def test_states_are_scored_up_to_the_loss_but_for_the_last_frame(study: Study) -
         assert scored == expected
 
 
+def test_what_leaves_between_two_frames_is_lost_at_the_next_one() -> None:
+    made = datasets.generate("push", trajectories=13, frames=10, seed=0)
+    watched = early_warning_states.Trajectories("calibration", made)
+    lost = [monitor.first_loss(trajectory.captured) for trajectory in made.trajectories]
+    assert lost[12] == 6
+    assert [episode.lost for episode in watched.episodes] == [*lost[:12], 5]
+
+
 def test_the_threshold_of_a_score_is_that_of_the_calibration_for_every_group(study: Study) -> None:
     result, folder = study
     for row in result.rows:

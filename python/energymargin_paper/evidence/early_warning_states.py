@@ -24,6 +24,7 @@ from energymargin._core import (
 from energymargin.datasets import Dataset
 from energymargin.monitor import first_loss
 from energymargin.tasks.base import Params
+from energymargin.trajectories import Trajectory
 from energymargin_paper.evidence.ceiling import scripted
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.folder import RECORDINGS
@@ -104,10 +105,25 @@ class Trajectories(Watched):
         self._places = dataset.frames()
         self.episodes, first = [], 0
         for trajectory in dataset.trajectories:
-            lost = first_loss(trajectory.captured)
+            lost = self._lost(trajectory)
             last = len(trajectory) - 1 if lost is None else lost  # the last frame has no future
             self.episodes.append(Episode(tuple(range(first, first + last)), lost))
             first += len(trajectory)
+
+    def _lost(self, trajectory: Trajectory) -> int | None:
+        """The first frame by which it was outside.
+
+        The labels are of the frames alone: what leaves between two of them and comes back is lost
+        to a score, which looks more often, and has to be to them.
+        """
+        seen, times = first_loss(trajectory.captured), trajectory.times
+        begin, whole = float(times[0]), float(times[-1] - times[0])
+        future = self._task.future(trajectory.states[0], begin, trajectory.params, whole, "script")
+        alone = capture_probability(future, rollouts=1, seed=0)
+        if alone.undisturbed:
+            return seen
+        left = int(np.searchsorted(times - begin, alone.undisturbed_time - 1e-9))
+        return left if seen is None else min(left, seen)
 
     def scores(self, index: int, job: Job, cancel: Cancel) -> dict[str, float]:
         """Scores of a state."""
