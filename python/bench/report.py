@@ -17,6 +17,7 @@ __all__ = ["report"]
 TITLES = {
     "tasks": "Tasks, on one thread",
     "frame": "A camera's frame",
+    "answer": "To an answer within 0.05",
     "fewer": "Fewer rollouts",
     "cores": "Two threads",
     "growth": "Large trees",

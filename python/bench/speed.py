@@ -20,6 +20,7 @@ from rich.console import Console
 from energymargin.cli.progress import share_bar
 from measurements import TASKS, Settings, Tell
 from report import report
+from speed_answer import Answers, measure_answers
 from speed_bodies import Bodies, measure_bodies
 from speed_cores import Cores, Growth, measure_cores, measure_growth
 from speed_fewer import Fewer, measure_fewer
@@ -32,6 +33,7 @@ from tables import write
 PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] = {
     "tasks": (Tasks, measure_tasks),
     "frame": (Frames, measure_frames),
+    "answer": (Answers, measure_answers),
     "fewer": (Fewer, measure_fewer),
     "cores": (Cores, measure_cores),
     "growth": (Growth, measure_growth),

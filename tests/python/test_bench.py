@@ -117,6 +117,7 @@ def test_each_table_has_its_rows_with_numbers(tmp_path):
     assert [len(row) for row in numbers] == [
         *of_tasks,
         *of_frames,
+        *[5] * 4,
         of_fewer,
         *[3] * 3,
         *[2] * 2,
