@@ -75,23 +75,26 @@ class Summary:
             self.lead,
             f"**{self.title}**" if self.title else "",
             markdown_table(head, rows) if rows else "",
-            *self.notes,
+            *self._told(len(rows)),
             "" if self.further is None else self.further.to_markdown().rstrip("\n"),
         ]
         return "\n\n".join(filter(None, parts)) + "\n"
 
+    def _told(self, shown: int) -> list[str]:
+        """The notes, with the number of rows that are not shown."""
+        more = (len(self.rows) if self.total is None else self.total) - shown
+        return [f"and {more} more"] * (more > 0) + [*self.notes]
+
     def to_html(self) -> str:
         """The table beside its picture; of a long one the first rows."""
         shown = self.rows[:MOST_ROWS] if self.head else self.rows
-        more = (len(self.rows) if self.total is None else self.total) - len(shown)
         lines = [_html_row(self.head, "th")] if self.head else []
         lines += [_html_row(row, "td") for row in shown]
-        notes = [f"and {more} more"] * (more > 0) + [*self.notes]
         parts = [
             f"<b>{escape(self.title)}</b>" if self.title else "",
             _small(self.lead),
             f"<table>{''.join(lines)}</table>",
-            *map(_small, notes),
+            *map(_small, self._told(len(shown))),
         ]
         table = f"<div>{''.join(parts)}</div>"
         image = None if self.picture is None else _drawn(self.picture)
@@ -117,7 +120,7 @@ class Summary:
         for label, *cells in self.rows:
             table.add_row(str(label), *(_first_line_bold(str(cell)) for cell in cells))
         parts += [Text(self.title, "bold cyan"), Text(), table] if self.title else [table]
-        parts += map(Text, self.notes)
+        parts += map(Text, self._told(len(self.rows)))
         parts += [] if self.further is None else [Text(), self.further]
         return Group(*parts)
 

@@ -222,7 +222,10 @@ def test_a_table_of_scores_shows_its_first_rows_and_how_many_more_there_are(prob
     assert cells.rows[0] == ["problem", "capture", "effort/est [J]"]
     assert cells.rows[1][0] == "0"
     assert len(cells.rows) == 1 + 12
-    assert "and 3 more" in cells.text
+    console = Console(file=io.StringIO(), width=80)
+    console.print(summary(table))
+    for text in (cells.text, summary(table).to_markdown(), console.file.getvalue()):
+        assert "and 3 more" in text
     infinite = np.isinf(table["effort/est"][:12])
     assert [row[2] == "no escape" for row in cells.rows[1:]] == infinite.tolist()
 
