@@ -10,12 +10,17 @@ from contextlib import contextmanager
 
 @contextmanager
 def needs_extra(what: str, extra: str) -> Iterator[None]:
-    """An import in the `with` block that fails raises ImportError with what brings the package."""
+    """An import in the `with` block that fails raises ImportError with what brings the package, or
+    with what a package that is there lacks.
+    """
+    way = f"pip install 'energymargin[{extra}]'"
     try:
         yield
-    except ImportError as error:
-        way = f"pip install 'energymargin[{extra}]'"
+    except ModuleNotFoundError as error:
         raise ImportError(f"{what} needs {error.name}: {way}") from error
+    except ImportError as error:
+        text = f"{what}: a package of {way} is there and does not load: {error}"
+        raise ImportError(text) from error
 
 
 class EnergyMarginError(Exception):

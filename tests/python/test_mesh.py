@@ -252,6 +252,17 @@ def test_without_the_extra_the_error_says_what_to_install(tmp_path, monkeypatch)
         mesh(file)
 
 
+def test_a_package_that_is_there_and_broken_is_told_with_its_own_words(tmp_path, monkeypatch):
+    file = angle(tmp_path)
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "trimesh.py").write_text('raise ImportError("its core is missing")\n')
+    monkeypatch.delitem(sys.modules, "trimesh", raising=False)
+    monkeypatch.syspath_prepend(broken)
+    with pytest.raises(ImportError, match=r"is there and does not load: its core is missing"):
+        mesh(file)
+
+
 # Cavities
 
 
