@@ -29,7 +29,7 @@ IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 NEW = {
     *("audit", "bounds", "bowl", "closed-forms", "contact", "early-warning"),
     *("early-warning-recorded", "engines", "filter", "foresight", "grasps-c", "guard", "models"),
-    *("perturbation-belief", "rare", "table1", "table2"),
+    *("act", "perturbation", "perturbation-belief", "rare", "table1", "table2"),
 }
 OLD = {piece.name for piece in PIECES} - NEW | {
     *("bench", "bench-fewer", "bench-scale", "bench-monitor", "bench-contact"),
