@@ -10,9 +10,8 @@ from statistics import fmean, median
 from typing import Any, Literal
 
 import energymargin as em
-from energymargin_paper.evidence.ceiling import scripted
 from measurements import FRAMES, Settings, Tell, digits, in_turns
-from speed_frame import PAIRS, SOON, captured_states, disturbance_of
+from speed_frame import PAIRS, SOON, captured_states, disturbance_of, future_of
 from tables import markdown
 
 __all__ = ["Answers", "measure_answers"]
@@ -70,7 +69,8 @@ def measure_answers(answers: Answers, tell: Tell) -> None:
     states = answers.settings.states
     for task in answers.settings.tasks:
         tell(f"{task}: its longest step")
-        problems = problems_of(task, states)
+        dataset = em.datasets.generate(task, trajectories=2 * states, frames=FRAMES, seed=0)
+        problems = [future_of(dataset, t, k, SOON) for t, k in captured_states(dataset, states)]
         rollouts = PAIRS * answers.settings.rollouts
         disturbance = disturbance_of(problems[0])
         choice = em.longest_step(problems, disturbance=disturbance, rollouts=rollouts)
@@ -102,14 +102,3 @@ def ask_all(answers: Answers, task: str, problem: em.Problem, longest: float) ->
         found = answers.found.setdefault((task, f"1/{1 / step:.0f}", design), [])
         error = abs(result.captured - truth)
         found.append(Answer(median(seconds), result.rollouts, error))
-
-
-def problems_of(task: str, count: int) -> list[em.Problem]:
-    """Whether captured states stay so over the next half second of the script."""
-    dataset = em.datasets.generate(task, trajectories=2 * count, frames=FRAMES, seed=0)
-    robot = scripted(dataset)
-    horizon = round(SOON / robot.step) * robot.step
-    return [
-        robot.future(own.states[k], float(own.times[k]), own.params, horizon)
-        for own, k in ((dataset.trajectories[t], k) for t, k in captured_states(dataset, count))
-    ]

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 import energymargin as em
-from energymargin_paper.evidence.ceiling import scripted
 from measurements import FRAMES, Settings, Tell
-from speed_frame import SOON, captured_states
+from speed_frame import SOON, captured_states, future_of
 from tables import markdown
 
 __all__ = ["Fewer", "measure_fewer"]
@@ -87,10 +86,7 @@ def measure_fewer(fewer: Fewer, tell: Tell) -> None:
         decisions = fewer.decisions.setdefault(task, Decisions())
         for number, (t, k) in enumerate(captured_states(dataset, 8 * count)):
             tell(f"{task}: state {number + 1} of {8 * count}")
-            trajectory, robot = dataset.trajectories[t], scripted(dataset)
-            whole = round(SOON / robot.step) * robot.step
-            now = float(trajectory.times[k])
-            problem = robot.future(trajectory.states[k], now, trajectory.params, whole)
+            problem = future_of(dataset, t, k, SOON)
             if number < count:
                 decide(problem, decisions, few)
             near = asked(problem, 60).captured

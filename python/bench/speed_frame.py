@@ -139,14 +139,11 @@ def measure_frames(frames: Frames, tell: Tell) -> None:
         problems: list[em.Problem] = []
         for number, (t, k) in enumerate(captured_states(dataset, settings.states), 1):
             tell(f"{task}: frame {number} of {settings.states}")
-            trajectory = dataset.trajectories[t]
-            robot = scripted(dataset)
-            later = float(trajectory.times[k + AHEAD] - trajectory.times[k])
+            times = dataset.trajectories[t].times
+            later = float(times[k + AHEAD] - times[k])
             frames.horizons[task] = later
             for horizon, results in ((SOON, soon), (later, ahead)):
-                whole = round(horizon / robot.step) * robot.step
-                now = float(trajectory.times[k])
-                problem = robot.future(trajectory.states[k], now, trajectory.params, whole)
+                problem = future_of(dataset, t, k, horizon)
                 results.append(frame_of(problem, settings))
                 if results is soon:
                     problems.append(problem)
@@ -163,6 +160,14 @@ def captured_states(dataset: em.datasets.Dataset, count: int) -> list[tuple[int,
         if trajectory.captured[k]
     ]
     return [states[i] for i in np.linspace(0, len(states) - 1, count).astype(int)]
+
+
+def future_of(dataset: em.datasets.Dataset, t: int, k: int, seconds: float) -> em.Problem:
+    """Whether a state stays captured while the script goes on for so long."""
+    trajectory, robot = dataset.trajectories[t], scripted(dataset)
+    whole = round(seconds / robot.step) * robot.step
+    now = float(trajectory.times[k])
+    return robot.future(trajectory.states[k], now, trajectory.params, whole)
 
 
 def disturbance_of(problem: em.Problem) -> em.disturbances.Uniform:

@@ -75,12 +75,12 @@ class Summary:
             self.lead,
             f"**{self.title}**" if self.title else "",
             markdown_table(head, rows) if rows else "",
-            *self._told(len(rows)),
+            *self._notes_below(len(rows)),
             "" if self.further is None else self.further.to_markdown().rstrip("\n"),
         ]
         return "\n\n".join(filter(None, parts)) + "\n"
 
-    def _told(self, shown: int) -> list[str]:
+    def _notes_below(self, shown: int) -> list[str]:
         """The notes, with the number of rows that are not shown."""
         more = (len(self.rows) if self.total is None else self.total) - shown
         return [f"and {more} more"] * (more > 0) + [*self.notes]
@@ -94,7 +94,7 @@ class Summary:
             f"<b>{escape(self.title)}</b>" if self.title else "",
             _small(self.lead),
             f"<table>{''.join(lines)}</table>",
-            *map(_small, self._told(len(shown))),
+            *map(_small, self._notes_below(len(shown))),
         ]
         table = f"<div>{''.join(parts)}</div>"
         image = None if self.picture is None else _drawn(self.picture)
@@ -120,7 +120,7 @@ class Summary:
         for label, *cells in self.rows:
             table.add_row(str(label), *(_first_line_bold(str(cell)) for cell in cells))
         parts += [Text(self.title, "bold cyan"), Text(), table] if self.title else [table]
-        parts += map(Text, self._told(len(self.rows)))
+        parts += map(Text, self._notes_below(len(self.rows)))
         parts += [] if self.further is None else [Text(), self.further]
         return Group(*parts)
 
