@@ -52,6 +52,8 @@ class Settings:
     """States of the dataset that is scored on one thread and on two."""
     rollouts: int = 30
     """Rollouts of a probability."""
+    pushes: int = 30
+    """Of each state, at equal error."""
     bodies: tuple[int, ...] = (10, 100, 1000)
     steps: int = 100
     """Simulation steps of the rollout of so many bodies."""
@@ -69,6 +71,7 @@ class Settings:
             weighed=1000,
             batch=4,
             rollouts=4,
+            pushes=2,
             bodies=(10, 20),
             steps=5,
             processes=1,

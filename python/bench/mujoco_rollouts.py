@@ -67,12 +67,16 @@ class MuJoCoEdges:
         """Simulation steps of all edges."""
         return sum(self.edge_steps)
 
-    def step(self) -> None:
-        """All edges by `mj_step`."""
-        model, data = self.model, self.data
+    def step(self) -> Vector:
+        """All edges by `mj_step`: where the objects end [m], shape (M, k, 3)."""
+        model, data, places = self.model, self.data, []
+        bodies = [model.body(name).id for name in objects(self.scene)]
         for start, steps in zip(self.wholes, self.edge_steps, strict=True):
             mujoco.mj_setState(model, data, start, WHOLE)
             mujoco.mj_step(model, data, steps)
+            mujoco.mj_kinematics(model, data)
+            places.append(data.xpos[bodies])
+        return np.array(places)
 
     def roll_out(self) -> None:
         """All edges by `mujoco.rollout`, on the calling thread."""
@@ -95,13 +99,11 @@ class MuJoCoEdges:
         ends = np.concatenate([batch.states[:, -1] for batch in self._batches])
         return np.asarray(ends[np.argsort(order)])
 
-    def stepped(self) -> tuple[Vector, Vector, list[int], list[int]]:
-        """`step` once more, step by step: the states at the ends of the edges, shape (M, n), where
-        the objects are there [m], shape (M, k, 3), and of each step the number of contacts and of
-        the solver's iterations."""
+    def stepped(self) -> tuple[Vector, list[int], list[int]]:
+        """`step` once more, step by step: the states at the ends of the edges, shape (M, n), and of
+        each step the number of contacts and of the solver's iterations."""
         model, data = self.model, self.data
-        bodies = [model.body(name).id for name in objects(self.scene)]
-        states, places, contacts, iterations = [], [], [], []
+        states, contacts, iterations = [], [], []
         for start, steps in zip(self.wholes, self.edge_steps, strict=True):
             mujoco.mj_setState(model, data, start, WHOLE)
             for _ in range(steps):
@@ -109,9 +111,7 @@ class MuJoCoEdges:
                 contacts.append(int(data.ncon))
                 iterations.append(int(data.solver_niter.max()))
             states.append(self._state(PHYSICS))
-            mujoco.mj_kinematics(model, data)
-            places.append(data.xpos[bodies].copy())
-        return np.array(states), np.array(places), contacts, iterations
+        return np.array(states), contacts, iterations
 
     @cached_property
     def _batches(self) -> list[Batch]:

@@ -18,6 +18,7 @@ TITLES = {
     "tasks": "Tasks, on one thread",
     "frame": "A camera's frame",
     "answer": "To an answer within 0.05",
+    "error": "At equal error, beside MuJoCo",
     "fewer": "Fewer rollouts",
     "cores": "Two threads",
     "growth": "Large trees",

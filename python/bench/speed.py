@@ -23,6 +23,7 @@ from report import report
 from speed_answer import Answers, measure_answers
 from speed_bodies import Bodies, measure_bodies
 from speed_cores import Cores, Growth, measure_cores, measure_growth
+from speed_error import Errors, measure_errors
 from speed_fewer import Fewer, measure_fewer
 from speed_frame import Frames, measure_frames
 from speed_start import Start, measure_start
@@ -34,6 +35,7 @@ PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] 
     "tasks": (Tasks, measure_tasks),
     "frame": (Frames, measure_frames),
     "answer": (Answers, measure_answers),
+    "error": (Errors, measure_errors),
     "fewer": (Fewer, measure_fewer),
     "cores": (Cores, measure_cores),
     "growth": (Growth, measure_growth),

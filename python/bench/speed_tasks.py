@@ -178,8 +178,8 @@ def against_mujoco(problem: em.Problem, nodes: int, rounds: int) -> MuJoCo:
     twin.roll_out()  # which makes its arrays
     score = partial(em.capture_score, problem, nodes=nodes, warn=False)
     ours, stepped, rolled = in_turns([score, twin.step, twin.roll_out], rounds)
-    _, ends, contacts, iterations = twin.stepped()
-    moved, apart = distances(problem, tree, edges, ends)
+    _, contacts, iterations = twin.stepped()
+    moved, apart = distances(problem, tree, edges, twin.step())
     last = np.cumsum([edge.steps for edge in edges]) - 1
     world = em.World(problem.scene)
     touching = mean(len(world.contacts(state)) for state in tree.states[1:])

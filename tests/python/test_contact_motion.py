@@ -27,9 +27,9 @@ def test_box_that_tumbles_about_its_middle_axis_keeps_energy_and_angular_momentu
     assert kept.angular < 1e-4
 
 
-@SEEDS
+@pytest.mark.parametrize("seed", [*range(4), 25, 1001])  # the last two whirl at 95 rad/s
 def test_double_pendulum_without_friction_keeps_its_energy(seed: int) -> None:
-    assert pendulum(seed) < 0.01
+    assert pendulum(seed) < 1e-4
 
 
 @SEEDS

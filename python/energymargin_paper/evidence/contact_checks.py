@@ -198,8 +198,9 @@ def _preloaded(seed: int) -> tuple[float, ...]:
 
 
 def _refined(seed: int) -> tuple[float, ...]:
+    """Rounded: six of 300 rollouts are 0.02, and no bit more."""
     found = refined_grip(seed)
-    return (abs(found.default - found.eighth),)
+    return (round(abs(found.default - found.eighth), 12),)
 
 
 def _pinch(seed: int) -> tuple[float, ...]:

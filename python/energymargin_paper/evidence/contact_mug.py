@@ -114,10 +114,10 @@ class Grasps:
         random = np.random.default_rng(seed)
         return [int(n) for n in random.choice(len(self.poses), count, replace=False)]
 
-    def grasp(self, number: int, friction: float) -> Grasp:
+    def grasp(self, number: int, friction: float, target: float = 0.0) -> Grasp:
         """One of them, with a coefficient of the mug and the hand; the hand's axes are the world's.
 
-        Raises ValueError if hand and mug overlap.
+        `target`: of the fingers without the plan [m]. Raises ValueError if hand and mug overlap.
         """
         scene = Scene(gravity=(0, 0, 0))
         scene.add_body("hand", self.hulls["hand"], mass=0.0, friction=1.0, role="effector")
@@ -130,7 +130,7 @@ class Grasps:
             child="left",
             axis=(1, 0, 0),
             limits=(0.0, OPEN),
-            target=0.0,
+            target=target,
             stiffness=STIFFNESS,
             damping=DAMPING,
             torque_limit=FORCE,

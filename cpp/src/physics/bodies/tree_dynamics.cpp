@@ -10,6 +10,9 @@ namespace {
 
 // Where velocities change by less than this share of themselves as the tree coasts, their mean is as good as any.
 constexpr double steady = 1e-5;
+// rad: a link turns by no more in a Runge-Kutta step.
+constexpr double short_turn = 0.05;
+constexpr double most_pieces = 16;
 
 }  // namespace
 
@@ -145,26 +148,43 @@ void Articulation::coast(double duration, std::vector<double>& velocities) {
   }
 }
 
-// Takes the classical step of the fourth order.
+// Takes classical steps of the fourth order, as many as the fastest link asks for.
 void Articulation::coast_by_runge_kutta(double duration, std::vector<double>& velocities) {
+  double fastest = 0.0;
+  for (const SpatialVector& motion : link_motions(velocities)) fastest = std::max(fastest, motion.angular.length());
+  const double pieces = std::clamp(std::ceil(fastest * duration / short_turn), 1.0, most_pieces);
+  std::vector<double> way(count(), 0.0), whole(count(), 0.0);
+  for (int piece = 0; piece < static_cast<int>(pieces); ++piece) {
+    const std::vector<double> mean = coasted(duration / pieces, way, velocities);
+    for (std::size_t i = 0; i < count(); ++i) {
+      way[i] += duration / pieces * mean[i];
+      whole[i] += mean[i] / pieces;
+    }
+  }
+  put_back();
+  find_inertia();
+  ways_ = whole;
+}
+
+// One such step from a way off; the mean rates of the way in it.
+std::vector<double> Articulation::coasted(double duration, const std::vector<double>& way,
+                                          std::vector<double>& velocities) {
   const std::vector<double> start = velocities;
-  std::vector<double> off(count(), 0.0), whole(count(), 0.0), change(count(), 0.0);
+  std::vector<double> off = way, mean(count(), 0.0), change(count(), 0.0);
   std::vector<double> rate_of_way(count()), acceleration(count());
   const double shares[] = {0.5, 0.5, 1.0, 0.0};
   const double weights[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
   for (int stage = 0; stage < 4; ++stage) {
     rate(off, velocities, rate_of_way, acceleration);
     for (std::size_t i = 0; i < count(); ++i) {
-      whole[i] += weights[stage] * rate_of_way[i];
+      mean[i] += weights[stage] * rate_of_way[i];
       change[i] += weights[stage] * duration * acceleration[i];
-      off[i] = shares[stage] * duration * rate_of_way[i];
+      off[i] = way[i] + shares[stage] * duration * rate_of_way[i];
       velocities[i] = start[i] + shares[stage] * duration * acceleration[i];
     }
   }
-  put_back();
-  find_inertia();
   for (std::size_t i = 0; i < count(); ++i) velocities[i] = start[i] + change[i];
-  ways_ = whole;
+  return mean;
 }
 
 // Rates of the way and of the velocities, a way off. The rate of a base's turn is not its spin (Munthe-Kaas 1998).
