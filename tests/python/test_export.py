@@ -50,7 +50,7 @@ def test_parquet_and_csv_hold_the_same_bits(stored, tmp_path):
     frame = em.store.load(stored)
     for name in ("s.parquet", "s.csv"):
         done = CliRunner().invoke(app, ["export", str(stored), "-o", str(tmp_path / name)])
-        assert done.exit_code == 0 and "Wrote 12 states" in done.output
+        assert done.exit_code == 0 and "Wrote 12 rows" in done.output
     parquet = pd.read_parquet(tmp_path / "s.parquet").astype(frame.dtypes)
     pd.testing.assert_frame_equal(parquet, frame, check_exact=True)
     with (tmp_path / "s.csv").open() as file:

@@ -63,6 +63,18 @@ def test_a_chain_of_mimic_joints_follows_its_source(tmp_path):
     assert scene.dimension == 2
 
 
+def test_the_report_names_a_follower_whose_effort_does_not_count(tmp_path):
+    strong = 'lower="-1" upper="1" effort="8"'
+    text = chain(
+        joint("source", "a", "b", limit=strong),
+        joint("follows", "b", "c", follower("source", 1, 0), limit=strong),
+        joint("last", "c", "d", limit=strong),
+    )
+    scene = built(tmp_path, text)
+    assert scene.report.names("effort that does not count") == ["follows"]
+    assert "8; source's does" in repr(scene.report)
+
+
 def test_a_mimic_joint_may_not_be_led_beyond_its_limits(tmp_path):
     text = chain(
         joint("source", "a", "b"),

@@ -127,7 +127,7 @@ void validate(const Plan& plan, const Scene& scene, const std::string& wrenches)
   for (const Servo& servo : plan.velocities) {
     if (scene.body(servo.body).fixed() || scene.joint_to(scene.index(servo.body))) {
       reject(named("velocities", servo.body), "on a body that is fixed or a link",
-             "a free body, which may carry links");
+             "a free body or one that is made kinematic=True, which may carry links");
     }
     if (scene.body(servo.body).kinematic && (servo.force || servo.torque)) {
       reject(named("limits", servo.body), "of a kinematic body", "none: nothing stops it");

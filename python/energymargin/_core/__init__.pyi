@@ -767,11 +767,12 @@ class Scene:
         the two are one at position 0. axis is in the joint's frame. start and start_velocity are where it is when a state does not
         say. It is driven by the torque stiffness (target - position) + damping (target_velocity - velocity), at most torque_limit
         [N m]; target is by default the start. held: it keeps the position that it has in the state, whatever the load. mimic: it
-        follows another joint, without limits and a drive of its own. armature: inertia of the drive's rotor times the square of the
-        gear ratio [kg m^2]. friction: dry friction, which resists motion by up to this torque [N m].
+        follows another joint, without limits and a drive of its own: the other one's torque_limit counts for both. armature:
+        inertia of the drive's rotor times the square of the gear ratio [kg m^2]. friction: dry friction, which resists motion by up
+        to this torque [N m]. Of a rail read N for N m, and kg for kg m^2.
         
-        The parent may be fixed, free or a link; a body has one parent, joints make no loops, and bodies on joints have no locked
-        axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
+        The parent may be fixed, free, kinematic or a link; a body has one parent, joints make no loops, and bodies on joints have no
+        locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
         """
     def add_loop(self, body_a: str, body_b: str, *, type: str = 'point', point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation_a: numpy.typing.ArrayLike | None = None, orientation_b: numpy.typing.ArrayLike | None = None) -> None:
         """

@@ -70,6 +70,7 @@ def export(
         require_free(path, overwrite=overwrite)
     rows = store.export(scores, output, run=run)
     more = f", and their curves to {escape(str(curves_file))}" if curves else ""
-    say(f"Wrote {rows} states to {escape(str(output))}{more}")
+    of = f" of {len(chosen)} runs" if len(chosen) > 1 else ""
+    say(f"Wrote {rows} rows{of} to {escape(str(output))}{more}")
     if curves_file.exists() and not curves:
         say(f"[yellow]{escape(str(curves_file))} is not of these scores[/], which have no curves")

@@ -12,6 +12,7 @@ from energymargin._core import Scene
 LEFT_OUT = "left out"
 UNDRIVEN = "joint undriven"
 HOLDS = "joint holds its start"
+EFFORT = "effort that does not count"
 LOOSE = "body loose"
 FRAME = "part of another body"
 STATED = "stated"

@@ -204,7 +204,7 @@ def _place_as_given(at: Pose, orientation: Sequence[float]) -> dict[str, Any]:
 
 
 def _rows(robot: Robot, prefix: str) -> list[Row]:
-    """Of the report: what is left out, what is a frame, and what is stated."""
+    """Of the report: what is left out, what is a frame, what is stated, and whose effort counts."""
     return [
         *(Row(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
         *(
@@ -212,6 +212,13 @@ def _rows(robot: Robot, prefix: str) -> list[Row]:
             for name, (of, at) in robot.merged.items()
         ),
         *(Row(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
+        *(
+            Row(
+                reports.EFFORT, prefix + joint.name, f"{joint.effort:g}; {joint.mimic.joint}'s does"
+            )
+            for joint in robot.joints.values()
+            if joint.mimic and 0.0 < joint.effort < math.inf
+        ),
     ]
 
 
