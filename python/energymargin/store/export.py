@@ -39,12 +39,13 @@ Table = tuple[Kinds, Iterator[tuple[Any, ...]]]
 def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFrame:
     """All scores of a store, or those of one run, with the states' labels and the settings.
 
-    A row is a state of a run, so with two runs a state has two: its `run`, `task`, `trajectory`, `frame`; the labels `captured`,
-    `succeeded` (of its trajectory) and, with several objects, `captured_any`, `succeeded_any`; the
-    settings, and of what is asked of the future `horizon` [frames], `plan` ("none": it coasts), and
-    `check`, `dwell` [s] (missing where a run has no such one); a column for each metric (NaN: not
-    there yet, inf: no escape was found); `seconds` of computing. A seed of 64 bits makes its column
-    text. Of beliefs, whose scores are means, `capture_q10`, `_q50` and `_q90` are
+    A row is a state of a run, so two runs give a state two rows: its `run`, `task`, `trajectory`,
+    `frame`; the labels `captured`, `succeeded` (of its trajectory) and, with several objects,
+    `captured_any`, `succeeded_any`; the settings, and of what is asked of the future `horizon`
+    [frames], `plan` ("none": it coasts), and `check`, `dwell` [s] (missing where a run has no such
+    one); a column for each metric (NaN: not there yet, inf: no escape was found); `seconds` of
+    computing. A seed of 64 bits makes its column text. Of beliefs, whose scores are means,
+    `capture_q10`, `_q50` and `_q90` are
     quantiles over the particles. Needs the extra [tables]. Raises what ScoreStore does.
     """
     with ScoreStore(path) as store:
