@@ -43,10 +43,12 @@ PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] 
     "start": (Start, measure_start),
 }
 
+USUAL = tuple(part for part in PARTS if part != "fewer")  # which counts rollouts, no seconds
+
 
 def main(
     *,
-    parts: Annotated[str, typer.Option(help="With commas between.")] = ",".join(PARTS),
+    parts: Annotated[str, typer.Option(help="With commas between.")] = ",".join(USUAL),
     tasks: Annotated[str, typer.Option(help="With commas between.")] = ",".join(TASKS),
     states: Annotated[int, typer.Option(min=1, help="Of each task.")] = Settings.states,
     rounds: Annotated[int, typer.Option(min=1, help="Of each comparison.")] = Settings.rounds,
