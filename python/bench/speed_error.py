@@ -158,7 +158,7 @@ def measure_state(errors: Errors, task: str, problem: em.Problem) -> None:
     for way, play, seconds in zip(ways, plays, clocks, strict=True):
         found = errors.found.setdefault(task, {}).setdefault(way, Found())
         off = furthest(play(), truths[bool(way.iterations)])
-        found.errors.append(float(np.minimum(off, CAP).mean()))
+        found.errors.append(float(np.fmin(off, CAP).mean()))
         found.seconds.append(median(seconds) / simulated)
 
 
