@@ -1,6 +1,7 @@
 #pragma once
 // Long calls from Python: they end after a timeout, when another thread cancels them, or on Ctrl-C.
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <future>
@@ -46,13 +47,18 @@ class LongCall {
   //! other thread to be had it runs on this one, and both wait until it has ended.
   template <typename Search>
   auto run(const Search& search) {
-    constexpr auto signal_interval = std::chrono::milliseconds(20);
+    // Short at first: whenever this thread goes back to sleep its processor takes a thread of the search from another
+    // one, on which two may have begun.
+    constexpr auto longest = std::chrono::microseconds(20'000);
+    auto interval = std::chrono::microseconds(250);
     std::atomic<bool> stop{false};
     const Limit either = limit_.or_when(stop);
     auto result = start([&] { return search(either); });
     const auto runs = [&] {
       const py::gil_scoped_release release;
-      return result.wait_for(signal_interval) == std::future_status::timeout;
+      const bool waits = result.wait_for(interval) == std::future_status::timeout;
+      interval = std::min(interval + interval / 8, longest);
+      return waits;
     };
     try {
       while (runs()) {
