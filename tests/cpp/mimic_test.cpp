@@ -389,7 +389,7 @@ TEST(Mimic, FollowerHasNoLimitsNoDriveAndNoStateOfItsOwn) {
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.held = true; }), {"held", "none of them", "'hinge'"}));
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.state.position = 0.3; }), {"position", "not 0", "follows 'hinge'"}));
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.state.velocity = 0.3; }), {"velocity", "not 0", "follows 'hinge'"}));
-  const std::initializer_list<std::string> drive = {"target", "torque_limit", "'hinge', whose limit counts for both"};
+  const std::initializer_list<std::string> drive = {"target", "torque_limit", "'hinge' moves both"};
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.target = 0.3; }), drive));
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.target_velocity = 0.3; }), drive));
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.torque_limit = 0.0; }), drive));

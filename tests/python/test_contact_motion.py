@@ -33,6 +33,13 @@ def test_double_pendulum_without_friction_keeps_its_energy(seed: int) -> None:
 
 
 @SEEDS
+def test_linkage_that_whirls_at_a_hundred_radians_a_second_keeps_its_energy(seed: int) -> None:
+    kept = linkage(seed, duration=1.0, faster=30.0)
+    assert kept.energy < 1e-3
+    assert kept.angular < 1e-3
+
+
+@SEEDS
 def test_linkage_that_flies_keeps_both_momenta(seed: int) -> None:
     kept = linkage(seed)
     assert kept.linear < 1e-4

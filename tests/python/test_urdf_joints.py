@@ -70,9 +70,9 @@ def test_the_report_names_a_follower_whose_effort_does_not_count(tmp_path):
         joint("follows", "b", "c", follower("source", 1, 0), limit=strong),
         joint("last", "c", "d", limit=strong),
     )
-    scene = built(tmp_path, text)
-    assert scene.report.names("effort that does not count") == ["follows"]
-    assert "8; source's does" in repr(scene.report)
+    scene = built(tmp_path, text, prefix="my/")
+    assert scene.report.names("effort that does not count") == ["my/follows"]
+    assert "8: that of my/source counts" in repr(scene.report)
 
 
 def test_a_mimic_joint_may_not_be_led_beyond_its_limits(tmp_path):

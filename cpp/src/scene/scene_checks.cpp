@@ -28,12 +28,12 @@ void validate_mimic(const Joint& joint) {
   if (joint.held || joint.stiffness != 0.0 || joint.damping != 0.0) {
     reject("stiffness, damping or held", "given", "none of them: the joint follows '" + mimic.joint + "'");
   }
-  if (joint.target != 0.0 || joint.target_velocity != 0.0 || std::isfinite(joint.torque_limit)) {
-    reject("target, target_velocity or torque_limit", "given",
-           "none of them: a drive is that of '" + mimic.joint + "', whose limit counts for both");
-  }
   if (joint.state.position != 0.0 || joint.state.velocity != 0.0) {
     reject("position and velocity", "not 0", "0: the joint follows '" + mimic.joint + "'");
+  }
+  if (joint.target != 0.0 || joint.target_velocity != 0.0 || std::isfinite(joint.torque_limit)) {
+    reject("target, target_velocity or torque_limit", "given",
+           "none of them: the drive of '" + mimic.joint + "' moves both, within its torque_limit");
   }
   if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) {
     reject("limits", "given", "none: the joint follows '" + mimic.joint + "', and stops where that one does");

@@ -769,7 +769,7 @@ class Scene:
         [N m]; target is by default the start. held: it keeps the position that it has in the state, whatever the load. mimic: it
         follows another joint, without limits and a drive of its own: the other one's torque_limit counts for both. armature:
         inertia of the drive's rotor times the square of the gear ratio [kg m^2]. friction: dry friction, which resists motion by up
-        to this torque [N m]. Of a rail read N for N m, and kg for kg m^2.
+        to this torque [N m]. For a prismatic joint read N for N m, and kg for kg m^2.
         
         The parent may be fixed, free, kinematic or a link; a body has one parent, joints make no loops, and bodies on joints have no
         locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.

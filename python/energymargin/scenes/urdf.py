@@ -214,12 +214,18 @@ def _rows(robot: Robot, prefix: str) -> list[Row]:
         *(Row(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
         *(
             Row(
-                reports.EFFORT, prefix + joint.name, f"{joint.effort:g}; {joint.mimic.joint}'s does"
+                reports.EFFORT,
+                prefix + joint.name,
+                _counts(joint.effort, prefix + joint.mimic.joint),
             )
             for joint in robot.joints.values()
             if joint.mimic and 0.0 < joint.effort < math.inf
         ),
     ]
+
+
+def _counts(effort: float, leader: str) -> str:
+    return f"{effort:g}: that of {leader} counts"
 
 
 def _rounded(at: Pose) -> str:

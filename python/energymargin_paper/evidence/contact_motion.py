@@ -104,9 +104,12 @@ def pendulum(seed: int = 0, duration: float = 10.0) -> float:
     return float(np.abs(energy - energy[0]).max() / drop)
 
 
-def linkage(seed: int, duration: float = 5.0) -> Kept:
-    """Two to four bodies on revolute joints that fly freely: no gravity, drives or contacts."""
-    scene, inertias = _linkage(np.random.default_rng(seed))
+def linkage(seed: int, duration: float = 5.0, faster: float = 1.0) -> Kept:
+    """Two to four bodies on revolute joints that fly freely: no gravity, drives or contacts.
+
+    `faster`: than up to 3 rad/s of the base and 4 rad/s of the joints at the start.
+    """
+    scene, inertias = _linkage(np.random.default_rng(seed), faster)
     trace = simulated(scene, duration)
     linear, angular, kinetic = momenta(trace, inertias)
     return Kept(_change(kinetic), _change(angular), _change(linear))
@@ -205,7 +208,7 @@ def rolling_drift(heading: float, radius: float = 0.05, way: float = 1.6) -> flo
     return float(MILLI * np.abs(path[: until + 1] @ aside).max())
 
 
-def _linkage(random: np.random.Generator) -> tuple[Scene, dict[str, Vector]]:
+def _linkage(random: np.random.Generator, faster: float) -> tuple[Scene, dict[str, Vector]]:
     """Boxes on each other's ends, a free base first, and their moments of inertia."""
     scene, inertias = Scene(gravity=(0, 0, 0)), {}
     count = int(random.integers(2, 5))
@@ -217,7 +220,7 @@ def _linkage(random: np.random.Generator) -> tuple[Scene, dict[str, Vector]]:
         motion: dict[str, Any] = {}
         if number == 0:
             motion["velocity"] = random.uniform(-0.5, 0.5, 3)
-            motion["angular_velocity"] = random.uniform(-3, 3, 3)
+            motion["angular_velocity"] = faster * random.uniform(-3, 3, 3)
             motion["orientation"] = Rotation.random(random_state=random).as_quat()
         scene.add_body(
             f"body{number}", Box(size), mass=mass, inertial=Inertial(inertia=moments), **motion
@@ -232,7 +235,7 @@ def _linkage(random: np.random.Generator) -> tuple[Scene, dict[str, Vector]]:
             child_origin=random.uniform(-0.15, 0.15, 3),
             axis=axis / np.linalg.norm(axis),
             start=float(random.uniform(-1, 1)),
-            start_velocity=float(random.uniform(-4, 4)),
+            start_velocity=faster * float(random.uniform(-4, 4)),
         )
         for other in range(number):
             scene.disable_collisions(f"body{other}", f"body{number}")

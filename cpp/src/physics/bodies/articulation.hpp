@@ -38,8 +38,8 @@ struct JointControl : Control {
 //! are those of a free base, then those of the joints that move: inertia * rate of the velocities + bias = forces along
 //! the velocities, by composite bodies for the inertia and by Newton and Euler's recursion for the bias (Featherstone
 //! 2008, tables 6.2 and 5.1). Drives without a torque limit are implicit: what they resist counts as inertia.
-//! A substep kicks the velocities where the tree stands, by forces and impulses, and lets it coast: by a Runge-Kutta
-//! step of the fourth order where energy counts, which is without drives, or on a free base.
+//! A substep kicks the velocities where the tree stands, by forces and impulses, and lets it coast: by Runge-Kutta
+//! steps of the fourth order where energy counts, which is without drives, or on a free base.
 class Articulation {
  public:
   //! The base or a link; where it is, is its frame at the centre of mass, along its principal axes.
@@ -178,7 +178,7 @@ class Articulation {
   void find_accelerations();
   void kick(double duration);
   void coast_by_runge_kutta(double duration, std::vector<double>& velocities);
-  std::vector<double> coasted(double duration, const std::vector<double>& way, std::vector<double>& velocities);
+  std::vector<double> runge_kutta_step(double duration, const std::vector<double>& way, std::vector<double>& velocities);
   void rate(const std::vector<double>& way, const std::vector<double>& velocities, std::vector<double>& way_rate,
             std::vector<double>& acceleration);
   void accelerate(const Matrix& factors, std::vector<double>& rates) const;

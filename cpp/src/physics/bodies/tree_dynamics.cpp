@@ -10,9 +10,16 @@ namespace {
 
 // Where velocities change by less than this share of themselves as the tree coasts, their mean is as good as any.
 constexpr double steady = 1e-5;
-// rad: a link turns by no more in a Runge-Kutta step.
+// rad: a link turns by no more in a Runge-Kutta step, but for the fastest ones, which are not to take forever.
 constexpr double short_turn = 0.05;
 constexpr double most_pieces = 16;
+
+// (1 - x cot(x)) / (4 x^2) for x = angle / 2, and its limit, by the square of an angle.
+double second_order_of_turn(double square) {
+  if (square < 0.01) return 1.0 / 12.0;
+  const double half = 0.5 * std::sqrt(square);
+  return (1.0 - half / std::tan(half)) / square;
+}
 
 }  // namespace
 
@@ -153,21 +160,21 @@ void Articulation::coast_by_runge_kutta(double duration, std::vector<double>& ve
   double fastest = 0.0;
   for (const SpatialVector& motion : link_motions(velocities)) fastest = std::max(fastest, motion.angular.length());
   const double pieces = std::clamp(std::ceil(fastest * duration / short_turn), 1.0, most_pieces);
-  std::vector<double> way(count(), 0.0), whole(count(), 0.0);
+  std::vector<double> way(count(), 0.0), mean_rates(count(), 0.0);
   for (int piece = 0; piece < static_cast<int>(pieces); ++piece) {
-    const std::vector<double> mean = coasted(duration / pieces, way, velocities);
+    const std::vector<double> rates = runge_kutta_step(duration / pieces, way, velocities);
     for (std::size_t i = 0; i < count(); ++i) {
-      way[i] += duration / pieces * mean[i];
-      whole[i] += mean[i] / pieces;
+      way[i] += duration / pieces * rates[i];
+      mean_rates[i] += rates[i] / pieces;
     }
   }
   put_back();
   find_inertia();
-  ways_ = whole;
+  ways_ = mean_rates;
 }
 
-// One such step from a way off; the mean rates of the way in it.
-std::vector<double> Articulation::coasted(double duration, const std::vector<double>& way,
+// One such step from a way off, which changes the velocities; the mean rates of the way in it.
+std::vector<double> Articulation::runge_kutta_step(double duration, const std::vector<double>& way,
                                           std::vector<double>& velocities) {
   const std::vector<double> start = velocities;
   std::vector<double> off = way, mean(count(), 0.0), change(count(), 0.0);
@@ -206,7 +213,7 @@ void Articulation::rate(const std::vector<double>& way, const std::vector<double
   const btVector3 turn = vector(way.data() + 3);
   const btVector3 spin = vector(velocities.data() + 3);
   const btVector3 once = turn.cross(spin);
-  const btVector3 of_turn = spin - 0.5 * once + turn.cross(once) / 12.0;
+  const btVector3 of_turn = spin - 0.5 * once + turn.cross(once) * second_order_of_turn(turn.length2());
   for (int axis = 0; axis < 3; ++axis) way_rate[static_cast<std::size_t>(3 + axis)] = of_turn[axis];
 }
 
