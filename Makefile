@@ -3,7 +3,7 @@
 #                                                         sanitizers, a short fuzz, and the pages
 # make check  formats and types        make format  put them right
 # make docs   this project's pages, into build/docs/index.html
-# make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: an hour, or less with
+# make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: some twenty minutes, or less with
 #                                                           BENCH='--parts throughput,cost' or --quick
 # make bench-monitor   whether a Monitor holds 30 Hz for a minute, into out/monitor.md
 # make bench-contact   how wrong contacts are and how long they take, beside PyBullet and MuJoCo, into out/contact.md

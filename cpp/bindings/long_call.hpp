@@ -47,7 +47,8 @@ class LongCall {
   //! other thread to be had it runs on this one, and both wait until it has ended.
   template <typename Search>
   auto run(const Search& search) {
-    // Short at first: each wake-up lets the system move a thread of the search that shares a processor with another one.
+    // Short at first: each wake-up lets the system move a thread of the search that shares a processor with another
+    // one.
     constexpr auto longest = std::chrono::microseconds(20'000);
     auto interval = std::chrono::microseconds(250);
     std::atomic<bool> stop{false};

@@ -178,7 +178,8 @@ class Articulation {
   void find_accelerations();
   void kick(double duration);
   void coast_by_runge_kutta(double duration, std::vector<double>& velocities);
-  std::vector<double> runge_kutta_step(double duration, const std::vector<double>& way, std::vector<double>& velocities);
+  std::vector<double> runge_kutta_step(double duration, const std::vector<double>& way,
+                                       std::vector<double>& velocities);
   void rate(const std::vector<double>& way, const std::vector<double>& velocities, std::vector<double>& way_rate,
             std::vector<double>& acceleration);
   void accelerate(const Matrix& factors, std::vector<double>& rates) const;

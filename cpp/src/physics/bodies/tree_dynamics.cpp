@@ -175,7 +175,7 @@ void Articulation::coast_by_runge_kutta(double duration, std::vector<double>& ve
 
 // One such step from a way off, which changes the velocities; the mean rates of the way in it.
 std::vector<double> Articulation::runge_kutta_step(double duration, const std::vector<double>& way,
-                                          std::vector<double>& velocities) {
+                                                   std::vector<double>& velocities) {
   const std::vector<double> start = velocities;
   std::vector<double> off = way, mean(count(), 0.0), change(count(), 0.0);
   std::vector<double> rate_of_way(count()), acceleration(count());
