@@ -52,7 +52,7 @@ class Settings:
     """States of the dataset that is scored on one thread and on two."""
     rollouts: int = 30
     """Rollouts of a probability."""
-    pushes: int = 30
+    pushes: int = 20
     """Of each state, at equal error."""
     bodies: tuple[int, ...] = (10, 100, 1000)
     steps: int = 100

@@ -15,23 +15,24 @@ LEVER = 0.02  # m, of the torque's bound
 
 
 def mugs(count: int) -> list[em.Problem]:
-    """So many of them, or none without the folder."""
-    grasps, found = contact_mug.given(), list[em.Problem]()
-    numbers = grasps.chosen(100, seed=0) if grasps else []
-    for number in numbers:
-        if grasps is None or len(found) == count:
+    """At most so many states that both engines hold; none without the folder."""
+    grasps, made = contact_mug.given(), list[em.Problem]()
+    if grasps is None:
+        return made
+    for number in grasps.chosen(100, seed=0):
+        if len(made) == count:
             break
         try:
             grasp = grasps.grasp(number, FRICTION, target=contact_mug.SPEED * contact_mug.CLOSING)
         except ValueError:  # the hand is in the mug
             continue
-        if contact_mug.here(grasp).held:
-            found.append(_held(grasp))
-    return found
+        if contact_mug.here(grasp).held and contact_mug.there(grasp).held:
+            made.append(_gripped(grasp))
+    return made
 
 
-def _held(grasp: contact_mug.Grasp) -> em.Problem:
-    """Once the hand has closed."""
+def _gripped(grasp: contact_mug.Grasp) -> em.Problem:
+    """The state in which our hand has closed."""
     scene, targets = grasp.scene, grasp.plan.targets["left"]
     world = em.World(scene)
     closed = world.simulate(scene.pack(), len(targets), targets={"left": targets}).states[-1]

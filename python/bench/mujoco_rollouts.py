@@ -26,6 +26,7 @@ __all__ = ["MuJoCoEdges"]
 PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
 APPLIED = mujoco.mjtState.mjSTATE_XFRC_APPLIED.value
 CONTROLS = mujoco.mjtState.mjSTATE_CTRL.value
+DIVERGENCE = [int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{of}")) for of in ("QPOS", "QVEL", "QACC")]
 WHOLE = PHYSICS | APPLIED | mujoco.mjtState.mjSTATE_WARMSTART.value
 
 
@@ -50,6 +51,7 @@ class MuJoCoEdges:
         """Builds the model, and the arrays that start each edge."""
         self.scene = problem.scene
         self.model = model_of(problem.scene, problem.state)
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # which would hide it
         self.data = mujoco.MjData(self.model)
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
         self.edge_steps = [edge.steps for edge in edges]
@@ -68,14 +70,17 @@ class MuJoCoEdges:
         return sum(self.edge_steps)
 
     def step(self) -> Vector:
-        """All edges by `mj_step`: where the objects end [m], shape (M, k, 3)."""
+        """All edges by `mj_step`: where the objects end [m], shape (M, k, 3); NaN: it diverged."""
         model, data, places = self.model, self.data, []
         bodies = [model.body(name).id for name in objects(self.scene)]
+        shape = (len(bodies), 3)
         for start, steps in zip(self.wholes, self.edge_steps, strict=True):
             mujoco.mj_setState(model, data, start, WHOLE)
+            before = self._diverged()
             mujoco.mj_step(model, data, steps)
             mujoco.mj_kinematics(model, data)
-            places.append(data.xpos[bodies])
+            whole = self._diverged() == before
+            places.append(data.xpos[bodies] if whole else np.full(shape, np.nan))
         return np.array(places)
 
     def roll_out(self) -> None:
@@ -112,6 +117,9 @@ class MuJoCoEdges:
                 iterations.append(int(data.solver_niter.max()))
             states.append(self._state(PHYSICS))
         return np.array(states), contacts, iterations
+
+    def _diverged(self) -> int:
+        return sum(int(self.data.warning[kind].number) for kind in DIVERGENCE)
 
     @cached_property
     def _batches(self) -> list[Batch]:

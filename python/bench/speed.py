@@ -43,7 +43,8 @@ PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] 
     "start": (Start, measure_start),
 }
 
-USUAL = tuple(part for part in PARTS if part != "fewer")  # which counts rollouts, no seconds
+ALONE = ("error", "fewer")  # long ones, which are pages' blocks of their own
+USUAL = tuple(part for part in PARTS if part not in ALONE)
 
 
 def main(

@@ -84,7 +84,7 @@ def ask_all(answers: Answers, task: str, problem: em.Problem, longest: float) ->
     usual = problem.scene.step
     ask: dict[str, Any] = {"disturbance": disturbance_of(problem), "threads": 1}
     fine = problem.with_step(usual / FINER)
-    known = em.capture_probability(fine, rollouts=TRUTH, seed=OTHER, **ask | {"threads": None})
+    truth = em.capture_probability(fine, rollouts=TRUTH, seed=OTHER, **ask | {"threads": None})
     ways = [(step, design) for step in dict.fromkeys((usual, longest)) for design in DESIGNS]
     asks = [
         partial(
@@ -100,5 +100,5 @@ def ask_all(answers: Answers, task: str, problem: em.Problem, longest: float) ->
     for (step, design), asked, seconds in zip(ways, asks, clocks, strict=True):
         result = asked()
         found = answers.found.setdefault((task, f"1/{1 / step:.0f}", design), [])
-        error = abs(result.captured - known.captured)
+        error = abs(result.captured - truth.captured)
         found.append(Answer(median(seconds), result.rollouts, error))

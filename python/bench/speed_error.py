@@ -1,7 +1,8 @@
 """Part `error`: what a simulated second costs at equal error, here and in MuJoCo.
 
-Each engine is held against itself with a sixteenth of the scene's step, from the same starts under
-the same wrenches. So neither pays for what the other calls a contact.
+Each engine, and each law of contact of MuJoCo's, is held against itself with a thirty-second of the
+scene's step, from the same starts under the same pushes. So neither pays for what the other calls a
+contact, and MuJoCo's creep and softness do not count as errors.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from mug import mugs
 from mujoco_rollouts import MuJoCoEdges
 from tables import markdown
 
-__all__ = ["Errors", "measure_errors"]
+__all__ = ["Errors", "Law", "Measured", "Setting", "cheapest", "furthest", "measure_errors"]
 
-STEPS = 48  # of a scene's, of each edge
-OURS = (4.0, 2.0, 1.0, 0.5)  # of the scene's step
+STEPS = 48  # of a scene's, of each push
+OURS = (4.0, 2.0, 1.0, 0.5)  # shares of the scene's step
 THEIRS = (2.0, 1.0, 0.5, 0.25, 0.125)
-FINEST = 1 / 16
-MUG = "mug"  # a Panda's hand that holds one
-CAP = 0.01  # m: an edge that ends further off counts as so far
+FINE, FINEST = 1 / 16, 1 / 32
+CAP = 0.01  # m: what ends further off, or diverges, counts as so far
 ITERATIONS = (100, 4)  # of MuJoCo's solver, at most
+MUG = "mug"  # a Panda's hand that holds one
 CONES = {
     "elliptic": int(mujoco.mjtCone.mjCONE_ELLIPTIC),
     "pyramidal": int(mujoco.mjtCone.mjCONE_PYRAMIDAL),
@@ -37,31 +38,51 @@ CONES = {
 
 
 @dataclass(frozen=True)
-class Way:
+class Law:
+    """MuJoCo's contacts."""
+
+    cone: str
+    impratio: float
+    soft: bool
+    """Whether their time constant is two steps of the scene, in place of two of MuJoCo's own."""
+
+
+LAWS = tuple(
+    Law(cone, impratio, soft)
+    for cone, impratio in (("elliptic", 1.0), ("elliptic", 100.0), ("pyramidal", 1.0))
+    for soft in (True, False)
+)
+
+
+@dataclass(frozen=True)
+class Setting:
     """How an engine steps."""
 
     share: float
     """Its step, of the scene's."""
+    law: Law | None = None
+    """None: the engine is ours."""
     iterations: int = 0
-    """Of MuJoCo's solver; 0: it is ours."""
-    cone: str = "elliptic"
 
     def name(self, step: float) -> str:
         """In tables, for a scene's step [s]."""
         words = f"1/{1 / (self.share * step):.0f} s"
-        return f"{words}, {self.cone}, {self.iterations} iterations" if self.iterations else words
+        if self.law is None:
+            return words
+        softness = "soft" if self.law.soft else "stiff"
+        return f"{words}, {self.law.cone}, {self.law.impratio:g}, {softness}, {self.iterations}"
 
 
-WAYS = tuple(Way(share) for share in OURS)
-OTHERS = tuple(Way(*of) for of in itertools.product(THEIRS, ITERATIONS, CONES))
+OUR_SETTINGS = tuple(Setting(share) for share in OURS)
+THEIR_SETTINGS = tuple(Setting(*of) for of in itertools.product(THEIRS, LAWS, ITERATIONS))
 
 
 @dataclass
-class Found:
-    """Of one task and one way: by state."""
+class Measured:
+    """Of one task and one setting: by state."""
 
     errors: list[float] = field(default_factory=list)
-    """Mean of the edges [m]."""
+    """Means of the pushes [m]."""
     seconds: list[float] = field(default_factory=list)
     """Of the CPU for a simulated second."""
 
@@ -81,51 +102,63 @@ class Errors:
     """What there is so far."""
 
     settings: Settings
-    found: dict[str, dict[Way, Found]] = field(default_factory=dict)
+    measured: dict[str, dict[Setting, Measured]] = field(default_factory=dict)
     """By task; a step that the problem cannot have is missing."""
-    apart: dict[str, list[float]] = field(default_factory=dict)
-    """How far the engines' finest ends are from each other [m], medians by state."""
+    floors: dict[str, dict[Law | None, list[float]]] = field(default_factory=dict)
+    """By task and law: how far apart the two finest steps end [m], means by state."""
     steps: dict[str, float] = field(default_factory=dict)
     """The scenes' [s]."""
 
     def tables(self) -> str:
         """In Markdown."""
-        if not self.found:
+        if not self.measured:
             return ""
         head = (
-            f"{self.settings.pushes} pushes of {STEPS} steps of each of {self.settings.states}"
-            " states; of a hand with a mug where ENERGYMARGIN_GRASPS names grasps. An engine's"
-            " error is how far the objects end from where it leaves them itself with a sixteenth"
-            f" of the scene's step: the mean, where more than {1e3 * CAP:g} mm count as that."
-            " MuJoCo is the cheapest of its steps, cones and numbers of iterations whose error is"
-            " no larger; where none is, the one with the least error. *Apart* are the finest ends"
-            " of both engines, the median. Times are of the CPU, a simulated second.\n"
+            f"{self.settings.pushes} pushes of {STEPS} steps of each state. An error is how far the"
+            f" objects end from where the same engine, with the same law of contact, leaves them at"
+            f" 1/{1 / FINEST:.0f} of the scene's step: the mean, where {1e3 * CAP:g} mm stand for"
+            " more, and for a push that diverges. MuJoCo is the cheapest of its steps, cones,"
+            " impratios, softnesses (time constants of two steps of the scene, or of its own) and"
+            " numbers of iterations whose error is no larger; where none is, the one with the least"
+            f" error. *Floor* is the error of 1/{1 / FINE:.0f} of the scene's step: nothing much"
+            " below it is known. Times are of the CPU, a simulated second.\n"
         )
-        header = ["task, our step", "error [mm]", "time [ms]", "MuJoCo", "its error", "its time"]
-        return f"{head}\n{markdown([*header, 'ours / its', 'apart [mm]'], list(self._rows()))}"
+        header = ["task, our step", "error [mm]", "floor", "time [ms]"]
+        header += ["MuJoCo: step, cone, impratio, contacts, iterations"]
+        header += ["error [mm]", "floor", "time [ms]", "ours / MuJoCo"]
+        return f"{head}\n{markdown(header, list(self._rows()))}"
 
     def _rows(self) -> Iterator[list[str]]:
-        for task, found in self.found.items():
-            step, apart = self.steps[task], f"{1e3 * median(self.apart[task]):.2f}"
-            for way in (way for way in WAYS if way in found):
-                ours = found[way]
-                other = cheapest(found, ours.error)
-                theirs = found[other]
-                name = other.name(step)
-                if theirs.error > ours.error:
-                    name += " (none is as right)"
-                cells = [f"{1e3 * ours.error:.3f}", digits(1e3 * ours.cost), name]
-                cells += [f"{1e3 * theirs.error:.3f}", digits(1e3 * theirs.cost)]
-                yield [f"{task}, {way.name(step)}", *cells, f"{ours.cost / theirs.cost:.2f}", apart]
+        for task, measured in self.measured.items():
+            step = self.steps[task]
+            for setting in (each for each in OUR_SETTINGS if each in measured):
+                ours = measured[setting]
+                other = cheapest(measured, ours.error)
+                theirs = measured[other]
+                name = other.name(step) + (" (none is as right)" * (theirs.error > ours.error))
+                label = f"{task} ({len(ours.errors)} states), {setting.name(step)}"
+                ratio = f"{ours.cost / theirs.cost:.2f}"
+                yield [label, *self._cells(task, setting), name, *self._cells(task, other), ratio]
+
+    def _cells(self, task: str, setting: Setting) -> list[str]:
+        measured, floor = self.measured[task][setting], fmean(self.floors[task][setting.law])
+        lengths = [f"{1e3 * length:.3f}" for length in (measured.error, floor)]
+        return [*lengths, digits(1e3 * measured.cost)]
 
 
-def cheapest(found: dict[Way, Found], error: float) -> Way:
-    """MuJoCo's way at most so wrong that takes the least time, or the one that is least wrong."""
-    others = [way for way in OTHERS if way in found]
-    good = [way for way in others if found[way].error <= error]
-    if good:
-        return min(good, key=lambda way: found[way].cost)
-    return min(others, key=lambda way: found[way].error)
+def cheapest(measured: dict[Setting, Measured], error: float) -> Setting:
+    """MuJoCo's setting at most so wrong [m] that takes the least time, or the least wrong one."""
+    others = [setting for setting in THEIR_SETTINGS if setting in measured]
+    right = [setting for setting in others if measured[setting].error <= error]
+    if right:
+        return min(right, key=lambda setting: measured[setting].cost)
+    return min(others, key=lambda setting: measured[setting].error)
+
+
+def furthest(some: Vector, others: Vector) -> Vector:
+    """Of each push the largest distance of an object, CAP at most [m], shape (M,)."""
+    distances = np.linalg.norm(some - others, axis=-1)
+    return np.asarray(np.fmin(distances, CAP).max(axis=1))
 
 
 def measure_errors(errors: Errors, tell: Tell) -> None:
@@ -140,42 +173,53 @@ def measure_errors(errors: Errors, tell: Tell) -> None:
 
 
 def measure_state(errors: Errors, task: str, problem: em.Problem) -> None:
-    """One state, all ways in turns."""
+    """One state, all settings in turns."""
     errors.steps[task] = problem.scene.step
     tree = em.capture_score(problem, nodes=errors.settings.pushes + 1, warn=False).tree
     edges = [replace(edge, steps=STEPS) for edge in edges_of(problem, tree)]
-    truths = [playing(problem, edges, way)() for way in (Way(FINEST), Way(FINEST, 100))]
-    errors.apart.setdefault(task, []).append(float(np.median(furthest(*truths))))
-    ways, plays = [], []
-    for way in (*WAYS, *OTHERS):
-        try:
-            plays.append(playing(problem, edges, way))
-        except ValueError:  # the horizon or a plan has no whole number of such steps
-            continue
-        ways.append(way)
+    truths = {}
+    for law in (None, *LAWS):
+        fine, finest = (
+            player(problem, edges, Setting(share, law, ITERATIONS[0]))() for share in (FINE, FINEST)
+        )
+        truths[law] = finest
+        floors = errors.floors.setdefault(task, {}).setdefault(law, [])
+        floors.append(float(furthest(fine, finest).mean()))
+    settings = [s for s in (*OUR_SETTINGS, *THEIR_SETTINGS) if fits(problem, s.share)]
+    plays = [player(problem, edges, setting) for setting in settings]
     clocks = in_turns(plays, errors.settings.rounds)
     simulated = STEPS * problem.scene.step * len(edges)
-    for way, play, seconds in zip(ways, plays, clocks, strict=True):
-        found = errors.found.setdefault(task, {}).setdefault(way, Found())
-        off = furthest(play(), truths[bool(way.iterations)])
-        found.errors.append(float(np.fmin(off, CAP).mean()))
-        found.seconds.append(median(seconds) / simulated)
+    for setting, play, seconds in zip(settings, plays, clocks, strict=True):
+        measured = errors.measured.setdefault(task, {}).setdefault(setting, Measured())
+        measured.errors.append(float(furthest(play(), truths[setting.law]).mean()))
+        measured.seconds.append(median(seconds) / simulated)
 
 
-def furthest(some: Vector, others: Vector) -> Vector:
-    """Of each edge the largest distance of an object [m], shape (M,)."""
-    return np.asarray(np.linalg.norm(some - others, axis=-1).max(axis=1))
+def fits(problem: em.Problem, share: float) -> bool:
+    """Whether a problem's times are whole steps of this share of its own."""
+    try:
+        problem.with_step(share * problem.scene.step)
+    except ValueError:
+        return False
+    return True
 
 
-def playing(problem: em.Problem, edges: Sequence[Edge], way: Way) -> Callable[[], Vector]:
-    """What plays the edges one way: where the objects end, shape (M, k, 3)."""
-    finer = problem.with_step(way.share * problem.scene.step)
-    scaled = [replace(edge, steps=round(edge.steps / way.share)) for edge in edges]
-    return theirs(finer, scaled, way) if way.iterations else ours(finer, scaled)
+def player(problem: em.Problem, edges: Sequence[Edge], setting: Setting) -> Callable[[], Vector]:
+    """What plays the pushes: where the objects end [m], shape (M, k, 3)."""
+    finer = problem.with_step(setting.share * problem.scene.step)
+    scaled = [replace(edge, steps=round(edge.steps / setting.share)) for edge in edges]
+    if setting.law is None:
+        return our_player(finer, scaled)
+    twin, law = MuJoCoEdges(finer, scaled), setting.law
+    twin.model.opt.iterations = setting.iterations
+    twin.model.opt.cone, twin.model.opt.impratio = CONES[law.cone], law.impratio
+    if law.soft:
+        twin.model.pair_solref[:, 0] = 2 * problem.scene.step
+    return twin.step
 
 
-def ours(problem: em.Problem, edges: Sequence[Edge]) -> Callable[[], Vector]:
-    """Each edge by one simulation."""
+def our_player(problem: em.Problem, edges: Sequence[Edge]) -> Callable[[], Vector]:
+    """Each push by one simulation."""
     world, names = em.World(problem.scene), objects(problem.scene)
     pushes = [
         {
@@ -193,11 +237,3 @@ def ours(problem: em.Problem, edges: Sequence[Edge]) -> Callable[[], Vector]:
         return positions(problem.scene, ends)
 
     return play
-
-
-def theirs(problem: em.Problem, edges: Sequence[Edge], way: Way) -> Callable[[], Vector]:
-    """Each edge by `mj_step`, all of its steps in one call."""
-    twin = MuJoCoEdges(problem, edges)
-    twin.model.opt.iterations = way.iterations
-    twin.model.opt.cone = CONES[way.cone]
-    return twin.step
