@@ -186,8 +186,8 @@ class HandFile(Hand):
         close: by driven joint, or by tendon: where it is when the hand is open, and its target when
             the hand is closed [rad] or [m].
         fingers: links that touch a gripped object, all of them.
-        frame: the grasp frame in the frame of the root, (4, 4): its origin is where the fingers
-            meet, z is the approach, and they open along x.
+        frame: the grasp frame in the frame of the root, (4, 4): its origin is midway between
+            the centres of the pads, z is the approach, and the fingers open along x.
         closing: time from open to closed [s].
         options: keywords of `em.scenes.from_urdf` or `from_mjcf`, as subtree and joints: drives of
             the joints of `close` that the file does not have.
