@@ -391,6 +391,7 @@ TEST(Mimic, FollowerHasNoLimitsNoDriveAndNoStateOfItsOwn) {
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.state.velocity = 0.3; }), {"velocity", "not 0", "follows 'hinge'"}));
   const std::initializer_list<std::string> drive = {"target", "torque_limit", "'hinge' moves both"};
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.target = 0.3; }), drive));
+  EXPECT_TRUE(rejects(adding([](Joint& j) { j.target = j.state.position = 0.3; }), {"position", "not 0"}));
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.target_velocity = 0.3; }), drive));
   EXPECT_TRUE(rejects(adding([](Joint& j) { j.torque_limit = 0.0; }), drive));
   const Scene scene = two_rods({"hinge"});

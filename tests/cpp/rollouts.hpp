@@ -97,7 +97,7 @@ inline Scene coupled_hand() {
     if (made.name == "left 3" || made.name == "right 3") {
       const std::string knuckle = made.name.substr(0, made.name.size() - 1) + "2";
       made.mimic = Mimic{knuckle, 0.5, -0.2 + 0.5 * 0.7};
-      made.stiffness = made.damping = 0.0;
+      static_cast<PositionControl&>(made) = {};
       made.lower = -infinity;
       made.upper = infinity;
       made.state = {};
