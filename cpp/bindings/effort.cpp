@@ -48,10 +48,10 @@ BoundedEscape score_effort(const Problem& problem, const Keywords& keywords) {
   LowerBoundOptions bound;
   bool warns = true;
   bool bounded = false;
-  keywords("planner", options.planner)("nodes", options.nodes)("seed", options.seed)("captured", options.captured)(
-      "search", options.search)("sampling", options.sampling)("shorten", options.shorten)(
-      "stop_at_escape", options.stop_at_escape)("lower_bound", bounded)("bound_cells", bound.cells)(
-      "bound_tolerance", bound.tolerance)("warn", warns)
+  keywords("planner", options.planner)("nodes", options.nodes)("searches", options.searches)(
+      "threads", options.threads)("seed", options.seed)("captured", options.captured)("search", options.search)(
+      "sampling", options.sampling)("shorten", options.shorten)("stop_at_escape", options.stop_at_escape)(
+      "lower_bound", bounded)("bound_cells", bound.cells)("bound_tolerance", bound.tolerance)("warn", warns)
       .end();
   bound.captured = options.captured;
   if (bounded) validate(bound);
@@ -107,7 +107,7 @@ void bind_effort(py::module_& module) {
       .def_readonly("diverged", &Escape::diverged, "Rollouts that diverged: nodes of infinite cost.")
       .def_property_readonly("nodes", &Escape::nodes,
                              "Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of "
-                             "so many nodes gives the same bits.")
+                             "so many nodes gives the same bits. Of several searches those of the best one.")
       .def_property_readonly(
           "lower_bound",
           [](const BoundedEscape& of) { return of.bound ? std::optional(of.bound->effort) : std::nullopt; },

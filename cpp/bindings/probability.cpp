@@ -17,7 +17,7 @@ namespace {
 constexpr const char* interval_doc =
     R"((low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
 
-With design="sobol" it is that of the `effective` size, which eight groups of the rollouts tell: it holds about as often.
+With design="sobol" it is that of the `effective` size, which blocks of the rollouts tell: it holds about as often.
 With a tolerance or a threshold it is wider, by the number of looks. which: 'captured', 'lost', 'success' or
 'any'.)";
 

@@ -85,10 +85,14 @@ def measure_cores(cores: Cores, tell: Tell) -> None:
     def grow_trees(threads: int) -> None:
         em.capture_score(pushes[0], nodes=few, trees=8, threads=threads, warn=False)
 
+    def search(threads: int) -> None:
+        em.escape_effort(pushes[0], nodes=8 * many, searches=8, threads=threads, warn=False)
+
     jobs = {
         f"`em.score`: {len(batch)} states, {few:,} nodes, all metrics": score_batch,
         f"`em.score`: one state, {many:,} nodes, all metrics": score_one,
         f"`em.capture_score`: one state, 8 trees of {few:,} nodes": grow_trees,
+        f"`em.escape_effort`: one state, 8 searches of {many:,} nodes": search,
     }
     for name, job in jobs.items():
         tell(f"two threads: {name}")

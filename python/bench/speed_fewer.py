@@ -16,7 +16,7 @@ from tables import markdown
 __all__ = ["Fewer", "measure_fewer"]
 
 UNSURE = (0.1, 0.9)  # probabilities of states that are asked
-TRUTH, REPLICATES = 4000, 100  # of a state
+TRUTH, REPLICATES = 16000, 100  # of a state; replicates of a round
 LITTLE = 10  # times fewer
 ROLLOUTS = 128
 THRESHOLDS, MOST = (0.7, 0.9), 100
@@ -80,6 +80,7 @@ class Fewer:
 def measure_fewer(fewer: Fewer, tell: Tell) -> None:
     """Fills it task by task, from states of a probability within UNSURE, and some others."""
     count, few = fewer.settings.states, 1 if fewer.settings.full else LITTLE
+    replicates = fewer.settings.rounds * REPLICATES // few
     for task in fewer.settings.tasks:
         dataset = em.datasets.generate(task, trajectories=4 * count, frames=FRAMES, seed=2)
         spread = fewer.spread.setdefault(task, [])
@@ -91,7 +92,7 @@ def measure_fewer(fewer: Fewer, tell: Tell) -> None:
                 decide(problem, decisions, few)
             near = asked(problem, 60).captured
             if len(spread) < count and UNSURE[0] < near < UNSURE[1]:
-                spread.append(spread_of(problem, few))
+                spread.append(spread_of(problem, TRUTH // few, replicates))
 
 
 def asked(problem: em.Problem, rollouts: int, **options: Any) -> em.CaptureProbability:
@@ -101,11 +102,11 @@ def asked(problem: em.Problem, rollouts: int, **options: Any) -> em.CaptureProba
     )
 
 
-def spread_of(problem: em.Problem, few: int) -> Spread:
-    """One state's, from so many times fewer rollouts."""
-    truth = asked(problem, TRUTH // few, seed=1).captured
-    found = [asked(problem, ROLLOUTS, seed=2 + i, design="sobol") for i in range(REPLICATES // few)]
-    alone = [asked(problem, ROLLOUTS, seed=2 + i) for i in range(REPLICATES // 10)]
+def spread_of(problem: em.Problem, rollouts: int, replicates: int) -> Spread:
+    """One state's, beside a probability of so many rollouts."""
+    truth = asked(problem, rollouts, seed=1).captured
+    found = [asked(problem, ROLLOUTS, seed=2 + i, design="sobol") for i in range(replicates)]
+    alone = [asked(problem, ROLLOUTS, seed=2 + i) for i in range(max(10, replicates // 10))]
     intervals = [p.interval() for p in found]
     error = float(np.mean([(p.captured - truth) ** 2 for p in found]))
     return Spread(

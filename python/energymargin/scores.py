@@ -119,6 +119,8 @@ def escape_effort(
     *,
     planner: str = "est",
     nodes: int = 1000,
+    searches: int = 1,
+    threads: int | None = None,
     seed: int = 0,
     captured: str = "all",
     search: str | None = None,
@@ -141,6 +143,9 @@ def escape_effort(
         problem: the question.
         planner: 'est' or 'rrt', the x of AO-x.
         nodes: of the search tree, besides its root.
+        searches: independent ones, of nodes / searches nodes each, rounded down. The tree is that
+            of the one with the least effort; steps, `discarded` and `diverged` are those of all.
+        threads: for several searches; None takes all cores. The effort does not depend on them.
         seed: the same seed gives the same bits.
         captured: of several objects, 'all' asks for the effort until one has left, 'any' until the
             last one has.
@@ -182,7 +187,8 @@ def escape_effort(
     converge, or of the time is lost. `warnings` of the result has the same texts. Raises ValueError
     on a bad problem or argument.
     """
-    return core.escape_effort(**locals() | {"progress": _counted(progress, nodes)})
+    given = locals() | {"threads": core_count("threads", threads)}
+    return core.escape_effort(**given | {"progress": _counted(progress, nodes)})
 
 
 def effort_lower_bound(
@@ -256,9 +262,10 @@ def capture_probability(
             the probability is above this. Either wrong answer has a probability of at most .05,
             by a sequential test (Ville's inequality). It takes at most `rollouts`, by default 300;
             near the threshold it is not told by then: None.
-        design: "sobol" spreads the rollouts evenly over the first pushes (randomized quasi-Monte
-            Carlo, in eight groups of rollouts): unbiased, and with a smaller variance where the
-            first pushes decide. Best from 64 rollouts on. Not with `above`, Boltzmann, functions.
+        design: "sobol" spreads the rollouts evenly over the pushes (randomized quasi-Monte Carlo,
+            a Sobol sequence with Owen's scramble): unbiased, with a smaller variance, and an
+            interval that blocks of neighbouring rollouts tell. Best with a power of two, from 64
+            on. Not with `above`, Boltzmann, functions.
         success: also the probability of being in the success set at the horizon. Rollouts go on
             after an exit.
         undisturbed: also one rollout without a disturbance, before the others.

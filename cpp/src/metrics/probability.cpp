@@ -45,7 +45,8 @@ class Estimator {
         options_(options),
         timing_(*timing_of(problem)),
         pool_(std::min(options.threads, most_of(options))),
-        worlds_(pool_.size()) {
+        worlds_(pool_.size()),
+        designs_(pool_.size()) {
     sets_.emplace_back(problem.captured, problem.scene);
     if (options.by_object && problem.captured_any) {
       sets_.emplace_back(*problem.captured_any, problem.scene);
@@ -84,15 +85,18 @@ class Estimator {
     pool_.run(futures_.size() - first, [&](std::size_t i, std::size_t thread) {
       if (options_.limit.reached()) return;
       const std::size_t number = first + i, index = options_.first + number;
-      futures_[number] = run(draw_of(index), thread);
+      futures_[number] = run(draw_of(index, thread), thread);
       complete_[number] = futures_[number].complete ? 1 : 0;
       if (options_.rollout_counter) ++*options_.rollout_counter;
     });
   }
 
-  Draw draw_of(std::size_t index) const {
+  Draw draw_of(std::size_t index, std::size_t thread = 0) {
     std::vector<double> leading;
-    if (options_.design == Design::sobol) leading = design::sobol_point(options_.seed, index);
+    if (options_.design == Design::sobol) {
+      if (!designs_[thread]) designs_[thread].emplace(options_.seed);
+      leading = designs_[thread]->point(index);
+    }
     return draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index, {}, 0, std::move(leading));
   }
 
@@ -228,22 +232,24 @@ class Estimator {
     return is_above(*options_.above, captured, rollouts);
   }
 
-  // Of all objects until the horizon: of a design as its groups tell, with Student's variance, but at least the
-  // rollouts and at most so many times as many, since eight groups may by chance agree too well.
+  // Of all objects until the horizon: of a design as its blocks tell, with Student's variance, but at least the
+  // rollouts and at most so many times as many, since few blocks may by chance agree too well.
   double effective_of_all(const std::vector<double>& shares) const {
     constexpr double most = 3.0;
     if (options_.design == Design::independent) return effective(shares);
-    Eigen::ArrayXd captured = Eigen::ArrayXd::Zero(design::groups), counts = captured;
-    for (std::size_t i = 0; i < shares.size(); ++i) {
+    const std::size_t block = design::block_of(shares.size());
+    const auto blocks = static_cast<Eigen::Index>(block > 0 ? shares.size() / block : 0);
+    Eigen::ArrayXd captured = Eigen::ArrayXd::Zero(blocks), counts = captured;
+    for (std::size_t i = 0; i < block * static_cast<std::size_t>(blocks); ++i) {
       if (futures_[i].diverged) continue;
-      const auto group = static_cast<Eigen::Index>(design::group_of(options_.first + i));
-      counts[group] += 1.0;
-      captured[group] += futures_[i].exits[0] < 0 ? 1.0 : 0.0;
+      const auto of = static_cast<Eigen::Index>(i / block);
+      counts[of] += 1.0;
+      captured[of] += futures_[i].exits[0] < 0 ? 1.0 : 0.0;
     }
-    const double count = counts.sum(), mean = captured.sum() / count;
-    if (counts.minCoeff() < 1.0 || mean == 0.0 || mean == 1.0) return count;
-    const auto n = static_cast<double>(design::groups);
-    const double variance = (captured / counts - mean).square().sum() / n / (n - 3.0);
+    const double count = total(shares), mean = captured.sum() / counts.sum();
+    if (blocks == 0 || counts.minCoeff() < 1.0 || mean == 0.0 || mean == 1.0) return count;
+    const auto n = static_cast<double>(blocks);
+    const double variance = (captured / counts - mean).square().sum() / n / (n - 1.0);
     return std::clamp(mean * (1.0 - mean) / variance, count, most * count);
   }
 
@@ -345,6 +351,7 @@ class Estimator {
   int looks_ = 1;  // the most looks at the tolerance or the threshold
   ThreadPool pool_;
   std::vector<std::optional<World>> worlds_;  // of each thread, from its first rollout on
+  std::vector<std::optional<design::Sobol>> designs_;
 };
 
 // Whether rollouts may be drawn evenly.

@@ -1,5 +1,5 @@
 #pragma once
-// Where the first random numbers of each rollout come from, so that rollouts spread over them evenly.
+// Where the random numbers of each rollout come from, so that rollouts spread over them evenly.
 
 #include <boost/random/sobol.hpp>
 #include <cstdint>
@@ -9,24 +9,50 @@
 
 namespace energymargin::design {
 
-//! Independent groups of a design, whose spread tells its variance.
-inline constexpr std::uint64_t groups = 8;
+//! The first numbers of each rollout: points of a Sobol sequence with a nested uniform scramble (Owen, Randomly
+//! permuted (t,m,s)-nets and (t,s)-sequences, 1995).
+class Sobol {
+ public:
+  explicit Sobol(std::uint64_t seed) : seed_(seed), sequence_(dimensions) {}
 
-//! The group of rollout number `index`.
-inline std::uint64_t group_of(std::uint64_t index) { return index % groups; }
-
-//! The first numbers, in [0, 1), of rollout number `index`: of a Sobol sequence for each group, with a random digital
-//! shift (L'Ecuyer and Lemieux, Recent advances in randomized quasi-Monte Carlo methods, 2002). Each is even by itself.
-inline std::vector<double> sobol_point(std::uint64_t seed, std::uint64_t index) {
-  constexpr std::size_t dimensions = 21;  // three pushes of an object, and how long they last
-  boost::random::sobol sequence(dimensions);
-  sequence.discard(index / groups * dimensions);
-  std::vector<double> point;
-  for (std::size_t i = 0; i < dimensions; ++i) {
-    const std::uint64_t shift = stream(stream(seed, ~group_of(index)), i);
-    point.push_back(static_cast<double>((sequence() ^ shift) >> 11) * 0x1p-53);
+  //! The numbers, in [0, 1), of rollout number `index`.
+  std::vector<double> point(std::uint64_t index) {
+    sequence_.seed();
+    if (index > 0) sequence_.discard((index - 1) * dimensions);  // Boost begins behind the origin
+    std::vector<double> point;
+    for (std::size_t i = 0; i < dimensions; ++i) {
+      const std::uint64_t even = index > 0 ? sequence_() : 0;
+      point.push_back(static_cast<double>(scrambled(even, stream(seed_, i), index) >> 11) * 0x1p-53);
+    }
+    return point;
   }
-  return point;
+
+ private:
+  static constexpr std::size_t dimensions = 256;  // a dozen pushes of an object, three of ten objects
+  static constexpr int levels = 20;
+
+  // Each leading bit is flipped or not as those before it say, and the others are random.
+  static std::uint64_t scrambled(std::uint64_t even, std::uint64_t key, std::uint64_t index) {
+    std::uint64_t flips = 0;
+    for (int level = 0; level < levels; ++level) {
+      const std::uint64_t before = level > 0 ? even >> (64 - level) : 0;
+      flips = flips << 1 | (stream(key, (std::uint64_t{1} << level) + before) & 1);
+    }
+    const std::uint64_t leading = (even >> (64 - levels)) ^ flips;
+    return leading << (64 - levels) | stream(~key, index) >> levels;
+  }
+
+  std::uint64_t seed_;
+  boost::random::sobol sequence_;
+};
+
+//! How many neighbouring rollouts of `count` make a block, of which there are eight to fifteen: a power of two. Each is
+//! spread evenly by itself, so that blocks tell the variance of their mean, and rather more than less of it. 0: too
+//! few.
+inline std::size_t block_of(std::size_t count) {
+  std::size_t block = count < 8 ? 0 : 1;
+  while (block > 0 && 16 * block <= count) block *= 2;
+  return block;
 }
 
 }  // namespace energymargin::design

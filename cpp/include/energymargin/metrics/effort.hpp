@@ -34,6 +34,8 @@ struct EffortOptions {
   bool stop_at_escape = false;               //!< a rollout ends where it is seen outside, every few steps
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node, for a bar of progress
   bool check_undisturbed = false;            //!< without a clock, also when the state leaves without a disturbance
+  int searches = 1;  //!< independent ones, of nodes / searches nodes each; the one of least effort is the result
+  int threads = 1;   //!< for several searches
 };
 
 //! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon it has
