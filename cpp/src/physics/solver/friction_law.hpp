@@ -20,7 +20,7 @@ using ContactVector = std::array<double, most_rows>;
 struct FrictionLaw {
   //! Softness, as shares of what a unit impulse changes along a row.
   static constexpr double normal_share = 1e-3;
-  static constexpr double tangential_share = 1e-4;
+  static constexpr double tangential_share = 5e-4;
 
   double friction = 0.0;
   double tangential_softness = 0.0;

@@ -21,11 +21,8 @@ constexpr int whole_steps = 3;
 constexpr double shorter_step = 0.6;
 
 // A load that presses contacts in by more than this is borne by harder ones [m/s].
-constexpr double most_given = 0.01;
-constexpr double most_harder = 20.0;
-
-// What gives way by more than this is moved back; overlap stops less [m/s].
-constexpr double most_given_way = 1e-3;
+constexpr double most_given = 1e-3;
+constexpr double most_harder = 100.0;
 
 }  // namespace
 
@@ -210,17 +207,13 @@ void NewtonSolver::balance(const Island& island) {
   }
 }
 
-// How the velocities would answer if bodies in each other were asked to part by their `recovery` faster, and those that
-// press by as much as the softness lets them give way, while everything that presses or sticks goes on doing so. It
-// moves them, and speeds up nothing.
+// How the velocities would answer if bodies in each other were asked to part by their `recovery` faster, while
+// everything that presses or sticks goes on doing so. It moves them, and speeds up nothing.
 void NewtonSolver::recover(const Island& island) {
   const auto penetrates = [](const auto& rows) { return rows.recovery != 0.0; };
   const bool any =
       std::any_of(island.contacts.begin(), island.contacts.end(),
-                  [&](std::size_t k) {
-                    const ContactRows& rows = contacts_[k];
-                    return penetrates(rows) || rows.law.normal_softness * rows.impulse[2] > most_given_way;
-                  }) ||
+                  [&](std::size_t k) { return penetrates(contacts_[k]); }) ||
       std::any_of(island.limited.begin(), island.limited.end(), [&](std::size_t k) { return penetrates(limited_[k]); });
   if (!any) return;
   for (const int i : island.movers) std::fill_n(residual_.begin() + begin(i), count(i), 0.0);
@@ -239,17 +232,7 @@ void NewtonSolver::recover(const Island& island) {
     FrictionLaw law = rows.law;
     if (!sticks) law.friction = 0.0;
     respond_as(presses ? Regime::sticks : Regime::open, law, {}, rows.response);
-    if (!presses) continue;
-    const double gives = law.normal_softness * rows.impulse[2];
-    const double borne = law.compliant || !(gives > most_given_way) ? 0.0 : 1.0 - most_given_way / gives;
-    for (int row = 0; row < law.rows; ++row) {
-      const double impulse = borne * rows.impulse[static_cast<std::size_t>(row)];
-      if (row == normal_row) {
-        press(rows, row, impulse + asked / law.normal_softness);
-      } else if (sticks) {
-        press(rows, row, impulse);
-      }
-    }
+    if (presses) press(rows, normal_row, asked / law.normal_softness);
   }
   for (const std::size_t k : island.limited) {
     LimitedRow& row = limited_[k];
