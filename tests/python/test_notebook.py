@@ -159,8 +159,8 @@ def at_the_edge_of_its_cone(contact):
 def test_forces_that_cancel_out_are_shown_as_zero():
     task = tasks.make("push")
     rollout = task.rollout(seed=1)
-    sliding = [at_the_edge_of_its_cone(contact) for contact in rollout.contacts[2]]
-    score = force_score(task.problem(rollout.states[2], rollout.params, sliding))
+    sliding = [at_the_edge_of_its_cone(contact) for contact in rollout.contacts[3]]
+    score = force_score(task.problem(rollout.states[3], rollout.params, sliding))
     assert 0 < abs(score.ground.stick) < 1e-12
     table = values(score)
     assert table["all else: to the friction cones' edges"] == "0 N"

@@ -1870,7 +1870,7 @@ class EscapeEffort:
     @property
     def nodes(self) -> int:
         """
-        Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of so many nodes gives the same bits.
+        Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of so many nodes gives the same bits. Of several searches those of the best one.
         """
     @property
     def path(self) -> numpy.typing.NDArray[numpy.int32]:
@@ -2135,7 +2135,7 @@ class CaptureProbability:
         """
         (low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
         
-        With design="sobol" it is that of the `effective` size, which eight groups of the rollouts tell: it holds about as often.
+        With design="sobol" it is that of the `effective` size, which blocks of the rollouts tell: it holds about as often.
         With a tolerance or a threshold it is wider, by the number of looks. which: 'captured', 'lost', 'success' or
         'any'.
         """
