@@ -1,4 +1,6 @@
-"""A gripper that holds a cube in the air, for pictures."""
+"""Grippers that hold something in the air."""
+
+import numpy as np
 
 import energymargin as em
 
@@ -39,3 +41,23 @@ def gripper(axis="x", mast=False, radius=0.015):
         duration=0.1,
         captured=em.regions.Ball("cube", center=(0, 0, HEIGHT), radius=radius),
     )
+
+
+def held_at_a_slant(degrees, mass=0.013, force=10.0, radius=0.03):
+    """A light upright cylinder without weight between two fixed points, which it meets at a slant,
+    and a finger that presses it into them."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    barrel = em.Cylinder(radius=radius, length=0.08)
+    scene.add_body("object", barrel, mass=mass, friction=0.6, role="object")
+    for name, side in (("left", -1), ("right", 1)):
+        turn = np.radians(degrees)
+        place = -(radius + 0.004) * np.array([np.cos(turn), side * np.sin(turn), 0])
+        place[2] = 0.01 * side
+        scene.add_body(name, em.Sphere(0.004), mass=0, position=place, friction=1, role="effector")
+    scene.add_body("palm", em.Box((0.01,) * 3), mass=0, position=(0, 0, 0.3), role="effector")
+    scene.add_body("finger", em.Sphere(0.008), mass=0.1, friction=1, role="effector")
+    drive = {"stiffness": 1e4, "damping": 50, "target": 0.05, "torque_limit": force}
+    place = (radius + 0.008, 0, -0.3)
+    rail = {"type": "prismatic", "axis": (-1, 0, 0), "origin": place}
+    scene.add_joint("slide", parent="palm", child="finger", **rail, **drive)
+    return scene

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from grippers import held_at_a_slant
 
+import energymargin as em
 from energymargin_paper.evidence.contact_checks import CHECKS
 from energymargin_paper.evidence.contact_grips import (
     KINDS,
@@ -65,6 +67,23 @@ def test_random_grips_off_their_centre_hold_where_any_even_pressure_holds() -> N
 
 def test_random_grips_off_their_centre_slip_where_no_pressure_holds() -> None:
     assert failing("off-centre grip above its limits", 20) == {}
+
+
+@pytest.mark.parametrize("slant", [30, 40, 45])
+def test_a_light_body_between_slanted_points_neither_turns_nor_slips(slant: float) -> None:
+    """Its weight is a hundredth of what presses it: what gives way there is no slip."""
+    scene = held_at_a_slant(slant)
+    world, body = em.World(scene), scene.slice("object")
+    start = world.simulate(scene.pack(), 120).states[-1]
+    random = np.random.default_rng(0)
+    for _ in range(6):
+        load, lever = (each / np.linalg.norm(each) for each in random.normal(size=(2, 3)))
+        push = {"object": np.tile([*(0.4 * load), *(0.01 * lever)], (120, 1))}
+        moving = world.simulate(start, 120, drives=push, record=[24, 120]).states
+        before, after = moving[-2][body], moving[-1][body]
+        turned = 2 * np.arccos(min(1.0, abs(before[3:7] @ after[3:7])))
+        assert np.linalg.norm(after[:3] - before[:3]) < 0.1e-3  # m, in 0.4 s
+        assert np.degrees(turned) < 0.5
 
 
 def test_friction_that_a_load_uses_is_not_there_for_another_across() -> None:
