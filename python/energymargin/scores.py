@@ -143,8 +143,9 @@ def escape_effort(
         problem: the question.
         planner: 'est' or 'rrt', the x of AO-x.
         nodes: of the search tree, besides its root.
-        searches: independent ones, of nodes / searches nodes each, rounded down. The tree is that
-            of the one with the least effort; steps, `discarded` and `diverged` are those of all.
+        searches: independent ones, which share the nodes; the first have one more where they do not
+            divide. The tree is that of the one with the least effort; steps, `discarded` and
+            `diverged` are those of all.
         threads: for several searches; None takes all cores. The effort does not depend on them.
         seed: the same seed gives the same bits.
         captured: of several objects, 'all' asks for the effort until one has left, 'any' until the
@@ -178,7 +179,7 @@ def escape_effort(
     So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as
     it takes.
 
-    After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete`
+    After a timeout or a cancel the tree has the bits of one search of as many nodes, and `complete`
     is False.
 
     Warns, as PlausibilityWarning and once for each scene, if a cheaper escape was discarded; if the
@@ -262,10 +263,11 @@ def capture_probability(
             the probability is above this. Either wrong answer has a probability of at most .05,
             by a sequential test (Ville's inequality). It takes at most `rollouts`, by default 300;
             near the threshold it is not told by then: None.
-        design: "sobol" spreads the rollouts evenly over the pushes (randomized quasi-Monte Carlo,
-            a Sobol sequence with Owen's scramble): unbiased, with a smaller variance, and an
-            interval that blocks of neighbouring rollouts tell. Best with a power of two, from 64
-            on. Not with `above`, Boltzmann, functions.
+        design: "sobol" spreads the rollouts evenly over the first 256 random numbers of each, which
+            is 36 pushes of an object (randomized quasi-Monte Carlo, a Sobol sequence with Owen's
+            scramble): unbiased, with a smaller variance unless many short pushes follow each other,
+            and an interval that blocks of neighbouring rollouts tell. Best with a power of two,
+            from 64 on. Not with `above`, Boltzmann, functions.
         success: also the probability of being in the success set at the horizon. Rollouts go on
             after an exit.
         undisturbed: also one rollout without a disturbance, before the others.

@@ -340,7 +340,7 @@ TEST_F(App, HelpNamesEveryOption) {
   EXPECT_EQ(outcome.code, 0);
   for (const char* option :
        {"--metric", "--planner", "--nodes", "--samples", "--seed", "--trees", "--threads", "--captured", "--rollouts",
-        "--strength", "--tolerance", "--timeout", "--save", "--meshes", "--schema"}) {
+        "--searches", "--strength", "--tolerance", "--timeout", "--save", "--meshes", "--schema"}) {
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   }
 }

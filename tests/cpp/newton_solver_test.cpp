@@ -349,7 +349,7 @@ TEST(NewtonSolver, RecoveryPartsBodiesBesideTheirVelocities) {
     solver->recover();
   }
   EXPECT_TRUE(same_bits(velocities_of(with, 0), velocities_of(without, 0)));
-  EXPECT_EQ(without.recovery(0)[1], 0.0);  // what it gives way by is too little to move it back
+  EXPECT_EQ(without.recovery(0)[1], 0.0);  // nothing overlaps
   EXPECT_NEAR(with.recovery(0)[1], 0.2, 0.2 * 2.0 * giving_share);
   EXPECT_NEAR(with.recovery(0)[0], 0.0, 1e-6);  // friction holds it, by a little less
   EXPECT_NEAR(with.recovery(0)[2], 0.0, 1e-12);

@@ -30,6 +30,19 @@ def test_it_is_unbiased_with_a_smaller_variance_and_an_interval_that_holds():
     assert all(64 <= p.effective <= 3 * 64 for p in spread)
 
 
+@pytest.mark.parametrize(("rollouts", "first"), [(64, 0), (256, 0), (128, 5)])
+def test_its_interval_holds_where_pushes_are_short(rollouts, first):
+    short = {"half": 0.1, "disturbance": em.disturbances.Uniform(hold=0.1), "design": "sobol"}
+    truth = asked(**short | {"rollouts": 20000, "design": "independent"}).captured
+    found = [asked(seed, rollouts=rollouts, first=first, **short).interval() for seed in range(200)]
+    assert np.mean([low <= truth <= high for low, high in found]) >= 0.92
+
+
+def test_numbers_far_out_are_rollouts_of_their_own():
+    near, far = (asked(rollouts=6, first=n, design="sobol").exit_times for n in (0, 2**56))
+    assert not np.array_equal(near, far)
+
+
 def test_a_part_has_the_bits_of_the_whole_on_any_threads():
     whole = asked(rollouts=50, design="sobol").exit_times
     for first, count, threads in ((0, 7, 2), (13, 30, 1)):

@@ -64,9 +64,10 @@ std::vector<Option> common_options() {
        [](CommandLine& line, const Value& v) {
          line.arguments.capture.tolerance = line.arguments.probability.tolerance = v.number();
        }},
-      {"--threads", "T", "capture probability", "for several trees, rounds of nodes, or rollouts (1)",
+      {"--threads", "T", "capture effort probability", "for trees, rounds, searches or rollouts (1)",
        [](CommandLine& line, const Value& v) {
-         line.arguments.capture.threads = line.arguments.probability.threads = v.count();
+         line.arguments.capture.threads = line.arguments.effort.threads = line.arguments.probability.threads =
+             v.count();
        }},
       {"--rate", "X", "capture probability", "lambda [1/J] (the problem's); of boltzmann (0)",
        [](CommandLine& line, const Value& v) {
@@ -91,6 +92,8 @@ std::vector<Option> capture_options() {
 
 std::vector<Option> effort_options() {
   return {
+      {"--searches", "K", "effort", "independent ones, which share the nodes (1)",
+       [](CommandLine& line, const Value& v) { line.arguments.effort.searches = v.count(); }},
       {"--search", "NAME", "effort", "improved (with a horizon), or published, which is the paper's (without)",
        [](CommandLine& line, const Value& v) { line.arguments.effort.search = v.choice<Search>(); }},
       {"--sampling", "NAME", "effort",
@@ -246,8 +249,7 @@ std::string help() {
        energymargin_score PROBLEM.json --save COPY.json [--meshes embedded|files]
        energymargin_score --schema
 
-Scores a problem file and prints JSON, to the last bit as Python does. A number is null without an
-escape, or without such a set.
+Scores a problem file and prints JSON, to the last bit as Python does. null: no escape or such set.
 
 )";
   for (const Group& group : groups()) {

@@ -72,7 +72,8 @@ Escape find_escapes(const Problem& problem, const EffortOptions& options) {
   std::vector<std::optional<Escape>> escapes(static_cast<std::size_t>(options.searches));
   const auto search = [&](std::size_t i) {
     EffortOptions one = options;
-    one.nodes = options.nodes / options.searches;
+    const auto more = static_cast<std::size_t>(options.nodes % options.searches);  // the first have one more
+    one.nodes = options.nodes / options.searches + (i < more ? 1 : 0);
     one.seed = stream(options.seed, i);
     escapes[i] = find_escape(problem, one);
   };

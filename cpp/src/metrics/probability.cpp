@@ -237,19 +237,23 @@ class Estimator {
   double effective_of_all(const std::vector<double>& shares) const {
     constexpr double most = 3.0;
     if (options_.design == Design::independent) return effective(shares);
-    const std::size_t block = design::block_of(shares.size());
-    const auto blocks = static_cast<Eigen::Index>(block > 0 ? shares.size() / block : 0);
+    const double count = total(shares);
+    const std::uint64_t block = design::block_of(shares.size());
+    if (block == 0) return count;
+    const std::uint64_t first = (options_.first + block - 1) / block * block - options_.first;  // of a whole block
+    const auto blocks = static_cast<Eigen::Index>((shares.size() - first) / block);
     Eigen::ArrayXd captured = Eigen::ArrayXd::Zero(blocks), counts = captured;
-    for (std::size_t i = 0; i < block * static_cast<std::size_t>(blocks); ++i) {
-      if (futures_[i].diverged) continue;
+    for (std::uint64_t i = 0; i < block * static_cast<std::uint64_t>(blocks); ++i) {
+      const Future& future = futures_[first + i];
+      if (future.diverged) continue;
       const auto of = static_cast<Eigen::Index>(i / block);
       counts[of] += 1.0;
-      captured[of] += futures_[i].exits[0] < 0 ? 1.0 : 0.0;
+      captured[of] += future.exits[0] < 0 ? 1.0 : 0.0;
     }
-    const double count = total(shares), mean = captured.sum() / counts.sum();
-    if (blocks == 0 || counts.minCoeff() < 1.0 || mean == 0.0 || mean == 1.0) return count;
+    const double mean = captured.sum() / counts.sum();
+    if (counts.minCoeff() < 1.0 || mean == 0.0 || mean == 1.0) return count;
     const auto n = static_cast<double>(blocks);
-    const double variance = (captured / counts - mean).square().sum() / n / (n - 1.0);
+    const double variance = (captured / counts - mean).square().sum() / n / (n - 3.0);
     return std::clamp(mean * (1.0 - mean) / variance, count, most * count);
   }
 

@@ -17,8 +17,7 @@ class Sobol {
 
   //! The numbers, in [0, 1), of rollout number `index`.
   std::vector<double> point(std::uint64_t index) {
-    sequence_.seed();
-    if (index > 0) sequence_.discard((index - 1) * dimensions);  // Boost begins behind the origin
+    if (index > 0) sequence_.seed(index - 1);  // Boost begins behind the origin
     std::vector<double> point;
     for (std::size_t i = 0; i < dimensions; ++i) {
       const std::uint64_t even = index > 0 ? sequence_() : 0;
@@ -28,7 +27,7 @@ class Sobol {
   }
 
  private:
-  static constexpr std::size_t dimensions = 256;  // a dozen pushes of an object, three of ten objects
+  static constexpr std::size_t dimensions = 256;  // 36 pushes of an object, four of ten objects
   static constexpr int levels = 20;
 
   // Each leading bit is flipped or not as those before it say, and the others are random.
@@ -46,12 +45,11 @@ class Sobol {
   boost::random::sobol sequence_;
 };
 
-//! How many neighbouring rollouts of `count` make a block, of which there are eight to fifteen: a power of two. Each is
-//! spread evenly by itself, so that blocks tell the variance of their mean, and rather more than less of it. 0: too
-//! few.
-inline std::size_t block_of(std::size_t count) {
-  std::size_t block = count < 8 ? 0 : 1;
-  while (block > 0 && 16 * block <= count) block *= 2;
+//! How many neighbouring rollouts of `count` make a block, of which there are 16 to 31: a power of two. Each is spread
+//! evenly by itself, so that blocks tell the variance of their mean, and mostly rather more of it. 0: too few.
+inline std::uint64_t block_of(std::uint64_t count) {
+  std::uint64_t block = count < 16 ? 0 : 1;
+  while (block > 0 && 32 * block <= count) block *= 2;
   return block;
 }
 

@@ -34,12 +34,13 @@ struct EffortOptions {
   bool stop_at_escape = false;               //!< a rollout ends where it is seen outside, every few steps
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node, for a bar of progress
   bool check_undisturbed = false;            //!< without a clock, also when the state leaves without a disturbance
-  int searches = 1;  //!< independent ones, of nodes / searches nodes each; the one of least effort is the result
+  int searches = 1;  //!< independent ones, which share the nodes; the one of least effort is the result
   int threads = 1;   //!< for several searches
 };
 
 //! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon it has
-//! to be outside in time, and to stay so for `dwell`. At its limit it has the bits of a search of so many nodes.
+//! to be outside in time, and to stay so for `dwell`. At its limit one search has the bits of a search of so many
+//! nodes.
 Escape escape_effort(const Problem& problem, const EffortOptions& options = {});
 
 }  // namespace energymargin

@@ -24,8 +24,8 @@ inline constexpr int first_decision = 8;
 inline constexpr int most_of_decision = 300;
 inline constexpr double error_of_decision = 0.05;
 
-//! How rollouts are drawn: one apart from the other, or evenly spread over their random numbers, by randomized
-//! quasi-Monte Carlo. Both are unbiased.
+//! How rollouts are drawn: one apart from the other, or evenly spread over the first 256 of their random numbers,
+//! by randomized quasi-Monte Carlo. Both are unbiased.
 enum class Design { independent, sobol };
 
 struct ProbabilityOptions {

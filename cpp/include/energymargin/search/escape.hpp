@@ -12,7 +12,7 @@
 
 namespace energymargin {
 
-//! Its steps are those of the tree's rollouts.
+//! Its steps are those of the rollouts of all searches.
 struct Escape : StepCounts {
   double effort = 0.0;                          //!< Omega_esc, eq. 2 [J]; inf if no escape was found
   std::vector<std::pair<int, double>> history;  //!< (nodes so far, best effort) at each improvement
