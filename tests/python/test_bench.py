@@ -139,7 +139,7 @@ def test_each_table_has_its_rows_with_numbers(tmp_path):
         *[5] * 4,
         *[8] * 4,
         of_fewer,
-        *[3] * 3,
+        *[3] * 4,
         *[2] * 2,
         *[4] * 2,
         1,

@@ -30,7 +30,6 @@ OLD: set[str] = {
     "act",
     "bench",
     "bench-contact",
-    "bench-fewer",
     "bench-monitor",
     "bench-scale",
     "closed-forms",
