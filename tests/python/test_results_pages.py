@@ -32,8 +32,6 @@ OLD: set[str] = {
     "bench-contact",
     "bench-monitor",
     "bench-scale",
-    "closed-forms",
-    "early-warning",
     "filter",
     "foresight",
     "grasps-a",
