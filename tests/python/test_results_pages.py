@@ -29,8 +29,6 @@ IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 OLD: set[str] = {
     "act",
     "bench",
-    "bench-contact",
-    "bench-monitor",
     "bench-scale",
     "filter",
     "foresight",
