@@ -468,7 +468,7 @@ TEST(Articulation, BoxBetweenFingersStaysAtRestAndGainsNoEnergyOnATableAndLifted
     EXPECT_LT(usual.moved, 1e-4) << lifted;
     const Rest converged = rest(hand(1.0, lifted, thorough));
     EXPECT_LT(converged.gained, 1e-7) << lifted;  // as if it rose by 0.1 um
-    EXPECT_LT(converged.moved, 1e-4) << lifted;   // by creeping
+    EXPECT_LT(converged.moved, 6e-5) << lifted;   // by creeping
   }
 }
 

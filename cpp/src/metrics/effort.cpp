@@ -54,12 +54,12 @@ Escape best_of(std::vector<std::optional<Escape>> escapes) {
   };
   const auto is_less = [&](const auto& a, const auto& b) { return effort(a) < effort(b); };
   const auto found = std::min_element(escapes.begin(), escapes.end(), is_less);
+  const bool all = std::all_of(escapes.begin(), escapes.end(), [](const auto& of) { return of && of->complete; });
   Escape best = std::move(**found);
+  best.complete = all || best.effort == 0.0;
   for (auto other = escapes.begin(); other != escapes.end(); ++other) {
-    if (!*other) best.complete = best.effort == 0.0;
     if (!*other || other == found) continue;
     best += **other;
-    best.complete = (best.complete && (*other)->complete) || best.effort == 0.0;
     best.discarded += (*other)->discarded;
     best.discarded_effort = std::min(best.discarded_effort, (*other)->discarded_effort);
     best.diverged += (*other)->diverged;
