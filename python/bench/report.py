@@ -31,7 +31,6 @@ TITLES = {
 PUSH = 0.27  # s for 1,000 nodes
 PUBLIC = 2.7  # s for them
 OVER_MUJOCO = {"push": 0.6, "balance": 0.6, "topple": 0.6, "push-real": 0.6}
-OVER_FLOOR = {"grasp": 0.65}
 FRAME = {"push": 0.012, "balance": 0.012, "topple": 0.012, "push-real": 0.012, "grasp": 0.030}  # s
 FRAME_THREADS = {"grasp": 2}
 TREES_OF_A_FRAME = 0.030  # s, of a camera at 33 Hz
@@ -96,8 +95,6 @@ def of_tasks(tasks: Tasks) -> Iterator[list[str]]:
             for name, engine in ENGINES.items():
                 took = median(median(engine(cost).others) for cost in costs)
                 yield [f"the same edges by {name} [s]", "", digits(took)]
-        asked = OVER_FLOOR.get(task, 0.6)
-        yield [f"{task}: ours / Bullet", f"<= {asked:g}", f"{tasks.over_floor(task):.3f}"]
         asked = OVER_MUJOCO.get(task, 1.0)
         yield [f"{task}: ours / mj_step", f"<= {asked:g}", f"{tasks.over_mujoco(task):.3f}"]
     for task, weight in tasks.bytes.items():

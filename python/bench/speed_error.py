@@ -17,7 +17,7 @@ import numpy as np
 
 import energymargin as em
 from edges import Edge, Vector, edges_of, objects, positions
-from measurements import Settings, Tell, digits, in_turns, problems_of
+from measurements import TASKS, Settings, Tell, digits, in_turns, problems_of
 from mug import mugs
 from mujoco_rollouts import MuJoCoEdges
 from tables import markdown
@@ -162,9 +162,9 @@ def furthest(some: Vector, others: Vector) -> Vector:
 
 
 def measure_errors(errors: Errors, tell: Tell) -> None:
-    """Fills it task by task."""
-    count = errors.settings.states
-    for task in (*errors.settings.tasks, MUG):
+    """Fills it task by task, and of a choice of tasks those alone."""
+    count, tasks = errors.settings.states, errors.settings.tasks
+    for task in (*tasks, MUG) if tasks == TASKS else tasks:
         tell(f"{task}: its states")
         problems = mugs(count) if task == MUG else problems_of(task, count)
         for number, problem in enumerate(problems, 1):

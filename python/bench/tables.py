@@ -14,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from energymargin.table_text import markdown_table
+from energymargin_paper.evidence.contact_mug import FOLDER
 from energymargin_paper.pages import Head, list_blocks, write_block
 
 __all__ = ["machine", "markdown", "write"]
@@ -44,7 +45,10 @@ def write(out: Path | None, text: str, target: str, pages: Path | None, *picture
     parts = words[words.index("--parts") + 1].split(",") if "--parts" in words else []
     given = f" BENCH={shlex.quote(shlex.join(words))}" if words else ""
     compared = ("mujoco", "pybullet", "dask")
-    head = Head.of_today(f"make {target}{given}", improved=False, packages=compared)
+    folders = [FOLDER] if "error" in parts else []
+    head = Head.of_today(
+        f"make {target}{given}", improved=False, packages=compared, folders=folders
+    )
     head = replace(head, date=date.today().isoformat())
     shown = [f"![{picture.stem}]({picture.name})" for picture in pictures]
     body = "\n\n".join([re.sub(r"\A# .*\n+", "", text).strip(), *shown])

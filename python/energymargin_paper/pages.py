@@ -44,7 +44,6 @@ __all__ = [
 
 FILE = "made.txt"
 WIDTH = 120
-FOLDERS = ("ENERGYMARGIN_GRASPS", "ENERGYMARGIN_MODELS")  # of data that a study takes if it is set
 BLOCK = re.compile(
     r"<!-- made: (?P<name>\S+)\n(?P<head>.*?)\n-->\n(?P<body>.*?)<!-- end: (?P=name) -->", re.DOTALL
 )
@@ -66,7 +65,7 @@ class Head:
     """As of `energymargin_paper.bits`; empty: of an older version."""
     seed: str = ""
     data: str = ""
-    """The environment's FOLDERS that were set."""
+    """Variables of the environment that named folders of it."""
     minutes: str = ""
     """Of one processor."""
     machine: str = ""
@@ -74,9 +73,16 @@ class Head:
 
     @classmethod
     def of_today(
-        cls, command: str, *, improved: bool, seed: object = "", packages: Sequence[str] = ()
+        cls,
+        command: str,
+        *,
+        improved: bool,
+        seed: object = "",
+        packages: Sequence[str] = (),
+        folders: Sequence[str] = (),
     ) -> Head:
-        """That of a command which begins now; of the packages those that are installed."""
+        """That of a command which begins now; of the packages those that are installed, and of the
+        folders those that are set."""
         names = [name for name in ("numpy", "scipy", *packages) if _is_installed(name)]
         return cls(
             command,
@@ -84,7 +90,7 @@ class Head:
             algorithm=ALGORITHM_IMPROVED if improved else ALGORITHM,
             bits=bits(improved=improved),
             seed=str(seed),
-            data=", ".join(name for name in FOLDERS if os.environ.get(name)),
+            data=", ".join(name for name in folders if os.environ.get(name)),
             machine=f"{os.cpu_count()} cores, {platform.machine()}",
             packages=", ".join(f"{name} {version(name)}" for name in names),
         )

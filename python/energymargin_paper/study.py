@@ -64,6 +64,8 @@ class Study(ABC, Generic[SettingsT, ResultT]):
     """Whether efforts of the improved search are in it, which may move alone."""
     packages: tuple[str, ...] = ()
     """Whose versions may move a number, beside numpy and scipy."""
+    folders: tuple[str, ...] = ()
+    """Variables of the environment that name folders of data, which it takes if they are set."""
 
     @property
     def stem(self) -> str:

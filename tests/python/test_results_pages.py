@@ -1,6 +1,7 @@
 """Pages of results: blocks that commands write, and which of them are of older bits."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -94,6 +95,15 @@ def test_a_block_is_written_anew_below_the_heading_that_it_stands_under(study, t
     assert block.head.algorithm == ALGORITHM and not block.head.is_old(improved=False)
     assert put(page.parent, "rare", study) == [page] and page.read_text() == text
     assert put(page.parent, "bowl", study) == []
+
+
+def test_a_head_tells_of_folders_that_its_study_takes_and_that_are_set(monkeypatch):
+    monkeypatch.setenv("ENERGYMARGIN_GRASPS", "somewhere")
+    monkeypatch.delenv("ENERGYMARGIN_MODELS", raising=False)
+    folders = ("ENERGYMARGIN_GRASPS", "ENERGYMARGIN_MODELS")
+    head = partial(Head.of_today, "energymargin reproduce rare", improved=False)
+    assert head(folders=folders).data == "ENERGYMARGIN_GRASPS" and head().data == ""
+    assert [piece.name for piece in PIECES if piece.load().folders == folders[1:]] == ["models"]
 
 
 def test_two_pieces_of_one_study_have_pictures_of_their_own(study, tmp_path):

@@ -169,6 +169,7 @@ class ContactStudy(Study[Settings, Contact]):
     settings = Settings()
     quick = Settings(percent=4, grasps=4)
     packages = ("mujoco",)
+    folders = (contact_mug.FOLDER,)
     improved = True
 
     def compute(

@@ -174,6 +174,7 @@ class GraspsStudy(Study[Settings, Grasps]):
     settings = Settings()
     quick = Settings(grasps=4, draws=2, every=25, rollouts=4, noisy_grasps=2, trials=8)
     packages = ("mujoco",)
+    folders = (FOLDER,)
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Grasps:
         """Runs what the folder does not have yet."""

@@ -145,6 +145,7 @@ class ModelsStudy(Study[Settings, Models]):
     settings = Settings()
     quick = Settings(every=10)
     packages = ("mujoco", "robosuite", "gymnasium-robotics", "dm_control", "pybullet")
+    folders = (FOLDERS,)
     resumes = threaded = False
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Models:
