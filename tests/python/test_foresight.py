@@ -16,7 +16,9 @@ from energymargin.cli import app
 from energymargin.tasks import ScriptedTask
 from energymargin_paper import probabilities
 from energymargin_paper.evidence import foresight
-from energymargin_paper.evidence.foresight import NAMES, Settings, TaskForesight
+from energymargin_paper.evidence.foresight import Settings
+from energymargin_paper.evidence.foresight_figure import figure_foresight
+from energymargin_paper.evidence.foresight_task import NAMES, TaskForesight
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 
@@ -100,7 +102,7 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_table(
 
 def test_the_picture_has_a_column_for_each_task(study: tuple[foresight.Foresight, Path]) -> None:
     pytest.importorskip("matplotlib")
-    figure = foresight.figure_foresight(study[0])
+    figure = figure_foresight(study[0].tasks)
     assert [ax.get_title() for ax in figure.axes[:2]] == ["push", "topple"]
     assert all(len(ax.lines) >= 6 for ax in figure.axes[:2])
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,23 +25,16 @@ from energymargin._core import capture_score, escape_effort
 from energymargin.checks import positive_number, whole_number
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import load_or_generate
-from energymargin.evaluation import Cell
-from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
-from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.table import cell_of, csv_fields
+from energymargin.evaluation.table import csv_fields
 from energymargin.executors.threads import Threads
 from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, add_scores, score_dataset
 from energymargin.table_text import DASH, csv_text, markdown_table, short
 from energymargin_paper import probabilities
-from energymargin_paper.evidence.calibration import (
-    BINS,
-    Reliability,
-    brier,
-    calibration_error,
-    reliability,
-)
+from energymargin_paper.evidence.calibration import BINS
 from energymargin_paper.evidence.ceiling import CAPTURED, CEILING, ceiling_dataset, scripted
+from energymargin_paper.evidence.foresight_figure import figure_foresight
+from energymargin_paper.evidence.foresight_task import NAMES, UNSURE, TaskForesight
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.probabilities import (
     FRESH,
@@ -57,18 +50,14 @@ from energymargin_paper.probabilities import (
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from energymargin.plots.styles import LineStyle
-
-__all__ = ["NAMES", "STUDY", "Foresight", "Settings", "TaskForesight", "figure_foresight"]
+__all__ = ["STUDY", "Foresight", "Settings"]
 
 FRAMES = 10  # of a trajectory
 SAMPLED = 10  # states whose trees say how many steps a tree takes
 RUNS_FILE = "runs.jsonl"
 TASKS = ("push", "balance", "topple", "grasp", "scoop", "push-multi")
-LAST = {"topple": 4}  # frames of the column with intervals; no box of topple is held for five
 PUBLISHED = ("capture", "effort/est")
 
 # One rule for all tasks: how strong the disturbance is, as a share of the problem's bounds, and how
@@ -76,21 +65,6 @@ PUBLISHED = ("capture", "effort/est")
 # docs/results/foresight.md says.
 STRENGTH = 0.6
 OBJECTS = 2  # or as many as a task has
-
-# In the order of the tables.
-NAMES = {
-    "capture": "capture score",
-    "effort/est": "effort, AO-EST",
-    "coast": "probability, coasting",
-    "hold": "probability, hold",
-    SCRIPT: "probability, script",
-    "default": "probability, script, Uniform()",
-    NOMINAL: "script alone, undisturbed",
-    LEARNED: "learned from raw states",
-    "ceiling": "ceiling",
-}
-NO_PROBABILITY = ("effort/est",)
-UNSURE = (0.05, 0.95)  # probabilities between are neither sure to hold nor sure to be lost
 
 
 @dataclass(frozen=True)
@@ -130,76 +104,6 @@ class Settings:
         if self.fresh:
             found[FRESH] = Method(self.fresh, self.strength, self.objects, self.seed + 1)
         return found
-
-
-@dataclass(frozen=True, eq=False)
-class TaskForesight:
-    """The N states of one task."""
-
-    task: str
-    trajectory: NDArray[np.int64]
-    """Shape (N,)."""
-    labels: dict[int, NDArray[np.bool_]]
-    """By horizon, shape (N,): whether a state stays captured until then."""
-    counts: dict[int, NDArray[np.bool_]]
-    """By horizon, shape (N,): whether it is captured now, and has so many frames left."""
-    scores: dict[str, dict[int, NDArray[np.float64]]]
-    """By name and horizon, shape (N,); NaN where there is none."""
-    steps: dict[str, float]
-    """By name: simulation steps a state."""
-    missing: int
-    """States whose problem or rollouts failed, of all probabilities together."""
-    seed: int = 0
-
-    @property
-    def last(self) -> int:
-        """The horizon of the columns with intervals."""
-        return LAST.get(self.task, max(HORIZONS))
-
-    @cached_property
-    def cells(self) -> dict[str, dict[int, Cell | None]]:
-        """By name and horizon: AUC and AP; None where there is but one label to tell apart."""
-        weights = bootstrap_weights(int(self.trajectory.max()) + 1, DRAWS, self.seed)
-        return {
-            name: {h: cell_of(self.compared(name, h), weights) for h in HORIZONS}
-            for name in NAMES
-            if name in self.scores
-        }
-
-    def compared(self, name: str, horizon: int) -> Compared:
-        """The states that count and have a score, with their labels."""
-        scores = self.scores[name][horizon]
-        chosen = np.flatnonzero(self.counts[horizon] & ~np.isnan(scores))
-        labels = self.labels[horizon][chosen]
-        return Compared(scores[chosen], labels, self.trajectory[chosen], chosen)
-
-    def reliability(self, name: str, horizon: int) -> Reliability | None:
-        """How reliable a probability was; None without a state, or of another score."""
-        scores, labels, *_ = self.compared(name, horizon)
-        if name in NO_PROBABILITY or not len(scores):
-            return None
-        return reliability(scores, labels.astype(float))
-
-    def calibration(self, name: str, horizon: int) -> tuple[float, float] | None:
-        """Brier score and expected calibration error against what happened."""
-        scores, labels, *_ = self.compared(name, horizon)
-        if name in NO_PROBABILITY or not len(scores):
-            return None
-        happened = labels.astype(float)
-        return brier(scores, happened), calibration_error(scores, happened)
-
-    def against_fresh(self, horizon: int, *, unsure: bool) -> tuple[float, int] | None:
-        """Expected error of the probability against shares of fresh rollouts, and of how many
-        states: all, or those that are `unsure`. None without any."""
-        if FRESH not in self.scores:
-            return None
-        p, fresh = (self.scores[name][horizon][self.counts[horizon]] for name in (SCRIPT, FRESH))
-        there = ~np.isnan(p) & ~np.isnan(fresh)
-        if unsure:
-            there &= (p >= UNSURE[0]) & (p <= UNSURE[1])
-        if not there.any():
-            return None
-        return calibration_error(p[there], fresh[there]), int(there.sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -379,7 +283,7 @@ class ForesightStudy(Study[Settings, Foresight]):
 
     def figures(self, result: Foresight) -> Iterator[tuple[str, Figure]]:
         """AUC by horizon, and reliability, a column a task."""
-        yield "foresight.png", figure_foresight(result)
+        yield "foresight.png", figure_foresight(result.tasks)
 
 
 STUDY = ForesightStudy()
@@ -513,63 +417,3 @@ def _tree_steps(dataset: Dataset, settings: Settings, metric: str) -> float:
             tree = escape_effort(problem, planner="est", **search).tree
         total += float(tree.durations.sum()) / problem.scene.step
     return total / len(np.unique(numbers))
-
-
-SHOWN = ("capture", "effort/est", "hold", SCRIPT, LEARNED, "ceiling")
-
-
-def figure_foresight(result: Foresight) -> Figure:
-    """Above: AUC against the horizon. Below: what happened against the probability, in bins."""
-    from matplotlib.figure import Figure
-
-    columns = len(result.tasks)
-    figure = Figure(figsize=(2.5 * columns + 0.6, 5.6), dpi=200, layout="constrained")
-    axes = figure.subplots(2, columns, squeeze=False, sharey="row")
-    for number, task in enumerate(result.tasks):
-        _draw_auc(axes[0, number], task)
-        _draw_reliability(axes[1, number], task)
-    axes[0, 0].set_ylabel("AUC")
-    axes[1, 0].set_ylabel("share that stayed captured")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside lower center", ncols=3, frameon=False, handlelength=3.2
-    )
-    return figure
-
-
-def _draw_auc(ax: Axes, task: TaskForesight) -> None:
-    from matplotlib.ticker import MaxNLocator
-
-    from energymargin.plots.styles import PALETTE, light_grid
-
-    for name, style in zip(SHOWN, PALETTE, strict=False):
-        cells = {h: cell for h, cell in task.cells.get(name, {}).items() if cell}
-        aucs = [cell.auc for cell in cells.values()]
-        ax.plot(list(cells), aucs, **_look(style), linewidth=1.3, label=NAMES[name])
-    ax.set_title(task.task)
-    ax.set_xlim(min(HORIZONS) - 0.3, max(HORIZONS) + 0.3)
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.set_xlabel("horizon [frames]")
-    light_grid(ax)
-
-
-def _draw_reliability(ax: Axes, task: TaskForesight) -> None:
-    from energymargin.plots.styles import CHANCE_COLOR, PALETTE, light_grid
-
-    ax.plot([0, 1], [0, 1], color=CHANCE_COLOR, linewidth=0.8)
-    for name, style in zip(SHOWN, PALETTE, strict=False):
-        found = task.reliability(name, task.last) if name in task.scores else None
-        if found is not None:
-            ax.plot(found.predicted, found.happened, **_look(style), linewidth=1.0)
-    ax.set_xlabel(f"probability, {task.last} frames")
-    ax.set_aspect("equal")
-    light_grid(ax)
-
-
-def _look(style: LineStyle) -> dict[str, Any]:
-    return {
-        "color": style.color,
-        "linestyle": style.dashes,
-        "marker": style.marker,
-        "markersize": 4,
-    }

@@ -8,19 +8,18 @@ missing.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import whole_number
-from energymargin.evaluation import Among, LabelledScores
+from energymargin.evaluation import Among
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_ap_draws, bootstrap_weights, ranked
 from energymargin.evaluation.labelled import AMONG, compared_states
 from energymargin.table_text import DASH, csv_text, markdown_table, short
@@ -28,6 +27,16 @@ from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.folder import SIMULATED
 from energymargin_paper.paper.published_agreement import DEFINED, agreement, agreement_table
+from energymargin_paper.paper.published_figure import figure_published
+from energymargin_paper.paper.published_parts import (
+    LEARNED,
+    PROBABILITY,
+    REPLAY,
+    Cell,
+    Part,
+    early_auc,
+    part_of,
+)
 from energymargin_paper.paper.published_states import (
     EARLY,
     OBJECTS,
@@ -38,21 +47,16 @@ from energymargin_paper.paper.published_states import (
     run,
     source_of,
 )
-from energymargin_paper.probabilities import learned
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from energymargin.plots.styles import LineStyle
-
-__all__ = ["PROBABILITY", "STUDY", "Early", "Part", "Published", "Settings", "figure_published"]
+__all__ = ["STUDY", "Published", "Settings"]
 
 RUNS_FILE = "runs.jsonl"
 SIMULATED_HORIZONS = (0, 1, 2, 3, 4, 5)  # frames
 RECORDED_HORIZONS = (0, 1, 2, 5, 10, 20)
-PROBABILITY, REPLAY, LEARNED = "probability", "replay", "learned"
 CONFIDENCE = 0.95
 # Rows of the tables: side and score.
 TREES = ("capture", "effort/est", "effort/rrt")
@@ -70,9 +74,6 @@ TITLES = {
     DEFINED: "capture as the paper defines it",
     REPLAY: "undisturbed replay",
 }
-
-Cell = tuple[float, float]
-"""AUC and AP."""
 
 
 @dataclass(frozen=True)
@@ -107,95 +108,6 @@ class Settings:
     def horizons(self, simulated: bool) -> Sequence[int]:
         """In frames: 1/30 s in the recordings."""
         return SIMULATED_HORIZONS if simulated else RECORDED_HORIZONS
-
-
-@dataclass(frozen=True, eq=False)
-class Early:
-    """Success by frame of R recordings."""
-
-    success: NDArray[np.bool_]
-    """Shape (R,)."""
-    scores: dict[str, NDArray[np.float64]]
-    """By name, ours is "probability": shape (R, 10), a column for each frame of EARLY."""
-
-    def auc(self, name: str, place: int) -> float:
-        """AUC of one frame; NaN without both labels."""
-        values = self.scores[name][:, place]
-        there = ~np.isnan(values)
-        labels = self.success[there]
-        if not labels.any() or labels.all():
-            return np.nan
-        return auc_ap(values[there], labels)[0]
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """One part of the data. All scores have one value a state, NaN where there is none."""
-
-    name: str
-    horizons: tuple[int, ...]
-    complete: LabelledScores
-    """The authors' labels and scores of all states."""
-    theirs: dict[str, NDArray[np.float64]]
-    """Theirs of the states that we scored."""
-    ours: dict[str, NDArray[np.float64]]
-    probability: dict[int, NDArray[np.float64]]
-    """By horizon."""
-    replay: dict[int, NDArray[np.float64]]
-    """Whether it stays without a disturbance, 0 or 1, by horizon: what the motion alone tells."""
-    labels: dict[str, LabelledScores]
-    """"recorded", and of recordings also "smoothed"; their scores do not count."""
-    learned: dict[str, dict[int, NDArray[np.float64]]]
-    """By kind of label, then by horizon."""
-    early: Early | None
-    failed: int
-    """States that could not be scored."""
-    seconds: float
-    """Time of all scores of one state [s]."""
-
-    @property
-    def simulated(self) -> bool:
-        """Whether it is of Table I."""
-        return self.name in SIMULATED
-
-    def column(self, side: str, score: str, horizon: int, kind: str) -> NDArray[np.float64] | None:
-        """The scores of a side, "theirs" or "ours"; None if it has none."""
-        if score == PROBABILITY:
-            return self.probability.get(horizon) if side == "ours" else None
-        if score == REPLAY:
-            return self.replay.get(horizon) if side == "ours" else None
-        if score == LEARNED:
-            return self.learned[kind].get(horizon) if side == "ours" else None
-        return (self.ours if side == "ours" else self.theirs).get(score)
-
-    def cell(
-        self, side: str, score: str, horizon: int, among: Among, kind: str = "recorded"
-    ) -> Cell | None:
-        """AUC and AP; None without both labels, or scores."""
-        values = self.column(side, score, horizon, kind)
-        if values is None:
-            return None
-        compared = compared_states(self._with(values, kind), "one", horizon, among=among)
-        return auc_ap(compared.scores, compared.labels) if compared.of_both_kinds else None
-
-    def difference(
-        self, score: str, horizon: int, among: Among, kind: str, seed: int
-    ) -> NDArray[np.float64]:
-        """AUC of a score of ours less that of their capture score, over draws of whole
-        trajectories, shape (DRAWS,)."""
-        weights = bootstrap_weights(len(self.complete.by_trajectory()), DRAWS, seed)
-        each = []
-        for side, own in (("ours", score), ("theirs", "capture")):
-            values = self.column(side, own, horizon, kind)
-            if values is None:
-                return np.full(DRAWS, np.nan)
-            compared = compared_states(self._with(values, kind), "one", horizon, among=among)
-            ranks, labels = ranked(compared.scores), compared.labels
-            each.append(auc_ap_draws(ranks, labels, compared.trajectory, weights)[0])
-        return each[0] - each[1]
-
-    def _with(self, values: NDArray[np.float64], kind: str) -> LabelledScores:
-        return replace(self.labels[kind], scores={"one": values})
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,17 +222,12 @@ class Published:
         names = {PROBABILITY: "ours", "success": "theirs", "nearness": "nearness to the wall"}
         places = range(len(EARLY))
         rows = [
-            [title, *(_value(self.early_auc(name, place)) for place in places)]
+            [title, *(_value(early_auc(self.recorded, name, place)) for place in places)]
             for name, title in names.items()
         ]
         rows.append(["ours less theirs", *map(self._early_ahead, places)])
         table = markdown_table(["", *map(str, EARLY)], rows)
         return f"## Recordings: success, by frame of the last 100, mean AUC\n\n{table}"
-
-    def early_auc(self, name: str, place: int) -> float:
-        """Mean of the combinations."""
-        values = [part.early.auc(name, place) for part in self.recorded if part.early]
-        return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
 
     def _early_ahead(self, place: int) -> str:
         """The mean AUC, with its interval over draws of recordings."""
@@ -475,11 +382,12 @@ class PublishedStudy(Study[Settings, Published]):
             lines=pairs(Job, StateScores),
             progress=progress,
         )
-        return Published(settings, [_part(source, settings, rows) for source in sources.values()])
+        made = [part_of(own, settings.horizons(own.simulated), rows) for own in sources.values()]
+        return Published(settings, made)
 
     def figures(self, result: Published) -> Iterator[tuple[str, Figure]]:
         """AUC by horizon, theirs and ours, and how early success is known."""
-        yield "published.png", figure_published(result)
+        yield "published.png", figure_published(result.simulated, result.recorded)
 
 
 STUDY = PublishedStudy()
@@ -490,155 +398,3 @@ def _jobs(source: Source, settings: Settings) -> Iterator[Job]:
     program = version("energymargin")
     for index in source.numbers:
         yield Job(program, source.name, index, settings.nodes, settings.rollouts, settings.seed)
-
-
-def _part(source: Source, settings: Settings, rows: Mapping[Job, StateScores]) -> Part:
-    """What came out of a part, both sides on the same states."""
-    own = {job.index: row for job, row in rows.items() if job.part == source.name}
-    horizons = settings.horizons(source.simulated)
-    states = source.dataset.size
-    ours: dict[str, NDArray[np.float64]] = {}
-    shares, replayed = ({h: np.full(states, np.nan) for h in horizons if h > 0} for _ in range(2))
-    for index, row in own.items():
-        for name, value in row.scores.items():
-            ours.setdefault(name, np.full(states, np.nan))[index] = value
-        for h, of_horizon in shares.items():
-            if len(row.shares) >= h:
-                of_horizon[index], replayed[h][index] = row.shares[h - 1], row.replayed[h - 1]
-    lacking = np.ones(states, dtype=bool)
-    lacking[[index for index, row in own.items() if row.error is None]] = False
-    theirs = {n: np.where(lacking, np.nan, own) for n, own in source.theirs.scores.items()}
-    labels = {"recorded": source.theirs}
-    if source.smoothed is not None:
-        labels["smoothed"] = replace(source.theirs, captured=source.smoothed)
-    return Part(
-        name=source.name,
-        horizons=tuple(horizons),
-        complete=source.theirs,
-        theirs=theirs,
-        ours=ours,
-        probability=shares,
-        replay=replayed,
-        labels=labels,
-        learned={
-            kind: _learned(source, own_labels, lacking, horizons)
-            for kind, own_labels in labels.items()
-        },
-        early=_early_scores(source, own),
-        failed=sum(row.error is not None for row in own.values()),
-        seconds=float(np.mean([row.seconds for row in own.values()])) if own else math.nan,
-    )
-
-
-def _learned(
-    source: Source,
-    labelled: LabelledScores,
-    lacking: NDArray[np.bool_],
-    horizons: Sequence[int],
-) -> dict[int, NDArray[np.float64]]:
-    """By horizon, a plain classifier of the raw states, five-fold by trajectory."""
-    trajectories = source.dataset.trajectories
-    states = np.concatenate([trajectory.states for trajectory in trajectories])
-    everyone = replace(labelled, scores={"one": np.zeros(len(states))})
-    found = {}
-    for horizon in horizons:
-        if horizon == 0:
-            continue
-        compared = compared_states(everyone, "one", horizon, among="captured")
-        counts, stays = np.zeros(len(states), dtype=bool), np.zeros(len(states), dtype=bool)
-        counts[compared.number], stays[compared.number] = True, compared.labels
-        found[horizon] = learned(states, stays, labelled.trajectory, counts & ~lacking, 0)
-    return found
-
-
-def _early_scores(source: Source, rows: Mapping[int, StateScores]) -> Early | None:
-    """Scores of success by frame, of each recording; None of simulated data."""
-    tracks = source.tracks
-    if not tracks:
-        return None
-    members = source.theirs.by_trajectory()
-    shape = (len(members), len(EARLY))
-    found = {name: np.full(shape, np.nan) for name in (PROBABILITY, "success", "nearness")}
-    for t, own in enumerate(members):
-        for place, frame in enumerate(EARLY):
-            if frame >= len(own):
-                break
-            row = rows.get(int(own[frame]))
-            if row is not None and row.early is not None:
-                found[PROBABILITY][t, place] = row.early
-            last = source.theirs.scores["success"][own[max(0, frame - 4) : frame + 1]]
-            found["success"][t, place] = np.average(last, weights=np.arange(1, len(last) + 1))
-            found["nearness"][t, place] = -tracks[t].poses["object"][frame, 1]
-    return Early(np.array([track.success for track in tracks]), found)
-
-
-LINES = (
-    ("theirs", "capture", "capture, theirs"),
-    ("ours", "capture", "capture, ours"),
-    ("ours", PROBABILITY, "probability, ours"),
-)
-
-
-def figure_published(result: Published) -> Figure:
-    """A panel for each simulated part, one for the recordings, one for early success: states that
-    are captured now."""
-    from matplotlib.figure import Figure
-
-    panels: list[tuple[str, list[Part]]] = [(part.name, [part]) for part in result.simulated]
-    if result.recorded:
-        panels.append(("recordings, smoothed labels", result.recorded))
-    columns = len(panels) + bool(result.recorded)
-    figure = Figure(figsize=(2.6 * columns + 0.6, 3.2), dpi=200, layout="constrained")
-    axes = figure.subplots(1, columns, squeeze=False, sharey=True)[0]
-    for ax, (title, parts) in zip(axes, panels, strict=False):
-        _draw(ax, title, parts)
-    if result.recorded:
-        _draw_early(axes[-1], result)
-    axes[0].set_ylabel("AUC, captured now")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
-    return figure
-
-
-def _draw(ax: Axes, title: str, parts: list[Part]) -> None:
-    from energymargin.plots.styles import PALETTE
-
-    kind = "recorded" if parts[0].simulated else "smoothed"
-    horizons = [h for h in parts[0].horizons if h > 0]
-    for (side, score, label), style in zip(LINES, PALETTE, strict=False):
-        values = [_mean_auc(parts, side, score, h, kind) for h in horizons]
-        ax.plot(horizons, values, label=label, **_look(style))
-    _finish(ax, title, "horizon [frames]")
-
-
-def _draw_early(ax: Axes, result: Published) -> None:
-    from energymargin.plots.styles import PALETTE
-
-    places = range(len(EARLY))
-    for name, style in (("success", PALETTE[0]), (PROBABILITY, PALETTE[2])):
-        ax.plot(EARLY, [result.early_auc(name, place) for place in places], **_look(style))
-    _finish(ax, "recordings: success known early", "frame of the last 100")
-
-
-def _mean_auc(parts: list[Part], side: str, score: str, horizon: int, kind: str) -> float:
-    cells = [part.cell(side, score, horizon, "captured", kind) for part in parts]
-    aucs = [cell[0] for cell in cells if cell is not None]
-    return float(np.mean(aucs)) if aucs else float("nan")
-
-
-def _finish(ax: Axes, title: str, xlabel: str) -> None:
-    from energymargin.plots.styles import CHANCE_COLOR, light_grid
-
-    ax.axhline(0.5, color=CHANCE_COLOR, linestyle=":", linewidth=1.0)
-    ax.set(xlabel=xlabel, ylim=(0.4, 1.02))
-    ax.set_title(title, fontsize=9)
-    light_grid(ax)
-
-
-def _look(style: LineStyle) -> dict[str, Any]:
-    return {
-        "color": style.color,
-        "linestyle": style.dashes,
-        "marker": style.marker,
-        "markersize": 4,
-    }
