@@ -44,8 +44,9 @@ struct ContactResponse {
 void coulomb(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response);
 
 //! The same law where the impulse is known from elsewhere, and does not yet belong to the miss: what opens, sticks and
-//! slides, and where to, follows from impulse + miss / (inverse effective mass), which neither of them decides alone
-//! (Alart and Curnier 1991). The response is linear in the miss.
+//! slides, and where to, follows from impulse + weight x miss, which neither of them decides alone (Alart and Curnier
+//! 1991). The weight is the effective mass along the row, and more of it where a contact was made harder. The response
+//! is linear in the miss.
 void augmented(const FrictionLaw& law, const ContactVector& miss, const ContactVector& impulse,
                ContactResponse& response);
 
