@@ -31,13 +31,10 @@ OLD: set[str] = {
     "bench",
     "bench-scale",
     "filter",
-    "foresight",
     "grasps-a",
-    "grasps-b",
     "grasps-d",
     "guard",
     "least-efforts",
-    "perturbation",
 }
 WITHOUT_SCORES = {"safety"}
 
