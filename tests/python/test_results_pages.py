@@ -28,13 +28,7 @@ IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 # Blocks that were made by an engine of other bits. Who makes one anew takes it off; nobody adds one
 # but with a change of the bits that is meant (CONTRIBUTING.md).
 OLD: set[str] = {
-    "bench",
     "bench-scale",
-    "filter",
-    "grasps-a",
-    "grasps-d",
-    "guard",
-    "least-efforts",
 }
 WITHOUT_SCORES = {"safety"}
 
