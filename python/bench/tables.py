@@ -14,7 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from energymargin.table_text import markdown_table
-from energymargin_paper.evidence.contact_mug import FOLDER
+from energymargin_paper.evidence.grasps_data import FOLDER
 from energymargin_paper.pages import Head, list_blocks, write_block
 
 __all__ = ["machine", "markdown", "write"]

@@ -117,7 +117,7 @@ def _headed(study: Study[Any, Any], settings: Any, folder: Path) -> Iterator[Non
         improved=study.improved,
         seed=getattr(settings, "seed", ""),
         packages=study.packages,
-        folders=study.folders,
+        folders=() if getattr(settings, "data", "") else study.folders,
     )
     before = Head.of_folder(folder)
     if before is not None and before.bits != head.bits:

@@ -65,7 +65,8 @@ class Study(ABC, Generic[SettingsT, ResultT]):
     packages: tuple[str, ...] = ()
     """Whose versions may move a number, beside numpy and scipy."""
     folders: tuple[str, ...] = ()
-    """Variables of the environment that name folders of data, which it takes if they are set."""
+    """Variables of the environment that name folders of data, which it takes if they are set and
+    its settings name none."""
 
     @property
     def stem(self) -> str:

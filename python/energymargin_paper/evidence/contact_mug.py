@@ -24,10 +24,10 @@ from energymargin.mujoco.mjcf import model_of
 from energymargin.mujoco.simulation import Simulation
 from energymargin.scenes.mjcf_model import engine
 from energymargin_paper.evidence.contact_traces import GRAVITY, Vector, simulated
+from energymargin_paper.evidence.grasps_data import FOLDER
 
 __all__ = ["FOLDER", "Grasp", "Grasps", "Here", "There", "given", "here", "kappa", "there"]
 
-FOLDER = "ENERGYMARGIN_GRASPS"
 HAND = "franka_gripper_collision_mesh.stl"
 OPEN = 0.0395  # m, way of a finger
 

@@ -35,6 +35,7 @@ from energymargin_paper.paper.published_parts import (
     Cell,
     Part,
     early_auc,
+    mean_auc,
     part_of,
 )
 from energymargin_paper.paper.published_states import (
@@ -181,7 +182,7 @@ class Published:
                 name = f"{TITLES.get(score, score)}, {side}, {_AMONG[among]}"
                 parts = ([(part, h) for h in SIMULATED_HORIZONS if h] for part in self.simulated)
                 cells = [[part.cell(side, score, h, among) for part, h in of] for of in parts]
-                rows.append([name, *(_value(_mean_first(of)) for of in cells)])
+                rows.append([name, *(_value(mean_auc(of)) for of in cells)])
         table = markdown_table(["", *(part.name for part in self.simulated)], rows)
         return f"## Simulated, in short: mean AUC over one to five frames\n\n{table}"
 
@@ -325,11 +326,6 @@ def _shown(cell: Cell | None) -> str:
 def _mean(cells: Sequence[Cell | None]) -> str:
     there = [cell for cell in cells if cell is not None]
     return _shown(tuple(np.mean(there, axis=0))) if there else DASH
-
-
-def _mean_first(cells: Sequence[Cell | None]) -> float:
-    aucs = [cell[0] for cell in cells if cell is not None]
-    return float(np.mean(aucs)) if aucs else float("nan")
 
 
 def _value(value: float) -> str:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from energymargin_paper.paper.published_parts import PROBABILITY, Part, early_auc
+from energymargin_paper.paper.published_parts import PROBABILITY, Part, early_auc, mean_auc
 from energymargin_paper.paper.published_states import EARLY
 
 if TYPE_CHECKING:
@@ -50,7 +48,8 @@ def _draw(ax: Axes, title: str, parts: Sequence[Part]) -> None:
     kind = "recorded" if parts[0].simulated else "smoothed"
     horizons = [h for h in parts[0].horizons if h > 0]
     for (side, score, label), style in zip(LINES, PALETTE, strict=False):
-        values = [_mean_auc(parts, side, score, h, kind) for h in horizons]
+        cells = [[part.cell(side, score, h, "captured", kind) for part in parts] for h in horizons]
+        values = [mean_auc(of) for of in cells]
         ax.plot(horizons, values, label=label, **style.look())
     _finish(ax, title, "horizon [frames]")
 
@@ -62,12 +61,6 @@ def _draw_early(ax: Axes, recorded: Sequence[Part]) -> None:
     for name, style in (("success", PALETTE[0]), (PROBABILITY, PALETTE[2])):
         ax.plot(EARLY, [early_auc(recorded, name, place) for place in places], **style.look())
     _finish(ax, "recordings: success known early", "frame of the last 100")
-
-
-def _mean_auc(parts: Sequence[Part], side: str, score: str, horizon: int, kind: str) -> float:
-    cells = [part.cell(side, score, horizon, "captured", kind) for part in parts]
-    aucs = [cell[0] for cell in cells if cell is not None]
-    return float(np.mean(aucs)) if aucs else float("nan")
 
 
 def _finish(ax: Axes, title: str, xlabel: str) -> None:

@@ -16,7 +16,17 @@ from energymargin_paper.paper.authors.folder import SIMULATED
 from energymargin_paper.paper.published_states import EARLY, Job, Source, StateScores
 from energymargin_paper.probabilities import learned
 
-__all__ = ["LEARNED", "PROBABILITY", "REPLAY", "Cell", "Early", "Part", "early_auc", "part_of"]
+__all__ = [
+    "LEARNED",
+    "PROBABILITY",
+    "REPLAY",
+    "Cell",
+    "Early",
+    "Part",
+    "early_auc",
+    "mean_auc",
+    "part_of",
+]
 
 PROBABILITY, REPLAY, LEARNED = "probability", "replay", "learned"
 
@@ -111,6 +121,12 @@ class Part:
 
     def _with(self, values: NDArray[np.float64], kind: str) -> LabelledScores:
         return replace(self.labels[kind], scores={"one": values})
+
+
+def mean_auc(cells: Sequence[Cell | None]) -> float:
+    """The mean AUC of those that there are; NaN without any."""
+    aucs = [cell[0] for cell in cells if cell is not None]
+    return float(np.mean(aucs)) if aucs else float("nan")
 
 
 def early_auc(parts: Sequence[Part], name: str, place: int) -> float:
