@@ -1,6 +1,7 @@
 #include "physics/contacts/face_contacts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace energymargin {
@@ -43,6 +44,16 @@ Corner between(const Corner& a, const Corner& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.height + share * (b.height - a.height)};
 }
 
+// The corners of a circle of radius 1.
+const std::array<btVector3, corners_of_a_rim> rim = [] {
+  std::array<btVector3, corners_of_a_rim> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const double angle = SIMD_2_PI * static_cast<double>(i) / corners_of_a_rim;
+    corners[i] = btVector3(std::cos(angle), std::sin(angle), 0.0);
+  }
+  return corners;
+}();
+
 // Whether the corners of the other side are visited too: those of a thin plate are near.
 bool has_back(const InnerShape& solid) { return solid.is_box() || solid.is_hull(); }
 
@@ -62,10 +73,7 @@ void for_each_corner(const InnerShape& solid, const btVector3& direction, const 
     return;
   }
   const double z = direction.z() < 0.0 ? -half.z() : half.z();
-  for (int i = 0; i < corners_of_a_rim; ++i) {
-    const double angle = SIMD_2_PI * i / corners_of_a_rim;
-    visit(btVector3(half.x() * std::cos(angle), half.x() * std::sin(angle), z));
-  }
+  for (const btVector3& corner : rim) visit(btVector3(half.x() * corner.x(), half.x() * corner.y(), z));
 }
 
 void sort(Face& face) {

@@ -1,9 +1,9 @@
 #include "physics/solver/envelope_lu.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace energymargin {
 namespace {
@@ -11,20 +11,47 @@ namespace {
 // A pivot that is less than this share of what it was before the elimination is rounding error.
 constexpr double least_pivot = 1e-13;
 
-// Subtracts multiples of some rows from another one, one after the other, from a column on.
-template <int Rows>
-void eliminate(const double* __restrict factors, const double* const* rows, int first, int last,
+// Calls visit(count) with the count as a std::integral_constant, so that loops have a known length.
+template <typename Visit, int... Counts>
+bool with_constant(int count, std::integer_sequence<int, Counts...>, const Visit& visit) {
+  return ((count == Counts && visit(std::integral_constant<int, Counts>())) || ...);
+}
+
+// Subtracts multiples of `Count` rows of pivots from a row below them, one after the other, and puts the factors in the
+// place of its entries there. False if one of them cancels its diagonal.
+template <int Count>
+bool eliminate(const double* const* pivots, const double* inverses, int begin, int last, int i,
                double* __restrict entries) {
-  for (int j = first; j <= last; ++j) {
+  double factors[Count + 1];
+  std::copy_n(entries + begin, Count, factors);
+  double diagonal = entries[i];
+  bool cancelled = false;
+#pragma GCC unroll 8
+  for (int k = 0; k < Count; ++k) {
+    factors[k] *= inverses[k];
+#pragma GCC unroll 8
+    for (int j = k + 1; j < Count; ++j) factors[j] -= factors[k] * pivots[k][begin + j];
+    const double before = std::abs(diagonal);
+    diagonal -= factors[k] * pivots[k][i];
+    cancelled |= std::abs(diagonal) < least_pivot * before;
+  }
+  std::copy_n(factors, Count, entries + begin);
+  for (int j = begin + Count; j <= last; ++j) {
     double entry = entries[j];
-    for (int k = 0; k < Rows; ++k) entry -= factors[k] * rows[k][j];
+    for (int k = 0; k < Count; ++k) entry -= factors[k] * pivots[k][j];
     entries[j] = entry;
   }
+  return !cancelled;
 }
 
 }  // namespace
 
 void EnvelopeLu::reset(const std::vector<int>& first) {
+  if (first != first_) set_pattern(first);
+  std::fill(values_.begin(), values_.end(), 0.0);
+}
+
+void EnvelopeLu::set_pattern(const std::vector<int>& first) {
   const auto count = first.size();
   first_ = first;
   last_.resize(count);
@@ -42,7 +69,7 @@ void EnvelopeLu::reset(const std::vector<int>& first) {
     begins_[i] = size - first[i];
     size += last_[i] - first[i] + 1;
   }
-  values_.assign(static_cast<std::size_t>(size), 0.0);
+  values_.resize(static_cast<std::size_t>(size));
 }
 
 // By blocks of rows with one envelope, so that what is below is read once for a block. Each entry sees the pivots in
@@ -50,15 +77,10 @@ void EnvelopeLu::reset(const std::vector<int>& first) {
 bool EnvelopeLu::factor() {
   const int count = static_cast<int>(first_.size());
   inverses_.resize(first_.size());
-  if (count == usual_count && first_.back() == 0) return factor_usual();
   for (int begin = 0; begin < count;) {
     const int end = end_of_block(begin);
-    const int last = last_[static_cast<std::size_t>(begin)];
-    for (int i = begin; i <= last; ++i) {
-      if (first_[static_cast<std::size_t>(i)] > begin) continue;
-      if (!eliminate_block(begin, std::min(i, end), last, i)) return false;
-      if (i < end && !invert_pivot(i)) return false;
-    }
+    const auto factor = [&](auto rows) { return factor_block(begin, std::make_integer_sequence<int, rows()>()); };
+    if (!with_constant(end - begin, std::integer_sequence<int, 1, 2, 3, 4, 5, usual_count>(), factor)) return false;
     begin = end;
   }
   return true;
@@ -75,48 +97,23 @@ int EnvelopeLu::end_of_block(int begin) const {
   return end;
 }
 
-// Eliminates the columns begin .. end - 1 of row i.
-bool EnvelopeLu::eliminate_block(int begin, int end, int last, int i) {
-  double* const entries = row(i);
-  double factors[usual_count];
-  const double* rows[usual_count];
-  double diagonal = entries[i];
-  for (int k = begin; k < end; ++k) {
-    const double* const pivots = rows[k - begin] = row(k);
-    const double factor = factors[k - begin] = entries[k] * inverses_[static_cast<std::size_t>(k)];
-    entries[k] = factor;
-    if (factor == 0.0) continue;
-    for (int j = k + 1; j < end; ++j) entries[j] -= factor * pivots[j];
-    const double before = std::abs(diagonal);
-    diagonal -= factor * pivots[i];
-    if (std::abs(diagonal) < least_pivot * before) return false;
-  }
-  const auto eliminate_rows = std::array{&eliminate<0>, &eliminate<1>, &eliminate<2>, &eliminate<3>,
-                                         &eliminate<4>, &eliminate<5>, &eliminate<6>};
-  eliminate_rows[static_cast<std::size_t>(end - begin)](factors, rows, end, last, entries);
-  return true;
-}
-
-bool EnvelopeLu::invert_pivot(int i) {
-  const double pivot = row(i)[i];
-  inverses_[static_cast<std::size_t>(i)] = 1.0 / pivot;
-  return std::abs(pivot) > std::numeric_limits<double>::min();
-}
-
-bool EnvelopeLu::factor_usual() {
-  double* const values = values_.data();
-  for (int k = 0; k < usual_count; ++k) {
-    const double* const pivots = values + k * usual_count;
-    if (!(std::abs(pivots[k]) > std::numeric_limits<double>::min())) return false;
-    const double inverse = inverses_[static_cast<std::size_t>(k)] = 1.0 / pivots[k];
-    for (int i = k + 1; i < usual_count; ++i) {
-      double* const entries = values + i * usual_count;
-      const double factor = entries[k] * inverse;
-      const double before = std::abs(entries[i]);
-      for (int j = k + 1; j < usual_count; ++j) entries[j] -= factor * pivots[j];
-      entries[k] = factor;
-      if (std::abs(entries[i]) < least_pivot * before) return false;
-    }
+template <int... Rows>
+bool EnvelopeLu::factor_block(int begin, std::integer_sequence<int, Rows...>) {
+  constexpr int count = sizeof...(Rows);
+  const int last = last_[static_cast<std::size_t>(begin)];
+  const double* const pivots[] = {row(begin + Rows)...};
+  double* const inverses = inverses_.data() + begin;
+  const auto factor_row = [&](auto k) {
+    const int i = begin + k();
+    double* const entries = row(i);
+    if (!eliminate<k()>(pivots, inverses, begin, last, i, entries)) return false;
+    inverses[k()] = 1.0 / entries[i];
+    return std::abs(entries[i]) > std::numeric_limits<double>::min();
+  };
+  if (!(factor_row(std::integral_constant<int, Rows>()) && ...)) return false;
+  for (int i = begin + count; i <= last; ++i) {
+    if (first_[static_cast<std::size_t>(i)] > begin) continue;
+    if (!eliminate<count>(pivots, inverses, begin, last, i, row(i))) return false;
   }
   return true;
 }

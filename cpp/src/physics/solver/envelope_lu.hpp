@@ -2,6 +2,7 @@
 // Linear equations whose matrix is zero outside of an envelope around its diagonal.
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace energymargin {
@@ -33,10 +34,10 @@ class EnvelopeLu {
   void solve(double* x) const;
 
  private:
-  bool factor_usual();
-  bool invert_pivot(int i);
+  void set_pattern(const std::vector<int>& first);
   int end_of_block(int begin) const;
-  bool eliminate_block(int begin, int end, int last, int i);
+  template <int... Rows>
+  bool factor_block(int begin, std::integer_sequence<int, Rows...>);
 
   std::vector<double> values_, inverses_;  // entries or factors, and 1 / pivots
   std::vector<std::ptrdiff_t> begins_;     // of the rows, as if they had a column 0

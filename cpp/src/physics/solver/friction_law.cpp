@@ -70,14 +70,11 @@ void slide_and_twist(const FrictionLaw& law, const ContactVector& miss, const Co
   });
 }
 
-// Friction at its limit along a unit vector, which turns towards the miss by that much.
-void slide(const FrictionLaw& law, const ContactVector& miss, const ContactVector& along, double turning,
-           ContactResponse& response) {
+void slide_in_plane(const FrictionLaw& law, const ContactVector& miss, double x, double y, double turning,
+                    ContactResponse& response) {
   response.regime = Regime::slides;
   press(law, miss, response);
   const double most = law.friction * response.impulse[2];
-  if (law.rows > usual_rows) return slide_and_twist(law, miss, along, most, turning, response);
-  const double x = along[0], y = along[1];
   const double across = turning * (y * miss[0] - x * miss[1]);
   const double by_normal = law.friction * response.slope[2][2];
   response.impulse[0] = most * x + y * across;
@@ -90,12 +87,24 @@ void slide(const FrictionLaw& law, const ContactVector& miss, const ContactVecto
   of_y[2] = by_normal * y;
 }
 
+// Friction at its limit along a unit vector, which turns towards the miss by that much.
+void slide(const FrictionLaw& law, const ContactVector& miss, const ContactVector& along, double turning,
+           ContactResponse& response) {
+  if (law.rows == usual_rows) return slide_in_plane(law, miss, along[0], along[1], turning, response);
+  response.regime = Regime::slides;
+  press(law, miss, response);
+  slide_and_twist(law, miss, along, law.friction * response.impulse[2], turning, response);
+}
+
 // Against the slip.
 void slide(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   const double slip = std::sqrt(squared_slip(law, miss));
   if (!(slip > 0.0)) return stick(law, miss, response);
   const double inverse = 1.0 / slip;
   const double most = std::max(0.0, law.friction * miss[2] / law.normal_softness);
+  if (law.rows == usual_rows) {
+    return slide_in_plane(law, miss, miss[0] * inverse, miss[1] * inverse, most * inverse, response);
+  }
   slide(law, miss, scaled(law, miss, inverse), most * inverse, response);
 }
 

@@ -132,6 +132,7 @@ class StepEquations {
   NewtonSolver solver_;
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
   std::vector<LoopRow> loop_rows_;
+  std::vector<double> whole_;  // scratch: a row over all velocities of a tree
 };
 
 }  // namespace energymargin

@@ -150,20 +150,20 @@ void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame&
   const int mover = trees_[index].mover;
   btVector3 bend = tree.bend(link, end.grip) * (0.5 * duration);
   if (tree.spin(link) * duration > most_bent) bend.setZero();
-  std::vector<double> whole(tree.count());
+  whole_.resize(tree.count());
   for (std::size_t i = 0; i < static_cast<std::size_t>(rows.law.rows); ++i) {
     const btVector3 along = frame[i] * end.sign;
-    std::fill(whole.begin(), whole.end(), 0.0);
+    std::fill(whole_.begin(), whole_.end(), 0.0);
     if (i < usual_rows) {
-      tree.add(link, i < 2 ? end.grip : end.point, along, whole.data());
+      tree.add(link, i < 2 ? end.grip : end.point, along, whole_.data());
     } else {
-      tree.add(link, {along, {0, 0, 0}}, whole.data());
+      tree.add(link, {along, {0, 0, 0}}, whole_.data());
     }
-    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * tree.kicked()[k];
+    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole_[k] * tree.kicked()[k];
     if (i < 2) rows.target[i] -= along.dot(bend);
     if (mover < 0) continue;
     double* const row = solver_.numbers(rows.a == mover ? rows.of_a : rows.of_b) + i * count;
-    for (std::size_t k = 0; k < count; ++k) row[k] += whole[skipped + k];
+    for (std::size_t k = 0; k < count; ++k) row[k] += whole_[skipped + k];
   }
 }
 
