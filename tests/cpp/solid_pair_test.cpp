@@ -34,18 +34,19 @@ class Draw {
       case 3:
         return std::make_unique<btSphereShape>(radius);
       default: {
-        auto hull = std::make_unique<btConvexHullShape>();
-        const int corners = 4 + static_cast<int>(even(0.0, 20.0));
-        for (int i = 0; i < corners; ++i) {
-          hull->addPoint(btVector3(even(-radius, radius), even(-radius, radius), even(-half, half)), false);
+        std::vector<Vector3> corners(4 + static_cast<std::size_t>(even(0.0, 40.0)));
+        for (Vector3& corner : corners) {
+          corner = {even(-radius, radius), even(-radius, radius), even(-half, half)};
         }
-        hull->recalcLocalAabb();
-        shape = std::move(hull);
+        return std::make_unique<HullShape>(corners, 0.0005);
       }
     }
     shape->setMargin(0.0005);
     return shape;
   }
+
+  //! From -most to most.
+  int whole(int most) { return std::uniform_int_distribution<int>(-most, most)(random_); }
 
   btVector3 within(double extent) { return {even(-extent, extent), even(-extent, extent), even(-extent, extent)}; }
 
@@ -161,21 +162,36 @@ TEST(InnerDistance, SolidsWithTheSameCentreAreTooNear) {
   }
 }
 
+// What is farthest is found several points at a time; of equals the first one counts.
+TEST(HullShape, FindsTheFirstOfItsFarthestPoints) {
+  Draw draw;
+  for (std::size_t count = 1; count < 60; ++count) {
+    std::vector<btVector3> points(count);
+    for (btVector3& point : points) point = btVector3(draw.whole(3), draw.whole(3), draw.whole(3));  // many are equal
+    const HullShape hull(HullShape::Hull{points, points});
+    for (int i = 0; i < 20; ++i) {
+      const btVector3 direction = i % 2 ? draw.within(1.0) : btVector3(draw.whole(3), draw.whole(3), draw.whole(3));
+      const auto nearer = [&](const btVector3& a, const btVector3& b) { return direction.dot(a) < direction.dot(b); };
+      const auto first = std::max_element(points.begin(), points.end(), nearer);
+      EXPECT_EQ(&hull.farthest_point(direction) - hull.getUnscaledPoints(), first - points.begin()) << count;
+    }
+  }
+}
+
 // Of parallel faces, of edges, and of needles that are as good as flat.
 TEST(InnerDistance, OfSolidsInLineIsWhatIsBetweenThem) {
   const auto shape = [](int kind, const btVector3& half) -> std::unique_ptr<btConvexShape> {
     std::unique_ptr<btConvexShape> made = std::make_unique<btBoxShape>(half);
     if (kind == 1) made = std::make_unique<btCylinderShapeZ>(btVector3(half.x(), half.x(), half.z()));
     if (kind == 2) {
-      auto hull = std::make_unique<btConvexHullShape>();
+      std::vector<btVector3> corners;
       for (int i = 0; i < 8; ++i) {
         const btVector3 corner(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
         for (const double share : {1.0, 1.0 - 1e-9, 0.5}) {  // corners in a line, and all but the same
-          hull->addPoint(half * corner * btVector3(share, 1.0, 1.0), false);
+          corners.push_back(half * corner * btVector3(share, 1.0, 1.0));
         }
       }
-      hull->recalcLocalAabb();
-      made = std::move(hull);
+      made = std::make_unique<HullShape>(HullShape::Hull{corners, corners});
     }
     made->setMargin(0.0);
     return made;
@@ -207,16 +223,14 @@ struct Errors {
 };
 
 // A cylinder as a prism, which no closed form is asked about.
-btConvexHullShape prism_of(double radius, double half) {
+HullShape prism_of(double radius, double half) {
   constexpr int sides = 1000;
-  btConvexHullShape prism;
+  std::vector<btVector3> corners;
   for (int i = 0; i < 2 * sides; ++i) {
     const double angle = SIMD_2_PI * i / (2 * sides);
-    prism.addPoint(btVector3(radius * std::cos(angle), radius * std::sin(angle), i % 2 ? half : -half), false);
+    corners.emplace_back(radius * std::cos(angle), radius * std::sin(angle), i % 2 ? half : -half);
   }
-  prism.recalcLocalAabb();
-  prism.setMargin(0.0);
-  return prism;
+  return HullShape(HullShape::Hull{corners, corners});
 }
 
 // The largest of cylinders that stand beside a box or another cylinder, so much tilted and so much longer than thick.
@@ -245,7 +259,7 @@ Errors errors_side_by_side(double tilt, bool box, double slenderness) {
 
     const SolidPair pair(cylinder, *standing);
     const auto found = distance_side_by_side(pair.a(), pose_a, pair.b(), pose_b);
-    const btConvexHullShape prism = prism_of(radius, slenderness * radius);
+    const HullShape prism = prism_of(radius, slenderness * radius);
     ClosestPoints expected;
     if (SolidPair(prism, *standing).inner_distance(pose_a, pose_b, any_reach, expected) != Separation::apart || !found)
       continue;

@@ -102,7 +102,8 @@ std::vector<Part> solids_in_bullet(const Shape& shape, const Inertial& inertial)
 void add_piece(CollisionShape& to, const btCollisionShape& piece, const btTransform& in_body, bool at_origin,
                double half_extent) {
   const auto& shape = static_cast<const btConvexShape&>(piece);
-  to.pieces.push_back({&shape, in_body, at_origin, inner_reach(shape, in_body), half_extent});
+  to.pieces.push_back(
+      {&shape, in_body, at_origin, inner_reach(shape, in_body), half_extent, bounds_of(shape, in_body)});
   to.reach = std::max(to.reach, to.pieces.back().reach);
 }
 
@@ -118,6 +119,20 @@ double shrink(const std::vector<Vector3>& points, double margin, btConvexHullCom
     if (shrunk >= 0.0 && inner.vertices.size() > 0) return shrunk;
   }
   return compute(0.0);
+}
+
+// A hull with its margin inside.
+HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
+  btConvexHullComputer inner;
+  HullShape::Hull hull;
+  hull.margin = shrink(points, margin, inner);
+  for (int i = 0; i < inner.vertices.size(); ++i) hull.inner.push_back(inner.vertices[i]);
+  btConvexHullComputer whole;
+  whole.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
+  for (int i = 0; i < whole.vertices.size(); ++i) {
+    hull.corners.push_back(to_bullet(points[static_cast<std::size_t>(whole.original_vertex_index[i])]));
+  }
+  return hull;
 }
 
 }  // namespace
@@ -164,23 +179,54 @@ std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, con
   return result;
 }
 
-HullShape::HullShape(const std::vector<Vector3>& points, double margin) {
-  btConvexHullComputer inner;
-  const double shrunk = shrink(points, margin, inner);
-  for (int i = 0; i < inner.vertices.size(); ++i) addPoint(inner.vertices[i], false);
+HullShape::HullShape(const std::vector<Vector3>& points, double margin) : HullShape(shrunk_hull(points, margin)) {}
+
+HullShape::HullShape(const Hull& hull) : corners_(hull.corners), low_(hull.corners.front()), high_(low_) {
+  for (const btVector3& point : hull.inner) addPoint(point, false);
   recalcLocalAabb();
-  setMargin(shrunk);
-  btConvexHullComputer whole;
-  whole.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
-  for (int i = 0; i < whole.vertices.size(); ++i) {
-    const Vector3& point = points[static_cast<std::size_t>(whole.original_vertex_index[i])];
-    corners_.emplace_back(point.x(), point.y(), point.z());
+  setMargin(hull.margin);
+  points_.resize((hull.inner.size() + Points::count - 1) / Points::count);
+  for (std::size_t i = 0; i < Points::count * points_.size(); ++i) {
+    const btVector3& point = hull.inner[std::min(i, hull.inner.size() - 1)];
+    Points& of = points_[i / Points::count];
+    const std::size_t pair = i % Points::count / 2;
+    of.x[pair][i % 2] = point.x();
+    of.y[pair][i % 2] = point.y();
+    of.z[pair][i % 2] = point.z();
   }
-  low_ = high_ = corners_.front();
   for (const btVector3& corner : corners_) {
     low_.setMin(corner);
     high_.setMax(corner);
   }
+}
+
+const btVector3& HullShape::farthest_point(const btVector3& direction) const {
+  using Places = long long __attribute__((vector_size(sizeof(Pair))));
+  const auto along = [&](const Points& of, std::size_t pair) {
+    return of.x[pair] * direction.x() + of.y[pair] * direction.y() + of.z[pair] * direction.z();
+  };
+  Pair most[Points::pairs];
+  Places best[Points::pairs] = {}, place = {};
+  for (std::size_t pair = 0; pair < Points::pairs; ++pair) most[pair] = along(points_[0], pair);
+  for (std::size_t i = 1; i < points_.size(); ++i) {
+    place += Points::count;
+    for (std::size_t pair = 0; pair < Points::pairs; ++pair) {
+      const Pair now = along(points_[i], pair);
+      const Places farther = now > most[pair];
+      most[pair] = farther ? now : most[pair];
+      best[pair] = farther ? place : best[pair];
+    }
+  }
+  double farthest = most[0][0];
+  long long first = best[0][0];
+  for (std::size_t lane = 1; lane < Points::count; ++lane) {
+    const double now = most[lane / 2][lane % 2];
+    const long long point = best[lane / 2][lane % 2] + static_cast<long long>(lane);
+    if (!(now > farthest || (now == farthest && point < first))) continue;
+    farthest = now;
+    first = point;
+  }
+  return getUnscaledPoints()[first];
 }
 
 btVector3 HullShape::localGetSupportingVertex(const btVector3& direction) const {

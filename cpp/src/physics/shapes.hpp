@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/pair.hpp"
 #include "energymargin/scene.hpp"
 
 namespace energymargin {
@@ -32,18 +33,47 @@ BodyState frame_state(const Inertial& inertial, const btTransform& pose, const V
 //! it lies on a face, or stands on a plane, these corners count, as a box's do.
 class HullShape : public btConvexHullShape {
  public:
-  //! The hull of points, with at most this margin [m].
+  //! The points of the inner shape, the margin around it, and the corners of both together.
+  struct Hull {
+    std::vector<btVector3> inner, corners;
+    double margin = 0.0;  // [m]
+  };
+
+  explicit HullShape(const Hull& hull);
+
+  //! The hull of points, with at most this margin inside [m].
   HullShape(const std::vector<Vector3>& points, double margin);
 
   const std::vector<btVector3>& corners() const { return corners_; }
+
+  //! Of the inner shape's points that farthest along a direction, the first of them.
+  const btVector3& farthest_point(const btVector3& direction) const;
 
   btVector3 localGetSupportingVertex(const btVector3& direction) const override;
   void getAabb(const btTransform& pose, btVector3& low, btVector3& high) const override;
 
  private:
+  // The coordinates of some points, two by two. What is missing of the last ones is the last point again.
+  struct Points {
+    static constexpr std::size_t pairs = 4, count = 2 * pairs;
+    Pair x[pairs], y[pairs], z[pairs];
+  };
+
   std::vector<btVector3> corners_;
+  std::vector<Points> points_;
   btVector3 low_, high_;
 };
+
+//! An axis-aligned box [m].
+struct Bounds {
+  btVector3 low, high;
+};
+
+inline Bounds bounds_of(const btCollisionShape& shape, const btTransform& pose) {
+  Bounds bounds;
+  shape.getAabb(pose, bounds.low, bounds.high);
+  return bounds;
+}
 
 //! A convex piece of a body.
 struct ConvexPiece {
@@ -52,6 +82,7 @@ struct ConvexPiece {
   bool at_origin;      // whether it stands in its body's own frame
   double reach;        // of the inner shape's points from the body's origin [m]
   double half_extent;  // the smallest [m]
+  Bounds bounds{};     // in its body's frame
 
   [[gnu::always_inline]] btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }
 };

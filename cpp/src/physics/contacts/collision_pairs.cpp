@@ -105,17 +105,15 @@ std::vector<PieceIndices> all_pieces(const CollisionShape& a, const CollisionSha
 
 NearPieces::NearPieces(const CollisionShape& a, const btTransform& pose_a, const std::vector<Bounds>& in_world_a,
                        const CollisionShape& b, const btTransform& pose_b, const std::vector<Bounds>& in_world_b)
-    : in_world_a_(in_world_a), in_world_b_(in_world_b) {
+    : in_world_a_(in_world_a), in_world_b_(in_world_b), in_a_(a.pieces) {
   const btTransform from_b = pose_a.inverse() * pose_b;
-  for (const ConvexPiece& piece : a.pieces) in_a_.push_back(bounds_of(*piece.shape, piece.in_body));
   if (!b.shape->isCompound()) {
     b_in_a_ = {bounds_of(*b.shape, from_b)};
     return;
   }
   for (const ConvexPiece& piece : b.pieces) {
-    Bounds bounds = bounds_of(*piece.shape, piece.in_body);
-    btTransformAabb(bounds.low, bounds.high, 0.0, from_b, bounds.low, bounds.high);
-    b_in_a_.push_back(bounds);
+    b_in_a_.emplace_back();
+    btTransformAabb(piece.bounds.low, piece.bounds.high, 0.0, from_b, b_in_a_.back().low, b_in_a_.back().high);
   }
 }
 

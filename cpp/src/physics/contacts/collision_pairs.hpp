@@ -12,17 +12,6 @@
 
 namespace energymargin {
 
-//! An axis-aligned box [m].
-struct Bounds {
-  btVector3 low, high;
-};
-
-inline Bounds bounds_of(const btCollisionShape& shape, const btTransform& pose) {
-  Bounds bounds;
-  shape.getAabb(pose, bounds.low, bounds.high);
-  return bounds;
-}
-
 //! Distance along the axis that separates two boxes most; negative where they penetrate each other [m].
 inline double gap_of(const Bounds& a, const Bounds& b) {
   const btVector3 gap_a = a.low - b.high;
@@ -58,11 +47,12 @@ class NearPieces {
   bool apart(const PieceIndices& pieces) const { return gap_of(in_world_a_[pieces.a], in_world_b_[pieces.b]) > 0.0; }
 
   //! Whether the boxes along the axes of `a` penetrate each other.
-  bool meet(const PieceIndices& pieces) const { return gap_of(in_a_[pieces.a], b_in_a_[pieces.b]) <= 0.0; }
+  bool meet(const PieceIndices& pieces) const { return gap_of(in_a_[pieces.a].bounds, b_in_a_[pieces.b]) <= 0.0; }
 
  private:
   const std::vector<Bounds>&in_world_a_, &in_world_b_;
-  std::vector<Bounds> in_a_, b_in_a_;
+  const std::vector<ConvexPiece>& in_a_;
+  std::vector<Bounds> b_in_a_;
 };
 
 //! Two bodies whose bounds are, or have been, near each other.

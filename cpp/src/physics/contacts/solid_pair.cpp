@@ -4,8 +4,8 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 
+#include <algorithm>
 #include <cmath>
-#include <initializer_list>
 
 namespace energymargin {
 namespace {
@@ -82,6 +82,13 @@ struct Vertex {
   double weight = 0.0;   // of it in the closest point
 };
 
+// Those of a simplex that carry the point closest to the origin, and their weights in it; none if the origin is inside.
+struct Weights {
+  int count = 0;
+  int which[3] = {};
+  double weights[3] = {};
+};
+
 // Up to four vertices, of which those stay that carry the point closest to the origin (Ericson 2005, section 5.1).
 class Simplex {
  public:
@@ -90,31 +97,17 @@ class Simplex {
   const Vertex& operator[](int i) const { return vertices_[i]; }
 
   // Leaves the vertices that carry the point; false if the origin is inside.
-  bool reduce() {
-    switch (count_) {
-      case 1:
-        keep({0}, {1.0});
-        return true;
-      case 2:
-        reduce_line(0, 1);
-        return true;
-      case 3:
-        reduce_triangle(0, 1, 2);
-        return true;
-      default:
-        return reduce_tetrahedron();
-    }
-  }
+  bool reduce() { return keep(weights()); }
 
   // Adds a vertex and reduces; false if the origin is inside. What is too flat for that leads no closer than `squared`,
   // or seems to have the origin inside though it is known to be outside: then to the line to the vertex.
   bool extend(const Vertex& next, double squared, bool is_outside) {
-    const Vertex point{closest(), sum(&Vertex::on_a), on_b()};
-    add(next);
-    const bool outside = reduce();
-    if (!outside && !is_outside) return false;
-    if (outside && closest().length2() < squared) return true;
-    vertices_[0] = point;
+    vertices_[count_++] = next;
+    const Weights found = weights();
+    if (found.count == 0 && !is_outside) return false;
+    if (found.count > 0 && closest(found).length2() < squared) return keep(found);
+    --count_;
+    vertices_[0] = {closest(), sum(&Vertex::on_a), on_b()};
     vertices_[1] = next;
     count_ = 2;
     return reduce();
@@ -132,65 +125,82 @@ class Simplex {
 
   const btVector3& at(int i) const { return vertices_[i].difference; }
 
-  void keep(std::initializer_list<int> which, std::initializer_list<double> weights) {
-    Vertex kept[4];
-    int count = 0;
-    for (const int i : which) {
-      kept[count] = vertices_[i];
-      kept[count].weight = weights.begin()[count];
-      ++count;
-    }
-    std::copy(kept, kept + count, vertices_);
-    count_ = count;
+  btVector3 closest(const Weights& of) const {
+    btVector3 total(0.0, 0.0, 0.0);
+    for (int i = 0; i < of.count; ++i) total += of.weights[i] * at(of.which[i]);
+    return total;
   }
 
-  void reduce_line(int a, int b) {
+  bool keep(const Weights& of) {
+    Vertex kept[3];
+    for (int i = 0; i < of.count; ++i) {
+      kept[i] = vertices_[of.which[i]];
+      kept[i].weight = of.weights[i];
+    }
+    std::copy_n(kept, of.count, vertices_);
+    count_ = of.count;
+    return count_ > 0;
+  }
+
+  Weights weights() const {
+    switch (count_) {
+      case 1:
+        return {1, {0}, {1.0}};
+      case 2:
+        return of_line(0, 1);
+      case 3:
+        return of_triangle(0, 1, 2);
+      default:
+        return of_tetrahedron();
+    }
+  }
+
+  Weights of_line(int a, int b) const {
     const btVector3 along = at(b) - at(a);
     const double share = -at(a).dot(along);
     const double length = along.length2();
-    if (share <= 0.0) return keep({a}, {1.0});
-    if (share >= length) return keep({b}, {1.0});
-    keep({a, b}, {1.0 - share / length, share / length});
+    if (share <= 0.0) return {1, {a}, {1.0}};
+    if (share >= length) return {1, {b}, {1.0}};
+    return {2, {a, b}, {1.0 - share / length, share / length}};
   }
 
-  void reduce_triangle(int a, int b, int c) {
+  Weights of_triangle(int a, int b, int c) const {
     const btVector3 ab = at(b) - at(a);
     const btVector3 ac = at(c) - at(a);
     const double a_b = -ab.dot(at(a)), a_c = -ac.dot(at(a));
-    if (a_b <= 0.0 && a_c <= 0.0) return keep({a}, {1.0});
+    if (a_b <= 0.0 && a_c <= 0.0) return {1, {a}, {1.0}};
     const double b_b = -ab.dot(at(b)), b_c = -ac.dot(at(b));
-    if (b_b >= 0.0 && b_c <= b_b) return keep({b}, {1.0});
+    if (b_b >= 0.0 && b_c <= b_b) return {1, {b}, {1.0}};
     const double c_b = -ab.dot(at(c)), c_c = -ac.dot(at(c));
-    if (c_c >= 0.0 && c_b <= c_c) return keep({c}, {1.0});
+    if (c_c >= 0.0 && c_b <= c_c) return {1, {c}, {1.0}};
     const double of_c = a_b * b_c - b_b * a_c;
-    if (of_c <= 0.0 && a_b >= 0.0 && b_b <= 0.0) return reduce_line(a, b);
+    if (of_c <= 0.0 && a_b >= 0.0 && b_b <= 0.0) return of_line(a, b);
     const double of_b = c_b * a_c - a_b * c_c;
-    if (of_b <= 0.0 && a_c >= 0.0 && c_c <= 0.0) return reduce_line(a, c);
+    if (of_b <= 0.0 && a_c >= 0.0 && c_c <= 0.0) return of_line(a, c);
     const double of_a = b_b * c_c - c_b * b_c;
-    if (of_a <= 0.0 && b_c - b_b >= 0.0 && c_b - c_c >= 0.0) return reduce_line(b, c);
+    if (of_a <= 0.0 && b_c - b_b >= 0.0 && c_b - c_c >= 0.0) return of_line(b, c);
     const double whole = of_a + of_b + of_c;
-    keep({a, b, c}, {of_a / whole, of_b / whole, of_c / whole});
+    return {3, {a, b, c}, {of_a / whole, of_b / whole, of_c / whole}};
   }
 
-  // Takes the face, of those that have the origin outside, whose point is closest.
-  bool reduce_tetrahedron() {
+  // Those of the face, among them that have the origin outside, whose point is closest.
+  Weights of_tetrahedron() const {
     constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
-    const Simplex whole = *this;
+    Weights nearest;
     double least = BT_LARGE_FLOAT;
     for (const auto& [a, b, c, opposite] : faces) {
-      const btVector3 normal = (whole.at(b) - whole.at(a)).cross(whole.at(c) - whole.at(a));
-      const btVector3 edge = whole.at(opposite) - whole.at(a);
+      const btVector3 normal = (at(b) - at(a)).cross(at(c) - at(a));
+      const btVector3 edge = at(opposite) - at(a);
       const double inside = normal.dot(edge);
       const bool is_flat = inside * inside <= flat * normal.length2() * edge.length2();
-      if (!is_flat && -normal.dot(whole.at(a)) * inside > 0.0) continue;
-      Simplex face = whole;
-      face.reduce_triangle(a, b, c);
-      const double squared = face.closest().length2();
+      if (!is_flat && -normal.dot(at(a)) * inside > 0.0) continue;
+      const Weights face = of_triangle(a, b, c);
+      const double squared = closest(face).length2();
       if (squared >= least) continue;
       least = squared;
-      *this = face;
+      nearest = face;
     }
-    return least < BT_LARGE_FLOAT;
+    return nearest;
   }
 
   Vertex vertices_[4];

@@ -9,18 +9,15 @@
 
 namespace energymargin {
 
-//! What is left of Bullet's box, sphere, capsule, cylinder or hull without its margin. The shape outlives this.
+//! What is left of Bullet's box, sphere, capsule or cylinder, or of a HullShape, without its margin. The shape outlives
+//! this.
 class InnerShape {
  public:
   explicit InnerShape(const btConvexShape& shape)
       : kind_(shape.getShapeType()),
         half_(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions()),
         margin_(shape.getMarginNonVirtual()) {
-    if (!is_hull()) return;
-    const auto& hull = static_cast<const btConvexHullShape&>(shape);
-    if (const auto* whole = dynamic_cast<const HullShape*>(&shape)) corners_ = &whole->corners();
-    points_ = hull.getUnscaledPoints();
-    count_ = hull.getNumPoints();
+    if (is_hull()) hull_ = &static_cast<const HullShape&>(shape);
   }
 
   int kind() const { return kind_; }
@@ -34,11 +31,11 @@ class InnerShape {
   //! The margin around it [m]: of a sphere or a capsule its radius.
   double margin() const { return margin_; }
 
-  //! Calls `visit` with the corners of a box, or else of a HullShape, with its margin, in its own frame.
+  //! Calls `visit` with the corners of a box or a hull, with its margin, in its own frame.
   template <typename Visit>
   void for_each_corner(const Visit& visit) const {
     if (!is_box()) {
-      for (const btVector3& corner : *corners_) visit(corner);
+      for (const btVector3& corner : hull_->corners()) visit(corner);
       return;
     }
     const btVector3 half = half_ + btVector3(margin_, margin_, margin_);
@@ -63,31 +60,17 @@ class InnerShape {
       case CAPSULE_SHAPE_PROXYTYPE:
         return {0.0, 0.0, end};
       case CONVEX_HULL_SHAPE_PROXYTYPE:
-        return farthest_point(direction);
+        return hull_->farthest_point(direction);
       default:  // sphere
         return {0.0, 0.0, 0.0};
     }
   }
 
  private:
-  const btVector3& farthest_point(const btVector3& direction) const {
-    const btVector3* best = points_;
-    double most = direction.dot(*best);
-    for (const btVector3* point = points_ + 1; point != points_ + count_; ++point) {
-      const double along = direction.dot(*point);
-      const bool farther = along > most;
-      most = farther ? along : most;
-      best = farther ? point : best;
-    }
-    return *best;
-  }
-
   int kind_;
   btVector3 half_;
   double margin_;
-  const std::vector<btVector3>* corners_ = nullptr;  // of a HullShape
-  const btVector3* points_ = nullptr;                // of a hull
-  int count_ = 0;
+  const HullShape* hull_ = nullptr;  // if it is one
 };
 
 //! Inner shapes nearer than this penetrate each other, as far as one can tell: the direction between them is not known

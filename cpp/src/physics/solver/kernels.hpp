@@ -5,19 +5,11 @@
 #include <cstddef>
 #include <cstring>
 
+#include "base/pair.hpp"
 #include "physics/solver/envelope_lu.hpp"
 #include "physics/solver/friction_law.hpp"
 
 namespace energymargin {
-
-//! Two numbers, in one register where the machine has some.
-using Pair = double __attribute__((vector_size(2 * sizeof(double))));
-
-inline Pair pair(const double* numbers) {
-  Pair both;
-  std::memcpy(&both, numbers, sizeof both);
-  return both;
-}
 
 inline double usual_dot(const double* a, const double* b) {
   const Pair sums = (pair(a) * pair(b) + pair(a + 2) * pair(b + 2)) + pair(a + 4) * pair(b + 4);
