@@ -82,7 +82,7 @@ TEST(PiecePair, CylinderThatSpinsIsNotLetThroughTheFaceOfABoxThatTurns) {
       cylinder = of_cylinder.at(share);
     }
   }
-  EXPECT_LT(deepest, 1.01 * 0.7 * 2.0 * skin);
+  EXPECT_LT(deepest, 1.01 * pressed_deeper * 0.7 * 2.0 * skin);
   EXPECT_GT(limited, 1000);
   EXPECT_GT(whole, 1000);
 }

@@ -92,7 +92,7 @@ TEST(Quality, BodyInFreeFlightConvergesAndLosesNothing) {
 
 TEST(Quality, TimeIsLostBetweenBodiesThatNothingStops) {
   const Rollout rollout = alone(press(), 0.25);
-  EXPECT_GT(rollout.lost_time, 0.1);
+  EXPECT_GT(rollout.lost_time, 0.08);
   EXPECT_LE(rollout.lost_time, 0.25 + 1e-9);
 }
 

@@ -44,8 +44,9 @@ class Obstacles {
       for (const ConvexPiece& obstacle : convex_pieces(scene.bodies()[body].shape, pose, scene.stepping().margin)) {
         for (std::size_t i = 0; i < space.pieces().size(); ++i) {
           const ConvexPiece& whole = space.pieces()[i].whole;
+          const double margins = whole.margin() + obstacle.margin();
           const double allowed =
-              allowed_penetration(whole.margin() + obstacle.margin(), whole.half_extent(), obstacle.half_extent());
+              pressed_deeper * allowed_penetration(margins, whole.half_extent(), obstacle.half_extent());
           if (find_penetration(whole, start, obstacle, {whole.center(), 0.0}, any_depth).middle <= allowed)
             pairs_.push_back({i, obstacle, allowed});
         }

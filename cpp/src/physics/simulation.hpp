@@ -251,7 +251,7 @@ class Simulation {
 
  private:
   // Substeps in which bodies come into contact with each other; the rest of the step is lost then, and nothing moves.
-  static constexpr int most_substeps = 8;
+  static constexpr int most_substeps = 32;
   static constexpr int most_tries = 4;  // of lengths of a substep, to find the one that ends in contact
 
   // A substep that would be shorter than this share of a step is not tried: bodies are in contact already. If they turn

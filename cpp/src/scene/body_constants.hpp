@@ -27,11 +27,14 @@ inline double compliant_penetration(double half_extent_a, double half_extent_b) 
   return 0.8 * std::min(half_extent_a, half_extent_b);
 }
 
-//! How deep the simulation lets one solid come into another [m]; `margins` is the sum of both.
+//! How deep the simulation lets one solid move into another [m]; `margins` is the sum of both.
 inline double allowed_penetration(double margins, double half_extent_a, double half_extent_b) {
   constexpr double share_of_margins = 0.7, share_of_thickness = 0.3;  // of the thinner one's half extent
   return std::min(share_of_margins * margins, share_of_thickness * std::min(half_extent_a, half_extent_b));
 }
+
+//! So many times deeper they may be pressed: by less than their margins.
+constexpr double pressed_deeper = 1.35;
 
 //! The solids of a shape, where they are in its frame; none of a plane.
 std::vector<Part> solids_of(const Shape& shape);

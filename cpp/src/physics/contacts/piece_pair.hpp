@@ -13,7 +13,7 @@
 namespace energymargin {
 
 //! Two pieces may penetrate each other a little: by less than their margins, so that the separating direction is known,
-//! and by less than a third of the thinner one's half extent, so that they are pushed out to where they came from.
+//! and by less than half of the thinner one's half extent, so that they are pushed out to where they came from.
 class PiecePair {
  public:
   PiecePair(const ConvexPiece& a, const ConvexPiece& b, bool compliant = false)
@@ -21,7 +21,8 @@ class PiecePair {
         b_(b),
         solids_(*a.shape, *b.shape),
         allowed_(compliant ? compliant_penetration(a.half_extent, b.half_extent)
-                           : allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)) {}
+                           : allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)),
+        deepest_(compliant ? allowed_ : pressed_deeper * allowed_) {}
 
   //! Forgets which direction separated them, for a new rollout.
   void forget() {
@@ -48,7 +49,8 @@ class PiecePair {
  private:
   // Shares of the allowed penetration.
   static constexpr double in_contact = 0.5;  // where a motion ends
-  static constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a substep
+  static constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a substep,
+  static constexpr double of_room = 0.25;    // and not by more of what is left to the deepest: something is always left
   static constexpr double deep_start = 1.5;  // pieces that begin a rollout deeper are left to their contacts
 
   static constexpr double no_bend = 1e-8;   // of a square speed: a change of it that hardly counts
@@ -199,15 +201,15 @@ class PiecePair {
     const double end = gap(sweeps, 1.0);
     return end >= least(now) ? 1.0 : std::clamp((now - least(now)) / (now - end), 0.0, 1.0);
   }
-  // The least distance that a motion from `now` may lead to.
+  // The least distance that a motion from `now` may lead to. If nothing were left, what rolls on a corner would stay.
   double least(double now) const {
     if (now > -in_contact * allowed_) return -allowed_;
-    return std::min(now, std::max(now - deeper * allowed_, -allowed_));
+    return now - std::max(0.0, std::min(deeper * allowed_, of_room * (now + deepest_)));
   }
 
   ConvexPiece a_, b_;
   SolidPair solids_;
-  double allowed_;                       // penetration [m]
+  double allowed_, deepest_;             // penetration, and where something presses [m]
   btVector3 normal_;                     // from b to a, the last that separated them, if `has_normal_`
   btVector3 normal_of_a_, normal_of_b_;  // the same in the frames of the bodies, as they stood then
   bool has_normal_ = false;
