@@ -225,7 +225,7 @@ void NewtonSolver::recover(const Island& island) {
   };
   for (const std::size_t k : island.contacts) {
     ContactRows& rows = contacts_[k];
-    const double leaving = std::max(0.0, rows.target[2] - rows.miss[2]);
+    const double leaving = std::max(0.0, rows.target[2] - rows.miss[2] - rows.still);
     const double asked = std::max(0.0, rows.recovery - leaving);
     const bool sticks = rows.response.regime == Regime::sticks && rows.impulse[2] > 0.0;
     const bool presses = rows.impulse[2] > 0.0 || asked > 0.0;

@@ -32,7 +32,7 @@ StepEquations::Frame StepEquations::frame_of(const ContactPoint& point, const Su
 // The targets of rows have the motion of what is prescribed by now. False where bodies will bounce once they touch.
 bool StepEquations::set_normal(ContactRows& rows, const ContactPoint& point, const Surface& surface,
                                double duration) const {
-  const double still = rows.target[normal_row];
+  const double still = rows.still = rows.target[normal_row];
   double target = -point.distance / duration;
   if (surface.stiffness > 0.0) {
     const double resistance = duration * (duration * surface.stiffness + surface.damping);
