@@ -54,27 +54,11 @@ def drift(feature: str) -> float:
     for name, mass in (("upper", 0.6), ("lower", 0.4)):
         scene.add_body(name, em.Box((0.02, 0.03, 0.1)), mass=mass)
     below = (0.0, 0.0, 0.05)
-    scene.add_joint(
-        "hip",
-        type="revolute",
-        parent="base",
-        child="upper",
-        axis=(0.0, 1.0, 0.0),
-        origin=(0.06, 0.0, -0.05),
-        child_origin=below,
-        start_velocity=6.0,
-    )
-    mimic = em.Mimic("hip", -0.7) if feature == "mimic" else None
-    scene.add_joint(
-        "knee",
-        type="revolute",
-        parent="upper",
-        child="lower",
-        axis=(1.0, 0.0, 0.0),
-        origin=(0.0, 0.0, -0.05),
-        child_origin=below,
-        **({"mimic": mimic} if mimic else {"start_velocity": -4.0}),
-    )
+    hip = {"parent": "base", "child": "upper", "axis": (0.0, 1.0, 0.0), "start_velocity": 6.0}
+    knee = {"parent": "upper", "child": "lower", "axis": (1.0, 0.0, 0.0)}
+    knee |= {"mimic": em.Mimic("hip", -0.7)} if feature == "mimic" else {"start_velocity": -4.0}
+    scene.add_joint("hip", origin=(0.06, 0.0, -0.05), child_origin=below, **hip)
+    scene.add_joint("knee", origin=(0.0, 0.0, -0.05), child_origin=below, **knee)
     if feature == "tendon":
         scene.add_tendon("tendon", {"hip": 1.0, "knee": 0.6}, friction=0.02)
     scene.disable_collisions("base", "lower")

@@ -22,7 +22,7 @@ bool with_constant(int count, std::integer_sequence<int, Counts...>, const Visit
 template <int Count>
 bool eliminate(const double* const* pivots, const double* inverses, int begin, int last, int i,
                double* __restrict entries) {
-  double factors[Count + 1];
+  double factors[Count + 1];  // of no rows there is one too
   std::copy_n(entries + begin, Count, factors);
   double diagonal = entries[i];
   bool cancelled = false;
