@@ -2,7 +2,9 @@
 
 #include <LinearMath/btConvexHullComputer.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -121,16 +123,74 @@ double shrink(const std::vector<Vector3>& points, double margin, btConvexHullCom
   return compute(0.0);
 }
 
+// Bullet rounds coordinates to this share of the whole.
+constexpr double rounded_share = 1.0 / 10216.0;
+
+// A face of a hull: normal . x = offset.
+struct HullFace {
+  Vector3 normal;
+  double offset, area;
+};
+
+// The faces of a hull, the largest first.
+std::vector<HullFace> faces_of(const btConvexHullComputer& hull, const std::vector<Vector3>& points) {
+  const auto vertex = [&](int i) { return points[static_cast<std::size_t>(hull.original_vertex_index[i])]; };
+  Vector3 middle = Vector3::Zero();
+  for (int i = 0; i < hull.vertices.size(); ++i) middle += vertex(i) / hull.vertices.size();
+  std::vector<HullFace> faces;
+  for (int face = 0; face < hull.faces.size(); ++face) {
+    const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
+    const btConvexHullComputer::Edge* edge = first;
+    const Vector3 corner = vertex(first->getSourceVertex());
+    Vector3 twice = Vector3::Zero();  // its area, along its normal
+    do {
+      twice += (vertex(edge->getSourceVertex()) - corner).cross(vertex(edge->getTargetVertex()) - corner);
+      edge = edge->getNextEdgeOfFace();
+    } while (edge != first);
+    const double area = twice.norm();
+    if (!(area > 0.0)) continue;
+    const Vector3 normal = twice.dot(corner - middle) < 0.0 ? Vector3(-twice / area) : Vector3(twice / area);
+    HullFace& made = faces.emplace_back(HullFace{normal, normal.dot(corner), area});
+    for (int i = 0; i < hull.vertices.size(); ++i) made.offset = std::max(made.offset, normal.dot(vertex(i)));
+  }
+  std::stable_sort(faces.begin(), faces.end(), [](const HullFace& a, const HullFace& b) { return a.area > b.area; });
+  return faces;
+}
+
+// A vertex of a hull that shrank by its margin, put on the faces that it is next to: else what is flat leans. Of faces
+// that are nearly parallel the largest counts.
+Vector3 put_on_faces(const Vector3& vertex, const std::vector<HullFace>& faces, double margin, double near) {
+  constexpr double apart = 0.1;  // sine of the angle between a face and those before
+  Eigen::Matrix3d left = Eigen::Matrix3d::Identity();  // along which no face holds the vertex yet
+  Vector3 at = vertex;
+  for (const HullFace& face : faces) {
+    const double off = face.offset - margin - face.normal.dot(at);
+    if (std::abs(face.offset - margin - face.normal.dot(vertex)) > near) continue;
+    const Vector3 along = left * face.normal;
+    const double square = along.squaredNorm();
+    if (square < apart * apart) continue;
+    at += along * (off / square);
+    left -= along * along.transpose() / square;
+  }
+  return at;
+}
+
 // A hull with its margin inside.
 HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
-  btConvexHullComputer inner;
+  btConvexHullComputer inner, whole;
   HullShape::Hull hull;
   hull.margin = shrink(points, margin, inner);
-  for (int i = 0; i < inner.vertices.size(); ++i) hull.inner.push_back(inner.vertices[i]);
-  btConvexHullComputer whole;
   whole.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
+  Eigen::AlignedBox3d box;
   for (int i = 0; i < whole.vertices.size(); ++i) {
-    hull.corners.push_back(to_bullet(points[static_cast<std::size_t>(whole.original_vertex_index[i])]));
+    const Vector3& corner = points[static_cast<std::size_t>(whole.original_vertex_index[i])];
+    box.extend(corner);
+    hull.corners.push_back(to_bullet(corner));
+  }
+  const std::vector<HullFace> faces = faces_of(whole, points);
+  const double near = 3.0 * rounded_share * box.sizes().maxCoeff();
+  for (int i = 0; i < inner.vertices.size(); ++i) {
+    hull.inner.push_back(to_bullet(put_on_faces(from_bullet(inner.vertices[i]), faces, hull.margin, near)));
   }
   return hull;
 }

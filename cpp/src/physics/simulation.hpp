@@ -121,6 +121,8 @@ class Simulation {
   //! Sets anew everything that could carry the past into the next rollout.
   void restore(const State& state) {
     bodies_.restore(state);
+    state_ = state.head(layout_.dimension());
+    in_step_ = false;
     pairs_.forget();
     last_duration_ = 0.0;
     unload();
@@ -129,8 +131,8 @@ class Simulation {
 
   //! Throws Diverged if the state is not finite.
   void read(State& state) const {
-    state.resize(layout_.dimension());
-    bodies_.read(state);
+    state = state_;
+    if (in_step_) bodies_.read(state);
     if (!state.allFinite()) throw Diverged("a state");
   }
   void read(Motion& motion) const {
@@ -170,11 +172,12 @@ class Simulation {
   void set_target(std::size_t index, double target) { bodies_.set_target(index, target); }
   double target(std::size_t index) { return bodies_.target(index); }
 
-  //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `substeps` of the step are over;
-  //! if they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
-  SubstepResult advance(double duration, int substeps) {
+  //! Goes on by what is left of a step [s], or by less where bodies come into contact on the way. `substeps` of the step
+  //! are over; if they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
+  SubstepResult advance(double left, int substeps) {
     load_bodies();
     pairs_.update();
+    double duration = left;
     if (substeps < most_substeps) duration = equations_.until_bounce(pairs_.points(), duration);
     for (int tries = 1;; ++tries) {
       const Substep substep{duration, pairs_.points(), motors_};
@@ -190,6 +193,9 @@ class Simulation {
       bodies_.move(duration, share);
       const double lost = (1.0 - share) * duration;
       if (share < 1.0) carry_along(scene_, bodies_, pairs_.points(), ways_, lost);
+      equations_.join_mimics();
+      in_step_ = duration < left;
+      if (!in_step_) settle();
       last_duration_ = duration;
       spring_loads_ = springs_.loads(true);
       return {duration, lost, converged};
@@ -259,6 +265,13 @@ class Simulation {
   static constexpr double shortest_substep = 1e-4;
   static constexpr double blocked_share = 0.25;
 
+  // Each step begins with the numbers of a state, be it the first one or not.
+  void settle() {
+    bodies_.read(state_);
+    bodies_.put(state_);
+    //pairs_.forget_searches();
+  }
+
   void load_bodies() {
     bodies_.clear_loads();
     for (const std::vector<Load>* loads :
@@ -271,6 +284,8 @@ class Simulation {
   std::vector<std::size_t> objects_;
   StateLayout layout_;
   double step_;
+  State state_;           // at the end of the last step
+  bool in_step_ = false;  // the bodies are further
   MovingBodies bodies_;
   CollisionPairs pairs_;
   StepEquations equations_;

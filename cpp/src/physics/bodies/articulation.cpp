@@ -65,7 +65,7 @@ void Articulation::add_velocity(Link& link) {
   velocities_.push_back(0.0);
 }
 
-void Articulation::restore(const State& state) {
+void Articulation::put(const State& state) {
   Link& base = links_.front();
   if (free_) {
     const BodyState frame = StateLayout::read(state.data() + layout_.offset(base.body));
@@ -79,10 +79,13 @@ void Articulation::restore(const State& state) {
     links_[i].position = at.position;
     if (links_[i].velocity >= 0) velocities_[static_cast<std::size_t>(links_[i].velocity)] = at.velocity;
   }
-  for (JointControl& control : controls_) control.target = control.joint->target;
-  clear_loads();
   place_links();
   place_bodies();
+}
+
+void Articulation::forget() {
+  for (JointControl& control : controls_) control.target = control.joint->target;
+  clear_loads();
 }
 
 void Articulation::read(State& state) const {

@@ -87,12 +87,17 @@ class Articulation {
 
   //! The velocities at which it goes in this substep.
   std::vector<double>& ways() { return ways_; }
+  const std::vector<double>& ways() const { return ways_; }
 
   //! The common point of the tree's spatial vectors.
   const btVector3& origin() const { return links_[free_ ? 0 : 1].pose.getOrigin(); }
 
-  void restore(const State& state);
+  //! Puts it where a state says, with those velocities.
+  void put(const State& state);
   void read(State& state) const;
+
+  //! No loads, and the joints' own targets.
+  void forget();
 
   //! What these velocities of the tree are for the links and a free base, each at the index of its body in the scene.
   void read(const std::vector<double>& from, std::vector<Velocity>& velocities) const;
@@ -124,12 +129,11 @@ class Articulation {
   void prepare(double duration, const btVector3& gravity, bool alone);
   bool drives() const { return drives_; }
 
-  //! A tree whose joints are coupled, or in a loop, does not coast: what its velocities do to it is a force.
-  void couple() { coupled_ = true; }
-  bool coupled() const { return coupled_; }
-
   //! Inertia with what the drives resist, row by row, count() each.
   const double* inertia_row(std::size_t i) const { return driven_.data() + i * count(); }
+
+  //! What its own swinging and turning does to the velocities, at the start of the substep [m/s^2 or rad/s^2].
+  const std::vector<double>& coasting() const { return coasting_; }
 
   //! Velocities after the forces.
   const std::vector<double>& kicked() const { return kicked_; }
@@ -149,6 +153,12 @@ class Articulation {
   //! Of a tree that feels gravity as it coasts: half a substep's length times by how much its power grows, from
   //! velocities before to after, which is where its way ends [J]. Zero for other trees.
   double gravity_beside(double duration, const std::vector<double>& before, const std::vector<double>& after);
+
+  //! Prepares `respond` for where the tree stands.
+  void find_response();
+
+  //! Replaces impulses along the velocities by the changes of velocity that they make, without drives.
+  void respond(std::vector<double>& impulses) const { accelerate(factors_, impulses); }
 
   //! Adds what an impulse on a link is along the velocities.
   void add(int link, const SpatialVector& at_origin, double* impulses) const;
@@ -205,7 +215,7 @@ class Articulation {
   std::vector<SpatialVector> accelerations_, link_forces_;  // of the links, with constant velocities
   std::vector<SpatialVector> coasting_motions_;             // of the links
   btVector3 coasting_gravity_ = btVector3(0, 0, 0);
-  bool drives_ = false, coupled_ = false;
+  bool drives_ = false;
 };
 
 }  // namespace energymargin

@@ -109,6 +109,13 @@ class MovingBodies {
 
   //! Puts all bodies where a state says; nothing of the past is left.
   void restore(const State& state) {
+    put(state);
+    for (const auto& tree : trees_) tree->forget();
+    for (TendonControl& tendon : tendons_) tendon.target = tendon.tendon->target;
+  }
+
+  //! Puts all bodies where a state says, with those velocities.
+  void put(const State& state) {
     for (FreeBody& each : free_) {
       const Inertial& inertial = scene_.inertial(each.body);
       const BodyState frame = StateLayout::read(state.data() + each.offset);
@@ -116,8 +123,7 @@ class MovingBodies {
       poses_[each.body] = bullet_pose(inertial, frame);
       each.velocity = {to_bullet(center.velocity), to_bullet(center.angular_velocity)};
     }
-    for (const auto& tree : trees_) tree->restore(state);
-    for (TendonControl& tendon : tendons_) tendon.target = tendon.tendon->target;
+    for (const auto& tree : trees_) tree->put(state);
   }
 
   //! Writes the bodies' numbers into a state of the scene's dimension.
@@ -247,7 +253,6 @@ class MovingBodies {
       TendonControl& made = tendons_.emplace_back(TendonControl{{}, {&tendon, tendon.target}, &tendon});
       for (const TendonJoint& of : tendon.joints) {
         made.terms.push_back({link(scene_.joint_index(of.joint)), of.coefficient});
-        trees_[made.terms.back().link.tree]->couple();
       }
     }
     for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
@@ -256,7 +261,6 @@ class MovingBodies {
       const std::size_t followed = scene_.joint_index(mimic->joint);
       if (scene_.joints()[followed].held) continue;  // then both are rigid
       mimics_.push_back({{{{link(i), 1.0}, {link(followed), -mimic->multiplier}}}, mimic->offset});
-      for (const JointSum::Term& term : mimics_.back().terms) trees_[term.link.tree]->couple();
     }
   }
   void add_loops() {
@@ -268,9 +272,6 @@ class MovingBodies {
       const std::size_t a = scene_.index(loop.body_a), b = scene_.index(loop.body_b);
       loops_.push_back({loop.type == LoopType::weld, a, b, frame(a, loop.point_a, loop.orientation_a),
                         frame(b, loop.point_b, loop.orientation_b)});
-      for (const std::size_t body : {a, b}) {
-        if (links_[body]) trees_[links_[body]->tree]->couple();
-      }
     }
   }
   // Null for a joint without.

@@ -30,11 +30,11 @@ void Articulation::prepare(double duration, const btVector3& gravity, bool alone
   kick(duration);
   find_bias(velocities_);
   for (std::size_t i = 0; i < count(); ++i) coasting_[i] = -bias_[i];
-  accelerate(factors_, coasting_);
-  if (coupled_) {
-    for (std::size_t i = 0; i < count(); ++i) kicked_[i] += duration * coasting_[i];
-    std::fill(coasting_.begin(), coasting_.end(), 0.0);
+  if (alone) {
+    find_forces(gravity, false);
+    for (std::size_t i = 0; i < count(); ++i) coasting_[i] += forces_[i];
   }
+  accelerate(factors_, coasting_);
   find_accelerations();
 }
 
@@ -143,7 +143,7 @@ void Articulation::coast(double duration, std::vector<double>& velocities) {
     fastest = std::max(fastest, std::abs(velocities[i]));
     most = std::max(most, std::abs(duration * coasting_[i]));
   }
-  const bool exact = !coupled_ && (!drives_ || (free_ && !kinematic()));
+  const bool exact = !drives_ || (free_ && !kinematic());
   if (exact && (most > steady * fastest || !coasting_gravity_.isZero())) {
     return coast_by_runge_kutta(duration, velocities);
   }
@@ -278,6 +278,12 @@ void Articulation::accelerate(const Matrix& factors, std::vector<double>& rates)
     for (std::size_t k = i + 1; k < count(); ++k) sum -= m[k * count() + i] * rates[k];
     rates[i] = sum * m[i * count() + i];
   }
+}
+
+void Articulation::find_response() {
+  find_inertia();
+  factors_ = inertia_;
+  factor(factors_);
 }
 
 void Articulation::add(int link, const SpatialVector& at_origin, double* impulses) const {

@@ -71,7 +71,7 @@ std::optional<ClosestPoints> beside(const InnerShape& a, const btTransform& pose
   return ClosestPoints{pose_b.getBasis() * away.normalized(), pose_b(on_b), distance};
 }
 
-constexpr double no_closer = 1e-9;  // share of a squared distance, below which a step is none
+constexpr double no_closer = 1e-14;  // share of a squared distance, below which a step is none
 constexpr double flat = 1e-16;      // square of the sine, below which four vertices lie in one plane
 constexpr int most_iterations = 100;
 

@@ -11,8 +11,8 @@ namespace {
 constexpr double steady_spin = 1e-9;
 constexpr int midpoint_iterations = 8;
 
-// Solutions of a substep that close its loops where it ends.
-constexpr int most_closings = 4;
+// Solutions of a substep for how ways bend.
+constexpr int most_corrections = 4;
 
 // A vector after a turn by a rotation vector [rad] (Rodrigues 1840).
 btVector3 rotated(const btVector3& vector, const btVector3& turn) {
@@ -37,12 +37,13 @@ bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
   contact_points_.clear();
   loop_rows_.clear();
+  bent_rows_.clear();
   for (const auto& tree : bodies_.trees()) tree->keep_base();
   for (const Motor& motor : substep.motors) drive_kinematic(motor);
   for (FreeBody& body : bodies_.free()) add_free(body, substep.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, substep);
   for (const Motor& motor : substep.motors) add_motor(motor, substep.duration);
-  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic);
+  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic, substep.duration);
   for (const TendonControl& tendon : bodies_.tendons()) add_tendon(tendon, substep.duration);
   for (const LoopConstraint& loop : bodies_.loops()) add_loop(loop, substep.duration);
   for (std::size_t i = 0; i < substep.contacts.size(); ++i) {
@@ -54,7 +55,9 @@ bool StepEquations::solve(const Substep& substep) {
   bool converged = solver_.solve(stepping.iterations, stepping.tolerance);
   if (update_bends(substep)) converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
   set_all(substep.duration);
-  for (int i = 0; i < most_closings && close_loops(substep.duration); ++i) {
+  for (int i = 0; i < most_corrections; ++i) {
+    const bool bent = straighten_ways(substep.duration);
+    if (!close_loops(substep.duration) && !bent) break;
     converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
     set_all(substep.duration);
   }
@@ -191,10 +194,10 @@ void StepEquations::coast(FreeBody& body, double duration) const {
   body.spin = spin_after(mean * duration);
 }
 
-// Whether nothing constrains a tree in this substep, and nothing drives it.
+// Whether nothing touches a tree in this substep, and nothing drives it.
 bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   Articulation& tree = this->tree(index);
-  if (tree.drives() || tree.kinematic() || tree.coupled()) return false;
+  if (tree.drives() || tree.kinematic()) return false;
   const auto is_here = [&](std::size_t body) { return bodies_.link(body) && bodies_.link(body)->tree == index; };
   for (const Articulation::Link& link : tree.links()) {
     if (!link.force.isZero() || !link.torque.isZero()) return false;
@@ -205,10 +208,7 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   for (const Motor& motor : substep.motors) {
     if (is_here(motor.body)) return false;
   }
-  return std::all_of(tree.controls().begin(), tree.controls().end(), [](const JointControl& control) {
-    const Joint& joint = *control.joint;
-    return std::isinf(joint.lower) && std::isinf(joint.upper) && joint.friction == 0.0;
-  });
+  return true;
 }
 
 // A joint that hits its stop speeds up its neighbours within the same step.

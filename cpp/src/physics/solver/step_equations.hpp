@@ -39,6 +39,9 @@ class StepEquations {
   //! The bodies have these velocities from now on, and the contacts their impulses.
   void commit(const Substep& substep, double share);
 
+  //! Gives joints that follow others the velocities that they have by those, where the bodies are now.
+  void join_mimics();
+
   //! The time until the first of those that bounce touches, and not more than `duration` [s].
   double until_bounce(const std::vector<ContactPoint>& contacts, double duration) const;
 
@@ -75,6 +78,11 @@ class StepEquations {
     double moved;     // speed along it that is prescribed
   };
 
+  struct BentRow {
+    std::size_t row;  // among the limited ones
+    double bend;      // of the way along it, as its target has it [m/s or rad/s]
+  };
+
   void add_free(FreeBody& body, double duration);
   void damp(const FreeBody& body, double duration);
   void kick(const FreeBody& body, double duration, double* free) const;
@@ -86,10 +94,14 @@ class StepEquations {
   LimitedRow& add_joint_row(std::size_t tree, const JointControl& control, double direction);
   void set_stop(LimitedRow& row, double gap, double duration);
   void set_dry_friction(LimitedRow& row, double most, double duration);
+  void follow_way(LimitedRow& row, double duration);
+  template <typename Value>
+  double along(const LimitedRow& row, const Value& value) const;
+  bool straighten_ways(double duration);
   static void set_drive(LimitedRow& row, const Control& control, double position, double duration);
   JointState sum_of(const JointSum& sum) const;
   LimitedRow& add_sum_row(const JointSum& sum, double direction);
-  void add_mimic(const MimicConstraint& mimic);
+  void add_mimic(const MimicConstraint& mimic, double duration);
   void add_tendon(const TendonControl& tendon, double duration);
   static LoopGap gap_of(const LoopConstraint& loop, const btTransform& of_a, const btTransform& of_b);
   void add_loop(const LoopConstraint& loop, double duration);
@@ -132,6 +144,7 @@ class StepEquations {
   NewtonSolver solver_;
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
   std::vector<LoopRow> loop_rows_;
+  std::vector<BentRow> bent_rows_;
   std::vector<double> whole_;  // scratch: a row over all velocities of a tree
 };
 

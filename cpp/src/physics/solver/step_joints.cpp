@@ -1,8 +1,10 @@
 // Stops, drives and dry friction of joints and tendons, mimics and loops, as rows over the velocities.
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "physics/solver/step_equations.hpp"
 
@@ -57,6 +59,7 @@ void StepEquations::set_dry_friction(LimitedRow& row, double most, double durati
   row.softness = softness_share * solver_.inverse_mass(row, 0);
   row.high = duration * most;
   row.low = -row.high;
+  follow_way(row, duration);
 }
 
 // Nothing crosses its stop in this step; what is beyond it is brought back.
@@ -66,6 +69,48 @@ void StepEquations::set_stop(LimitedRow& row, double gap, double duration) {
   row.softness = softness_share * solver_.inverse_mass(row, 0);
   row.target = -gap / duration;
   if (gap <= 0.0) share_error(-gap, row.target, row.recovery);
+  follow_way(row, duration);
+}
+
+// The target of the last row is one of the way, which bends as trees coast.
+void StepEquations::follow_way(LimitedRow& row, double duration) {
+  const double bend = 0.5 * duration * along(row, [](const Articulation& tree, const TreeMover&, std::size_t k) {
+    return tree.coasting()[k];
+  });
+  row.target -= bend;
+  bent_rows_.push_back({solver_.limited().size() - 1, bend});
+}
+
+// The sum along a row of what its trees have at each velocity.
+template <typename Value>
+double StepEquations::along(const LimitedRow& row, const Value& value) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < trees_.size(); ++i) {
+    const int mover = trees_[i].mover;
+    if (mover < 0 || (mover != row.a && mover != row.b)) continue;
+    const double* const numbers = solver_.numbers(mover == row.a ? row.of_a : row.of_b);
+    const std::size_t skipped = tree(i).prescribed();
+    for (std::size_t k = skipped; k < tree(i).count(); ++k) {
+      if (numbers[k - skipped] != 0.0) sum += numbers[k - skipped] * value(tree(i), trees_[i], k);
+    }
+  }
+  return sum;
+}
+
+// Where a row holds, its target makes up for how the way bent in truth. Whether it counts anywhere.
+bool StepEquations::straighten_ways(double duration) {
+  bool counts = false;
+  for (auto& [index, bend] : bent_rows_) {
+    LimitedRow& row = solver_.limited()[index];
+    if (!(row.low < row.impulse && row.impulse < row.high)) continue;
+    const double before = bend;
+    bend = along(row, [](const Articulation& tree, const TreeMover& of, std::size_t k) {
+      return tree.ways()[k] - of.pushed[k];
+    });
+    row.target -= bend - before;
+    counts = counts || std::abs(bend - before) * duration > least_miss;
+  }
+  return counts;
 }
 
 // Speed that puts a share of an error right, and how much of that is to be done beside the velocities.
@@ -103,11 +148,52 @@ LimitedRow& StepEquations::add_sum_row(const JointSum& sum, double direction) {
   return row;
 }
 
-void StepEquations::add_mimic(const MimicConstraint& mimic) {
+void StepEquations::add_mimic(const MimicConstraint& mimic, double duration) {
   LimitedRow& row = add_sum_row(mimic, 1.0);
   row.work = &audit.work.joints;
   row.softness = coupling_softness * solver_.inverse_mass(row, 0);
   share_error(-(sum_of(mimic).position - mimic.constant), row.target, row.recovery);
+  follow_way(row, duration);
+}
+
+// As trees coast, joints that follow others leave them by half of what the next impulses are to turn round. A state has
+// none of that: the least change of momentum that brings them back, as in RATTLE (Andersen 1983).
+void StepEquations::join_mimics() {
+  const std::vector<MimicConstraint>& mimics = bodies_.mimics();
+  if (mimics.empty()) return;
+  for (const auto& tree : bodies_.trees()) tree->find_response();
+  const auto count = static_cast<Eigen::Index>(mimics.size());
+  std::vector<std::vector<double>> answers;  // of each tree to each mimic
+  Eigen::MatrixXd delassus(count, count);
+  Eigen::VectorXd apart(count);
+  const auto for_each_term = [&](Eigen::Index mimic, const auto& visit) {
+    for (const auto& [on, coefficient] : mimics[static_cast<std::size_t>(mimic)].terms) {
+      const int velocity = tree(on.tree).link(on.link).velocity;
+      if (velocity >= 0) visit(on.tree, static_cast<std::size_t>(velocity), coefficient);
+    }
+  };
+  for (Eigen::Index i = 0; i < count; ++i) {
+    apart[i] = sum_of(mimics[static_cast<std::size_t>(i)]).velocity;
+    std::vector<std::vector<double>> of_trees;
+    for (const auto& tree : bodies_.trees()) of_trees.emplace_back(tree->count(), 0.0);
+    for_each_term(i, [&](std::size_t tree, std::size_t k, double coefficient) { of_trees[tree][k] += coefficient; });
+    for (std::size_t t = 0; t < of_trees.size(); ++t) tree(t).respond(of_trees[t]);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      delassus(j, i) = 0.0;
+      for_each_term(j, [&](std::size_t tree, std::size_t k, double coefficient) {
+        delassus(j, i) += coefficient * of_trees[tree][k];
+      });
+    }
+    std::move(of_trees.begin(), of_trees.end(), std::back_inserter(answers));
+  }
+  const Eigen::VectorXd impulses = delassus.ldlt().solve(apart);
+  audit.work.joints -= 0.5 * impulses.dot(apart);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (std::size_t t = 0; t < trees_.size(); ++t) {
+      const std::vector<double>& answer = answers[static_cast<std::size_t>(i) * trees_.size() + t];
+      for (std::size_t k = 0; k < answer.size(); ++k) tree(t).velocities()[k] -= impulses[i] * answer[k];
+    }
+  }
 }
 
 void StepEquations::add_tendon(const TendonControl& control, double duration) {
@@ -215,9 +301,7 @@ double StepEquations::add_loop_end(LimitedRow& row, std::size_t index, const btV
 // as in SHAKE (Ryckaert, Ciccotti and Berendsen 1977). Whether it counts anywhere.
 bool StepEquations::close_loops(double duration) {
   if (loop_rows_.empty()) return false;
-  for (const auto& tree : bodies_.trees()) {
-    if (tree->coupled()) tree->look_ahead(duration);
-  }
+  for (const auto& tree : bodies_.trees()) tree->look_ahead(duration);
   const auto pose = [&](std::size_t body) {
     if (const auto& on = bodies_.link(body)) return tree(on->tree).link(on->link).pose;
     const FreeBody* free = bodies_.free(body);
@@ -231,9 +315,7 @@ bool StepEquations::close_loops(double duration) {
     solver_.limited()[row].target -= miss / duration;
     counts = counts || std::abs(miss) > least_miss;
   }
-  for (const auto& tree : bodies_.trees()) {
-    if (tree->coupled()) tree->put_back();
-  }
+  for (const auto& tree : bodies_.trees()) tree->put_back();
   return counts;
 }
 
