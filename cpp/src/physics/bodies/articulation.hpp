@@ -129,6 +129,10 @@ class Articulation {
   void prepare(double duration, const btVector3& gravity, bool alone);
   bool drives() const { return drives_; }
 
+  //! To be called for a tree in a loop: it does not coast, what its velocities do to it is a force.
+  void close() { looped_ = true; }
+  bool looped() const { return looped_; }
+
   //! Inertia with what the drives resist, row by row, count() each.
   const double* inertia_row(std::size_t i) const { return driven_.data() + i * count(); }
 
@@ -187,6 +191,8 @@ class Articulation {
   void find_bias(const std::vector<double>& velocities);
   void find_accelerations();
   void kick(double duration);
+  void coast_in_loop(double duration, std::vector<double>& velocities);
+  btVector3 center_of_mass() const;
   void coast_by_runge_kutta(double duration, std::vector<double>& velocities);
   std::vector<double> runge_kutta_step(double duration, const std::vector<double>& way,
                                        std::vector<double>& velocities);
@@ -215,7 +221,7 @@ class Articulation {
   std::vector<SpatialVector> accelerations_, link_forces_;  // of the links, with constant velocities
   std::vector<SpatialVector> coasting_motions_;             // of the links
   btVector3 coasting_gravity_ = btVector3(0, 0, 0);
-  bool drives_ = false;
+  bool drives_ = false, looped_ = false;
 };
 
 }  // namespace energymargin

@@ -272,6 +272,9 @@ class MovingBodies {
       const std::size_t a = scene_.index(loop.body_a), b = scene_.index(loop.body_b);
       loops_.push_back({loop.type == LoopType::weld, a, b, frame(a, loop.point_a, loop.orientation_a),
                         frame(b, loop.point_b, loop.orientation_b)});
+      for (const std::size_t body : {a, b}) {
+        if (links_[body]) trees_[links_[body]->tree]->close();
+      }
     }
   }
   // Null for a joint without.

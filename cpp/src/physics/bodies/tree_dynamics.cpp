@@ -1,5 +1,6 @@
 // The equations of motion of a tree.
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -35,6 +36,10 @@ void Articulation::prepare(double duration, const btVector3& gravity, bool alone
     for (std::size_t i = 0; i < count(); ++i) coasting_[i] += forces_[i];
   }
   accelerate(factors_, coasting_);
+  if (looped_) {
+    for (std::size_t i = 0; i < count(); ++i) kicked_[i] += duration * coasting_[i];
+    std::fill(coasting_.begin(), coasting_.end(), 0.0);
+  }
   find_accelerations();
 }
 
@@ -138,6 +143,7 @@ void Articulation::find_accelerations() {
 }
 
 void Articulation::coast(double duration, std::vector<double>& velocities) {
+  if (looped_) return coast_in_loop(duration, velocities);
   double fastest = 0.0, most = 0.0;
   for (std::size_t i = prescribed(); i < count(); ++i) {
     fastest = std::max(fastest, std::abs(velocities[i]));
@@ -153,6 +159,52 @@ void Articulation::coast(double duration, std::vector<double>& velocities) {
     ways_[i] = velocities[i] + 0.5 * within * coasting_[i];
     velocities[i] += within * coasting_[i];
   }
+}
+
+// A tree that is in a loop does not leave it: it goes straight on at its velocities, which have the bias of the start in
+// them. A free base then makes up for what bends, so that the tree's centre of mass and its momentum go as they must.
+void Articulation::coast_in_loop(double duration, std::vector<double>& velocities) {
+  ways_ = velocities;
+  if (!free_ || kinematic()) return;
+  using Vector6 = Eigen::Matrix<double, velocities_of_free_body, 1>;
+  const auto momentum = [&] {
+    Vector6 sum = Vector6::Zero();
+    for (std::size_t i = 0; i < velocities_of_free_body; ++i) {
+      for (std::size_t k = 0; k < count(); ++k) {
+        sum[static_cast<Eigen::Index>(i)] += inertia_[i * count() + k] * velocities[k];
+      }
+    }
+    return sum;
+  };
+  Vector6 wanted = momentum();
+  for (std::size_t i = 0; i < velocities_of_free_body; ++i) wanted[static_cast<Eigen::Index>(i)] += duration * bias_[i];
+  const btVector3 linear = vector(wanted.data());
+  const btVector3 start = origin(), center = center_of_mass();
+  look_ahead(duration);
+  find_inertia();
+  const btVector3 off = linear * (duration / inertia_[0]) - (center_of_mass() - center);
+  const btVector3 moved = origin() + off - start;
+  Eigen::Map<Vector3>(wanted.data() + 3) -= from_bullet(moved.cross(linear));
+  Eigen::Matrix<double, velocities_of_free_body, velocities_of_free_body> whole;
+  for (int i = 0; i < velocities_of_free_body; ++i) {
+    for (int k = 0; k < velocities_of_free_body; ++k) {
+      whole(i, k) = inertia_[static_cast<std::size_t>(i) * count() + static_cast<std::size_t>(k)];
+    }
+  }
+  Eigen::Map<Vector6>(velocities.data()) += whole.ldlt().solve(wanted - momentum());
+  Eigen::Map<Vector3>(ways_.data()) += from_bullet(off / duration);
+  put_back();
+  find_inertia();
+}
+
+btVector3 Articulation::center_of_mass() const {
+  btVector3 sum(0, 0, 0);
+  double mass = 0.0;
+  for (const Link& link : links_) {
+    sum += link.mass * link.pose.getOrigin();
+    mass += link.mass;
+  }
+  return sum / mass;
 }
 
 // Takes classical steps of the fourth order, as many as the fastest link asks for.

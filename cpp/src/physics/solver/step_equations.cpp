@@ -197,7 +197,7 @@ void StepEquations::coast(FreeBody& body, double duration) const {
 // Whether nothing touches a tree in this substep, and nothing drives it.
 bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   Articulation& tree = this->tree(index);
-  if (tree.drives() || tree.kinematic()) return false;
+  if (tree.drives() || tree.kinematic() || tree.looped()) return false;
   const auto is_here = [&](std::size_t body) { return bodies_.link(body) && bodies_.link(body)->tree == index; };
   for (const Articulation::Link& link : tree.links()) {
     if (!link.force.isZero() || !link.torque.isZero()) return false;
@@ -207,6 +207,11 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   }
   for (const Motor& motor : substep.motors) {
     if (is_here(motor.body)) return false;
+  }
+  for (const TendonControl& tendon : bodies_.tendons()) {
+    for (const JointSum::Term& term : tendon.terms) {
+      if (tendon.tendon->drives() && term.link.tree == index) return false;
+    }
   }
   return true;
 }

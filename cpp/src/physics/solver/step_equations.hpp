@@ -98,7 +98,7 @@ class StepEquations {
   template <typename Value>
   double along(const LimitedRow& row, const Value& value) const;
   bool straighten_ways(double duration);
-  static void set_drive(LimitedRow& row, const Control& control, double position, double duration);
+  void set_drive(LimitedRow& row, const Control& control, double position, double duration);
   JointState sum_of(const JointSum& sum) const;
   LimitedRow& add_sum_row(const JointSum& sum, double direction);
   void add_mimic(const MimicConstraint& mimic, double duration);

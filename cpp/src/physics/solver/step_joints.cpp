@@ -52,6 +52,7 @@ void StepEquations::set_drive(LimitedRow& row, const Control& control, double po
   row.target = control.pull(duration, position) * row.softness;
   row.high = duration * control.law->torque_limit;
   row.low = -row.high;
+  follow_way(row, duration);
 }
 
 void StepEquations::set_dry_friction(LimitedRow& row, double most, double duration) {
@@ -75,8 +76,8 @@ void StepEquations::set_stop(LimitedRow& row, double gap, double duration) {
 // The target of the last row is one of the way, which bends as trees coast.
 void StepEquations::follow_way(LimitedRow& row, double duration) {
   const double bend = 0.5 * duration * along(row, [](const Articulation& tree, const TreeMover&, std::size_t k) {
-    return tree.coasting()[k];
-  });
+                        return tree.coasting()[k];
+                      });
   row.target -= bend;
   bent_rows_.push_back({solver_.limited().size() - 1, bend});
 }
@@ -301,7 +302,9 @@ double StepEquations::add_loop_end(LimitedRow& row, std::size_t index, const btV
 // as in SHAKE (Ryckaert, Ciccotti and Berendsen 1977). Whether it counts anywhere.
 bool StepEquations::close_loops(double duration) {
   if (loop_rows_.empty()) return false;
-  for (const auto& tree : bodies_.trees()) tree->look_ahead(duration);
+  for (const auto& tree : bodies_.trees()) {
+    if (tree->looped()) tree->look_ahead(duration);
+  }
   const auto pose = [&](std::size_t body) {
     if (const auto& on = bodies_.link(body)) return tree(on->tree).link(on->link).pose;
     const FreeBody* free = bodies_.free(body);
@@ -315,7 +318,9 @@ bool StepEquations::close_loops(double duration) {
     solver_.limited()[row].target -= miss / duration;
     counts = counts || std::abs(miss) > least_miss;
   }
-  for (const auto& tree : bodies_.trees()) tree->put_back();
+  for (const auto& tree : bodies_.trees()) {
+    if (tree->looped()) tree->put_back();
+  }
   return counts;
 }
 
