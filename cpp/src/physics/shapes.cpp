@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "energymargin/kinematics.hpp"
@@ -123,74 +124,95 @@ double shrink(const std::vector<Vector3>& points, double margin, btConvexHullCom
   return compute(0.0);
 }
 
-// Bullet rounds coordinates to this share of the whole.
-constexpr double rounded_share = 1.0 / 10216.0;
-
 // A face of a hull: normal . x = offset.
 struct HullFace {
   Vector3 normal;
   double offset, area;
+  std::vector<std::size_t> corners;  // of the hull
 };
 
-// The faces of a hull, the largest first.
-std::vector<HullFace> faces_of(const btConvexHullComputer& hull, const std::vector<Vector3>& points) {
-  const auto vertex = [&](int i) { return points[static_cast<std::size_t>(hull.original_vertex_index[i])]; };
-  Vector3 middle = Vector3::Zero();
-  for (int i = 0; i < hull.vertices.size(); ++i) middle += vertex(i) / hull.vertices.size();
+// The faces of a hull with these corners.
+std::vector<HullFace> faces_of(const btConvexHullComputer& hull, const std::vector<Vector3>& corners) {
+  const Vector3 middle =
+      std::accumulate(corners.begin(), corners.end(), Vector3(Vector3::Zero())) / static_cast<double>(corners.size());
   std::vector<HullFace> faces;
   for (int face = 0; face < hull.faces.size(); ++face) {
     const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
     const btConvexHullComputer::Edge* edge = first;
-    const Vector3 corner = vertex(first->getSourceVertex());
-    Vector3 twice = Vector3::Zero();  // its area, along its normal
+    HullFace made{Vector3::Zero(), 0.0, 0.0, {}};
     do {
-      twice += (vertex(edge->getSourceVertex()) - corner).cross(vertex(edge->getTargetVertex()) - corner);
+      made.corners.push_back(static_cast<std::size_t>(edge->getSourceVertex()));
       edge = edge->getNextEdgeOfFace();
     } while (edge != first);
-    const double area = twice.norm();
-    if (!(area > 0.0)) continue;
-    const Vector3 normal = twice.dot(corner - middle) < 0.0 ? Vector3(-twice / area) : Vector3(twice / area);
-    HullFace& made = faces.emplace_back(HullFace{normal, normal.dot(corner), area});
-    for (int i = 0; i < hull.vertices.size(); ++i) made.offset = std::max(made.offset, normal.dot(vertex(i)));
+    const Vector3& from = corners[made.corners.front()];
+    for (std::size_t i = 2; i < made.corners.size(); ++i) {
+      made.normal += (corners[made.corners[i - 1]] - from).cross(corners[made.corners[i]] - from);
+    }
+    made.area = 0.5 * made.normal.norm();
+    if (!(made.area > 0.0)) continue;
+    made.normal.normalize();
+    if (made.normal.dot(from - middle) < 0.0) made.normal = -made.normal;
+    made.offset = made.normal.dot(from);
+    for (const std::size_t i : made.corners) made.offset = std::max(made.offset, made.normal.dot(corners[i]));
+    faces.push_back(made);
   }
-  std::stable_sort(faces.begin(), faces.end(), [](const HullFace& a, const HullFace& b) { return a.area > b.area; });
   return faces;
 }
 
-// A vertex of a hull that shrank by its margin, put on the faces that it is next to: else what is flat leans. Of faces
-// that are nearly parallel the largest counts.
-Vector3 put_on_faces(const Vector3& vertex, const std::vector<HullFace>& faces, double margin, double near) {
+// Puts a vertex of a hull that shrank by its margin on the faces that it belongs to, the largest first, as far as these
+// are not nearly parallel, nor farther than rounding makes them.
+Vector3 on_faces(const Vector3& vertex, std::vector<const HullFace*> faces, double margin, double near) {
   constexpr double apart = 0.1;  // sine of the angle between a face and those before
+  std::stable_sort(faces.begin(), faces.end(),
+                   [](const HullFace* a, const HullFace* b) { return a->area > b->area; });
   Eigen::Matrix3d left = Eigen::Matrix3d::Identity();  // along which no face holds the vertex yet
   Vector3 at = vertex;
-  for (const HullFace& face : faces) {
-    const double off = face.offset - margin - face.normal.dot(at);
-    if (std::abs(face.offset - margin - face.normal.dot(vertex)) > near) continue;
-    const Vector3 along = left * face.normal;
+  for (const HullFace* face : faces) {
+    if (std::abs(face->offset - margin - face->normal.dot(vertex)) > near) continue;
+    const Vector3 along = left * face->normal;
     const double square = along.squaredNorm();
     if (square < apart * apart) continue;
-    at += along * (off / square);
+    at += along * ((face->offset - margin - face->normal.dot(at)) / square);
     left -= along * along.transpose() / square;
   }
   return at;
 }
 
+// The vertices of a hull that shrank by `margin`. Bullet rounds them, so that what is flat leans: here they are where
+// the faces of the hull are, less the margin.
+std::vector<Vector3> exact_vertices(const btConvexHullComputer& inner, const std::vector<HullFace>& faces,
+                                    double margin, double near) {
+  std::vector<Vector3> vertices;
+  for (int i = 0; i < inner.vertices.size(); ++i) vertices.push_back(from_bullet(inner.vertices[i]));
+  std::vector<std::vector<const HullFace*>> of_vertex(vertices.size());
+  if (faces.empty()) return vertices;
+  for (const HullFace& shrunk : faces_of(inner, vertices)) {
+    const HullFace& face = *std::max_element(faces.begin(), faces.end(), [&](const HullFace& a, const HullFace& b) {
+      return a.normal.dot(shrunk.normal) < b.normal.dot(shrunk.normal);
+    });
+    for (const std::size_t i : shrunk.corners) of_vertex[i].push_back(&face);
+  }
+  for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = on_faces(vertices[i], of_vertex[i], margin, near);
+  return vertices;
+}
+
 // A hull with its margin inside.
 HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
+  constexpr double near = 1e-3;  // of Bullet's vertices, a share of the hull's size
   btConvexHullComputer inner, whole;
   HullShape::Hull hull;
   hull.margin = shrink(points, margin, inner);
   whole.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
+  std::vector<Vector3> corners;
   Eigen::AlignedBox3d box;
   for (int i = 0; i < whole.vertices.size(); ++i) {
-    const Vector3& corner = points[static_cast<std::size_t>(whole.original_vertex_index[i])];
-    box.extend(corner);
-    hull.corners.push_back(to_bullet(corner));
+    corners.push_back(points[static_cast<std::size_t>(whole.original_vertex_index[i])]);
+    box.extend(corners.back());
+    hull.corners.push_back(to_bullet(corners.back()));
   }
-  const std::vector<HullFace> faces = faces_of(whole, points);
-  const double near = 3.0 * rounded_share * box.sizes().maxCoeff();
-  for (int i = 0; i < inner.vertices.size(); ++i) {
-    hull.inner.push_back(to_bullet(put_on_faces(from_bullet(inner.vertices[i]), faces, hull.margin, near)));
+  const std::vector<HullFace> faces = faces_of(whole, corners);
+  for (const Vector3& vertex : exact_vertices(inner, faces, hull.margin, near * box.sizes().maxCoeff())) {
+    hull.inner.push_back(to_bullet(vertex));
   }
   return hull;
 }

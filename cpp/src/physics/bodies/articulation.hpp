@@ -133,7 +133,12 @@ class Articulation {
   void close() { looped_ = true; }
   bool looped() const { return looped_; }
 
-  //! Inertia with what the drives resist, row by row, count() each.
+  //! Whether the solver has a row for a drive: one that may not be strong enough, or of a tree that coasts by itself.
+  bool drives_by_row(const JointControl& control) const {
+    return control.limited() || (free_ && !kinematic() && !looped_);
+  }
+
+  //! Inertia with what the other drives resist, row by row, count() each.
   const double* inertia_row(std::size_t i) const { return driven_.data() + i * count(); }
 
   //! What its own swinging and turning does to the velocities, at the start of the substep [m/s^2 or rad/s^2].

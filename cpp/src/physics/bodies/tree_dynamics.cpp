@@ -109,7 +109,7 @@ void Articulation::kick(double duration) {
   driven_ = inertia_;
   for (std::size_t i = 0; i < count(); ++i) rates_[i] = duration * forces_[i];
   for (const JointControl& control : controls_) {
-    if (!control.law->drives() || control.limited()) continue;
+    if (!control.law->drives() || drives_by_row(control)) continue;
     const auto i = static_cast<std::size_t>(control.velocity);
     const double position = links_[static_cast<std::size_t>(control.link)].position;
     driven_[i * count() + i] += control.resistance(duration);

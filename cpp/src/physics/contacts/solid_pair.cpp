@@ -71,7 +71,9 @@ std::optional<ClosestPoints> beside(const InnerShape& a, const btTransform& pose
   return ClosestPoints{pose_b.getBasis() * away.normalized(), pose_b(on_b), distance};
 }
 
-constexpr double no_closer = 1e-14;  // share of a squared distance, below which a step is none
+// Shares of a squared distance, below which a step is none: round solids may take long to get to the first.
+constexpr double no_closer = 1e-14, hardly_closer = 1e-9;
+constexpr int most_fine_iterations = 30;
 constexpr double flat = 1e-16;      // square of the sine, below which four vertices lie in one plane
 constexpr int most_iterations = 100;
 
@@ -274,7 +276,7 @@ Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransfor
       keep();
       return Separation::too_far;
     }
-    if (squared - bound <= squared * no_closer) return known();
+    if (squared - bound <= squared * (i < most_fine_iterations ? no_closer : hardly_closer)) return known();
     Simplex larger = simplex;
     if (!larger.extend(next, squared, bound > 0.0)) break;
     const btVector3 point = larger.closest();

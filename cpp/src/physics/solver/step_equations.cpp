@@ -240,7 +240,7 @@ void StepEquations::add_tree(std::size_t i, const Substep& substep) {
     const double position = tree.link(control.link).position;
     const double lower = position - control.joint->lower;
     const double upper = control.joint->upper - position;
-    if (control.law->drives() && control.limited()) {
+    if (control.law->drives() && tree.drives_by_row(control)) {
       set_drive(add_joint_row(i, control, 1.0), control, position, substep.duration);
     }
     if (control.joint->friction > 0.0) {
