@@ -265,11 +265,10 @@ class Simulation {
   static constexpr double shortest_substep = 1e-4;
   static constexpr double blocked_share = 0.25;
 
-  // Each step begins with the numbers of a state, be it the first one or not.
+  // Each step begins with the numbers of a state, be it the first one of a rollout or not.
   void settle() {
     bodies_.read(state_);
     bodies_.put(state_);
-    //pairs_.forget_searches();
   }
 
   void load_bodies() {

@@ -151,12 +151,6 @@ void CollisionPairs::forget() {
   std::fill(found_.begin(), found_.end(), false);
 }
 
-void CollisionPairs::forget_searches() {
-  for (CollisionPair& pair : pairs_) {
-    drop(pair);
-  }
-}
-
 void CollisionPairs::update() {
   set_bounds();
   points_.clear();

@@ -82,7 +82,6 @@ class CollisionPairs {
 
   //! Forgets all contacts, and all directions that separated pieces.
   void forget();
-  void forget_searches();
 
   //! Finds the contacts of the bodies as they stand.
   void update();
