@@ -163,8 +163,7 @@ std::vector<HullFace> faces_of(const btConvexHullComputer& hull, const std::vect
 // are not nearly parallel, nor farther than rounding makes them.
 Vector3 on_faces(const Vector3& vertex, std::vector<const HullFace*> faces, double margin, double near) {
   constexpr double apart = 0.1;  // sine of the angle between a face and those before
-  std::stable_sort(faces.begin(), faces.end(),
-                   [](const HullFace* a, const HullFace* b) { return a->area > b->area; });
+  std::stable_sort(faces.begin(), faces.end(), [](const HullFace* a, const HullFace* b) { return a->area > b->area; });
   Eigen::Matrix3d left = Eigen::Matrix3d::Identity();  // along which no face holds the vertex yet
   Vector3 at = vertex;
   for (const HullFace* face : faces) {

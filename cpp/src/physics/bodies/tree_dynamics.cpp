@@ -161,8 +161,9 @@ void Articulation::coast(double duration, std::vector<double>& velocities) {
   }
 }
 
-// A tree that is in a loop does not leave it: it goes straight on at its velocities, which have the bias of the start in
-// them. A free base then makes up for what bends, so that the tree's centre of mass and its momentum go as they must.
+// A tree that is in a loop does not leave it: it goes straight on at its velocities, which have the bias of the start
+// in them. A free base then makes up for what bends, so that the tree's centre of mass and its momentum go as they
+// must.
 void Articulation::coast_in_loop(double duration, std::vector<double>& velocities) {
   ways_ = velocities;
   if (!free_ || kinematic()) return;

@@ -74,7 +74,7 @@ std::optional<ClosestPoints> beside(const InnerShape& a, const btTransform& pose
 // Shares of a squared distance, below which a step is none: round solids may take long to get to the first.
 constexpr double no_closer = 1e-14, hardly_closer = 1e-9;
 constexpr int most_fine_iterations = 30;
-constexpr double flat = 1e-16;      // square of the sine, below which four vertices lie in one plane
+constexpr double flat = 1e-16;  // square of the sine, below which four vertices lie in one plane
 constexpr int most_iterations = 100;
 
 // A vertex of the simplex: a point of a less a point of b.

@@ -26,6 +26,9 @@ class StepEquations {
   //! Motors and stops are soft in the same sense as contacts.
   static constexpr double softness_share = 1e-5;
 
+  //! Joints that follow others, and loops, hold more tightly.
+  static constexpr double coupling_softness = 1e-7;
+
   //! An impulse along a row has to move its bodies by more than this share of what it would do to them alone: two links
   //! of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
   static constexpr double least_inverse_mass = 1e-6;
@@ -101,6 +104,9 @@ class StepEquations {
   void set_drive(LimitedRow& row, const Control& control, double position, double duration);
   JointState sum_of(const JointSum& sum) const;
   LimitedRow& add_sum_row(const JointSum& sum, double direction);
+  template <typename Visit>
+  void for_each_velocity(const JointSum& sum, const Visit& visit) const;
+  std::vector<std::vector<double>> answers_to(const JointSum& sum) const;
   void add_mimic(const MimicConstraint& mimic, double duration);
   void add_tendon(const TendonControl& tendon, double duration);
   static LoopGap gap_of(const LoopConstraint& loop, const btTransform& of_a, const btTransform& of_b);
@@ -147,5 +153,14 @@ class StepEquations {
   std::vector<BentRow> bent_rows_;
   std::vector<double> whole_;  // scratch: a row over all velocities of a tree
 };
+
+//! Calls `visit(tree, velocity, coefficient)` for each joint of a sum that moves.
+template <typename Visit>
+void StepEquations::for_each_velocity(const JointSum& sum, const Visit& visit) const {
+  for (const auto& [on, coefficient] : sum.terms) {
+    const int velocity = tree(on.tree).link(on.link).velocity;
+    if (velocity >= 0) visit(on.tree, static_cast<std::size_t>(velocity), coefficient);
+  }
+}
 
 }  // namespace energymargin

@@ -1,18 +1,13 @@
-// Stops, drives and dry friction of joints and tendons, mimics and loops, as rows over the velocities.
+// Stops, drives and dry friction of joints and tendons, and loops, as rows over the velocities.
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "physics/solver/step_equations.hpp"
 
 namespace energymargin {
 namespace {
-
-// Joints that follow others, and loops, hold more tightly than stops.
-constexpr double coupling_softness = 1e-7;
 
 // This share of an error of the positions is put right in a whole step; Bullet's own value.
 constexpr double error_share = 0.2;
@@ -139,68 +134,16 @@ LimitedRow& StepEquations::add_sum_row(const JointSum& sum, double direction) {
     if (term.link.tree != first) other = term.link.tree;
   }
   LimitedRow& row = solver_.add_limited(trees_[first].mover, trees_[other].mover);
-  for (const auto& [on, coefficient] : sum.terms) {
-    const Articulation& tree = this->tree(on.tree);
-    const int velocity = tree.link(on.link).velocity;
-    if (velocity < 0) continue;
-    double* const numbers = solver_.numbers(trees_[on.tree].mover == row.a ? row.of_a : row.of_b);
-    numbers[static_cast<std::size_t>(velocity) - tree.prescribed()] += direction * coefficient;
-  }
+  for_each_velocity(sum, [&](std::size_t tree, std::size_t k, double coefficient) {
+    double* const numbers = solver_.numbers(trees_[tree].mover == row.a ? row.of_a : row.of_b);
+    numbers[k - this->tree(tree).prescribed()] += direction * coefficient;
+  });
   return row;
 }
 
-void StepEquations::add_mimic(const MimicConstraint& mimic, double duration) {
-  LimitedRow& row = add_sum_row(mimic, 1.0);
-  row.work = &audit.work.joints;
-  row.softness = coupling_softness * solver_.inverse_mass(row, 0);
-  share_error(-(sum_of(mimic).position - mimic.constant), row.target, row.recovery);
-  follow_way(row, duration);
-}
-
-// As trees coast, joints that follow others leave them by half of what the next impulses are to turn round. A state has
-// none of that: the least change of momentum that brings them back, as in RATTLE (Andersen 1983).
-void StepEquations::join_mimics() {
-  const std::vector<MimicConstraint>& mimics = bodies_.mimics();
-  if (mimics.empty()) return;
-  for (const auto& tree : bodies_.trees()) tree->find_response();
-  const auto count = static_cast<Eigen::Index>(mimics.size());
-  std::vector<std::vector<double>> answers;  // of each tree to each mimic
-  Eigen::MatrixXd delassus(count, count);
-  Eigen::VectorXd apart(count);
-  const auto for_each_term = [&](Eigen::Index mimic, const auto& visit) {
-    for (const auto& [on, coefficient] : mimics[static_cast<std::size_t>(mimic)].terms) {
-      const int velocity = tree(on.tree).link(on.link).velocity;
-      if (velocity >= 0) visit(on.tree, static_cast<std::size_t>(velocity), coefficient);
-    }
-  };
-  for (Eigen::Index i = 0; i < count; ++i) {
-    apart[i] = sum_of(mimics[static_cast<std::size_t>(i)]).velocity;
-    std::vector<std::vector<double>> of_trees;
-    for (const auto& tree : bodies_.trees()) of_trees.emplace_back(tree->count(), 0.0);
-    for_each_term(i, [&](std::size_t tree, std::size_t k, double coefficient) { of_trees[tree][k] += coefficient; });
-    for (std::size_t t = 0; t < of_trees.size(); ++t) tree(t).respond(of_trees[t]);
-    for (Eigen::Index j = 0; j < count; ++j) {
-      delassus(j, i) = 0.0;
-      for_each_term(j, [&](std::size_t tree, std::size_t k, double coefficient) {
-        delassus(j, i) += coefficient * of_trees[tree][k];
-      });
-    }
-    std::move(of_trees.begin(), of_trees.end(), std::back_inserter(answers));
-  }
-  const Eigen::VectorXd impulses = delassus.ldlt().solve(apart);
-  audit.work.joints -= 0.5 * impulses.dot(apart);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    for (std::size_t t = 0; t < trees_.size(); ++t) {
-      const std::vector<double>& answer = answers[static_cast<std::size_t>(i) * trees_.size() + t];
-      for (std::size_t k = 0; k < answer.size(); ++k) tree(t).velocities()[k] -= impulses[i] * answer[k];
-    }
-  }
-}
-
 void StepEquations::add_tendon(const TendonControl& control, double duration) {
-  const bool moves = std::any_of(control.terms.begin(), control.terms.end(), [this](const JointSum::Term& term) {
-    return tree(term.link.tree).link(term.link.link).velocity >= 0;
-  });
+  bool moves = false;
+  for_each_velocity(control, [&](std::size_t, std::size_t, double) { moves = true; });
   if (!moves) return;
   const Tendon& tendon = *control.tendon;
   const JointState at = sum_of(control);
