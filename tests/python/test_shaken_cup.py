@@ -97,3 +97,36 @@ def test_what_is_shaken_goes_along(kind: str, turns: bool) -> None:
     assert max(fastest for _, fastest, _ in runs) < 6.0
     assert max(lost for *_, lost in runs) < 0.1 * DURATION
     assert np.median([lost for *_, lost in runs]) < 0.02 * DURATION
+
+
+def left_a_box(seed: int, spin: float, speed: float) -> bool:
+    """Whether a cube of 16 mm gets out of a closed box of 80 mm within a second."""
+    random = np.random.default_rng(seed)
+    half, wall = 0.04, 0.002
+    parts = []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            size, place = np.full(3, 2.0 * (half + wall)), np.zeros(3)
+            size[axis], place[axis] = wall, side * (half + wall / 2)
+            parts.append(em.Part(em.Box(tuple(size)), tuple(place)))
+    scene = em.Scene(step=STEP)
+    scene.add_body("box", em.Compound(parts), mass=1.0, kinematic=True, friction=1.0)
+    place = random.uniform(-0.022, 0.022, 3)
+    scene.add_body("cube", em.Box((0.016,) * 3), mass=0.05, position=place, role="object")
+    times = (np.arange(240) + 0.5) * STEP
+    ways, turns = (each / np.linalg.norm(each) for each in random.normal(size=(2, 3)))
+    late = random.uniform(0.0, 6.28)
+    shakes = np.outer(np.sin(6.0 * math.pi * times), speed * ways)
+    spins = np.outer(np.sin(6.0 * math.pi * times + late), spin * turns)
+    plan = em.Plan(step=STEP, velocities={"box": np.hstack([shakes, spins])})
+    for state in em.World(scene, plan).simulate(scene.pack(), steps=240).states:
+        bodies = scene.unpack(state)
+        turn = Rotation.from_quat(bodies["box"]["orientation"]).inv()
+        inside = turn.apply(bodies["cube"]["position"] - bodies["box"]["position"])
+        if np.abs(inside).max() > half:
+            return True
+    return False
+
+
+def test_a_cube_stays_in_a_box_that_spins_fast() -> None:
+    assert [seed for seed in range(40) if left_a_box(seed, spin=30.0, speed=3.0)] == []

@@ -196,6 +196,7 @@ void StepEquations::add_motor(const Motor& motor, double duration) {
     row.target = motor.velocity[axis];
     row.high = (axis < 3 ? motor.force : motor.torque) * duration;
     row.low = -row.high;
+    if (link) follow_way(row, duration);
   }
 }
 
