@@ -86,8 +86,11 @@ class Articulation {
   const std::vector<double>& velocities() const { return velocities_; }
 
   //! The velocities at which it goes in this substep.
-  std::vector<double>& ways() { return ways_; }
   const std::vector<double>& ways() const { return ways_; }
+
+  //! Adds to all ways but prescribed ones; a free base then changes the velocities at the end so that these have the
+  //! momenta as before.
+  void add_to_ways(const double* more, double duration, std::vector<double>& velocities);
 
   //! The common point of the tree's spatial vectors.
   const btVector3& origin() const { return links_[free_ ? 0 : 1].pose.getOrigin(); }
@@ -181,6 +184,10 @@ class Articulation {
  private:
   using Matrix = std::vector<double>;
 
+  struct Momenta {
+    btVector3 linear, angular;  // the latter about the centre of mass
+  };
+
   void add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
   Link make_link(std::size_t joint, int parent_link) const;
   void add_velocity(Link& link);
@@ -197,6 +204,8 @@ class Articulation {
   void find_accelerations();
   void kick(double duration);
   void coast_in_loop(double duration, std::vector<double>& velocities);
+  Momenta momenta(const std::vector<double>& velocities) const;
+  void set_momenta(const Momenta& wanted, std::vector<double>& velocities) const;
   btVector3 center_of_mass() const;
   void coast_by_runge_kutta(double duration, std::vector<double>& velocities);
   std::vector<double> runge_kutta_step(double duration, const std::vector<double>& way,

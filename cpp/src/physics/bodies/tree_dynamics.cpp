@@ -145,7 +145,7 @@ void Articulation::find_accelerations() {
 void Articulation::coast(double duration, std::vector<double>& velocities) {
   if (looped_) return coast_in_loop(duration, velocities);
   double fastest = 0.0, most = 0.0;
-  for (std::size_t i = prescribed(); i < count(); ++i) {
+  for (std::size_t i = 0; i < count(); ++i) {
     fastest = std::max(fastest, std::abs(velocities[i]));
     most = std::max(most, std::abs(duration * coasting_[i]));
   }
@@ -162,40 +162,65 @@ void Articulation::coast(double duration, std::vector<double>& velocities) {
 }
 
 // A tree that is in a loop does not leave it: it goes straight on at its velocities, which have the bias of the start
-// in them. A free base then makes up for what bends, so that the tree's centre of mass and its momentum go as they
-// must.
+// in them. A free base then makes up for what bends, so that the tree's centre of mass and its momenta go as they must.
 void Articulation::coast_in_loop(double duration, std::vector<double>& velocities) {
   ways_ = velocities;
   if (!free_ || kinematic()) return;
-  using Vector6 = Eigen::Matrix<double, velocities_of_free_body, 1>;
-  const auto momentum = [&] {
-    Vector6 sum = Vector6::Zero();
-    for (std::size_t i = 0; i < velocities_of_free_body; ++i) {
-      for (std::size_t k = 0; k < count(); ++k) {
-        sum[static_cast<Eigen::Index>(i)] += inertia_[i * count() + k] * velocities[k];
-      }
-    }
-    return sum;
-  };
-  Vector6 wanted = momentum();
-  for (std::size_t i = 0; i < velocities_of_free_body; ++i) wanted[static_cast<Eigen::Index>(i)] += duration * bias_[i];
-  const btVector3 linear = vector(wanted.data());
-  const btVector3 start = origin(), center = center_of_mass();
+  Momenta wanted = momenta(velocities);
+  const btVector3 linear = duration * vector(bias_.data()), angular = duration * vector(bias_.data() + 3);
+  wanted.linear += linear;
+  wanted.angular += angular - (center_of_mass() - origin()).cross(linear);
+  const btVector3 center = center_of_mass();
   look_ahead(duration);
   find_inertia();
-  const btVector3 off = linear * (duration / inertia_[0]) - (center_of_mass() - center);
-  const btVector3 moved = origin() + off - start;
-  Eigen::Map<Vector3>(wanted.data() + 3) -= from_bullet(moved.cross(linear));
+  set_momenta(wanted, velocities);
+  const btVector3 off = wanted.linear / inertia_[0] - (center_of_mass() - center) / duration;
+  for (std::size_t axis = 0; axis < 3; ++axis) ways_[axis] += off[static_cast<int>(axis)];
+  put_back();
+  find_inertia();
+}
+
+void Articulation::add_to_ways(const double* more, double duration, std::vector<double>& velocities) {
+  const bool keeps = free_ && !kinematic() && std::any_of(more, more + count(), [](double way) { return way != 0.0; });
+  Momenta before;
+  if (keeps) {
+    look_ahead(duration);
+    find_inertia();
+    before = momenta(velocities);
+    put_back();
+  }
+  for (std::size_t k = prescribed(); k < count(); ++k) ways_[k] += more[k - prescribed()];
+  if (!keeps) return;
+  look_ahead(duration);
+  find_inertia();
+  set_momenta(before, velocities);
+  put_back();
+}
+
+// Where the inertia was found last.
+Articulation::Momenta Articulation::momenta(const std::vector<double>& velocities) const {
+  double sums[velocities_of_free_body] = {};
+  for (std::size_t i = 0; i < velocities_of_free_body; ++i) {
+    for (std::size_t k = 0; k < count(); ++k) sums[i] += inertia_[i * count() + k] * velocities[k];
+  }
+  const btVector3 linear = vector(sums);
+  return {linear, vector(sums + 3) - (center_of_mass() - origin()).cross(linear)};
+}
+
+// By the velocities of a free base, where the inertia was found last.
+void Articulation::set_momenta(const Momenta& wanted, std::vector<double>& velocities) const {
+  const Momenta now = momenta(velocities);
+  const btVector3 linear = wanted.linear - now.linear;
+  const btVector3 angular = wanted.angular - now.angular + (center_of_mass() - origin()).cross(linear);
   Eigen::Matrix<double, velocities_of_free_body, velocities_of_free_body> whole;
   for (int i = 0; i < velocities_of_free_body; ++i) {
     for (int k = 0; k < velocities_of_free_body; ++k) {
       whole(i, k) = inertia_[static_cast<std::size_t>(i) * count() + static_cast<std::size_t>(k)];
     }
   }
-  Eigen::Map<Vector6>(velocities.data()) += whole.ldlt().solve(wanted - momentum());
-  Eigen::Map<Vector3>(ways_.data()) += from_bullet(off / duration);
-  put_back();
-  find_inertia();
+  Eigen::Matrix<double, velocities_of_free_body, 1> missing;
+  missing << from_bullet(linear), from_bullet(angular);
+  Eigen::Map<Eigen::Matrix<double, velocities_of_free_body, 1>>(velocities.data()) += whole.ldlt().solve(missing);
 }
 
 btVector3 Articulation::center_of_mass() const {

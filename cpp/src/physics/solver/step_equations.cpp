@@ -62,7 +62,7 @@ bool StepEquations::solve(const Substep& substep) {
     set_all(substep.duration);
   }
   solver_.recover();
-  add_recovery();
+  add_recovery(substep.duration);
   return converged;
 }
 
@@ -71,16 +71,15 @@ void StepEquations::set_all(double duration) {
   for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, duration);
 }
 
-// What is put right beside the velocities changes the ways alone, and no velocity may pay for how they bend by it.
-void StepEquations::add_recovery() {
+// What is put right beside the velocities changes the ways alone, but for what keeps the momenta of a tree; no velocity
+// may pay for how they bend by it.
+void StepEquations::add_recovery(double duration) {
   for (FreeBody& body : bodies_.free()) {
     for (std::size_t k = 0; k < body.axes.size(); ++k) body.way[body.axes[k]] += solver_.recovery(body.mover)[k];
   }
   for (std::size_t i = 0; i < trees_.size(); ++i) {
-    const std::size_t skipped = trees_[i].mover < 0 ? tree(i).count() : tree(i).prescribed();
-    for (std::size_t k = skipped; k < tree(i).count(); ++k) {
-      tree(i).ways()[k] += solver_.recovery(trees_[i].mover)[k - skipped];
-    }
+    if (trees_[i].mover < 0) continue;
+    tree(i).add_to_ways(solver_.recovery(trees_[i].mover), duration, trees_[i].end);
   }
 }
 
@@ -194,7 +193,7 @@ void StepEquations::coast(FreeBody& body, double duration) const {
   body.spin = spin_after(mean * duration);
 }
 
-// Whether nothing touches a tree in this substep, and nothing drives it.
+// Whether nothing touches a tree in this substep, and nothing drives or holds it.
 bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   Articulation& tree = this->tree(index);
   if (tree.drives() || tree.kinematic() || tree.looped()) return false;
@@ -210,10 +209,16 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   }
   for (const TendonControl& tendon : bodies_.tendons()) {
     for (const JointSum::Term& term : tendon.terms) {
-      if (tendon.tendon->drives() && term.link.tree == index) return false;
+      if (term.link.tree == index) return false;
     }
   }
-  return true;
+  return std::all_of(tree.controls().begin(), tree.controls().end(), [&](const JointControl& control) {
+    const double position = tree.link(control.link).position;
+    const double speed = tree.velocities()[static_cast<std::size_t>(control.velocity)];
+    const double reach = std::max(stop_reach, stop_steps * substep.duration * std::abs(speed));
+    const Joint& joint = *control.joint;
+    return joint.friction == 0.0 && position - joint.lower > reach && joint.upper - position > reach;
+  });
 }
 
 // A joint that hits its stop speeds up its neighbours within the same step.

@@ -127,7 +127,7 @@ class StepEquations {
   void share_error(double error, double& target, double& recovery) const;
   void write_contacts(std::vector<ContactPoint>& points) const;
   void set_all(double duration);
-  void add_recovery();
+  void add_recovery(double duration);
   void set_free(FreeBody& body, double duration) const;
   void set_tree(std::size_t i, double duration);
   bool is_alone(std::size_t tree, const Substep& substep) const;

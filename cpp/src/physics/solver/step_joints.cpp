@@ -98,13 +98,16 @@ bool StepEquations::straighten_ways(double duration) {
   bool counts = false;
   for (auto& [index, bend] : bent_rows_) {
     LimitedRow& row = solver_.limited()[index];
-    if (!(row.low < row.impulse && row.impulse < row.high)) continue;
+    const bool stops = row.low == 0.0;  // the way may lead beyond, though the velocities did not
+    if (!stops && !(row.low < row.impulse && row.impulse < row.high)) continue;
     const double before = bend;
     bend = along(row, [](const Articulation& tree, const TreeMover& of, std::size_t k) {
       return tree.ways()[k] - of.pushed[k];
     });
     row.target -= bend - before;
-    counts = counts || std::abs(bend - before) * duration > least_miss;
+    row.miss -= bend - before;
+    const bool holds = row.impulse > 0.0 || row.miss > 0.0 || !stops;
+    counts = counts || (holds && std::abs(bend - before) * duration > least_miss);
   }
   return counts;
 }
