@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "energymargin/kinematics.hpp"
@@ -195,6 +196,22 @@ std::vector<Vector3> exact_vertices(const btConvexHullComputer& inner, const std
   return vertices;
 }
 
+std::vector<HullShape::Face> flat_faces(const std::vector<HullFace>& faces, const std::vector<Vector3>& corners) {
+  constexpr double nearly_parallel = 0.9998;  // cosine of 0.02 rad
+  std::vector<HullShape::Face> found;
+  for (const HullFace& face : faces) {
+    HullShape::Face& made = found.emplace_back(HullShape::Face{to_bullet(face.normal)});
+    std::set<std::size_t> indices;
+    for (const HullFace& other : faces) {
+      if (other.normal.dot(face.normal) < nearly_parallel) continue;
+      made.area += other.area;
+      indices.insert(other.corners.begin(), other.corners.end());
+    }
+    for (const std::size_t i : indices) made.corners.push_back(to_bullet(corners[i]));
+  }
+  return found;
+}
+
 // A hull with its margin inside.
 HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
   constexpr double near = 1e-3;  // of Bullet's vertices, a share of the hull's size
@@ -213,6 +230,7 @@ HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
   for (const Vector3& vertex : exact_vertices(inner, faces, hull.margin, near * box.sizes().maxCoeff())) {
     hull.inner.push_back(to_bullet(vertex));
   }
+  hull.faces = flat_faces(faces, corners);
   return hull;
 }
 
@@ -262,7 +280,8 @@ std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, con
 
 HullShape::HullShape(const std::vector<Vector3>& points, double margin) : HullShape(shrunk_hull(points, margin)) {}
 
-HullShape::HullShape(const Hull& hull) : corners_(hull.corners), low_(hull.corners.front()), high_(low_) {
+HullShape::HullShape(const Hull& hull)
+    : corners_(hull.corners), faces_(hull.faces), low_(hull.corners.front()), high_(low_) {
   for (const btVector3& point : hull.inner) addPoint(point, false);
   recalcLocalAabb();
   setMargin(hull.margin);
@@ -279,6 +298,12 @@ HullShape::HullShape(const Hull& hull) : corners_(hull.corners), low_(hull.corne
     low_.setMin(corner);
     high_.setMax(corner);
   }
+}
+
+const HullShape::Face& HullShape::face_along(const btVector3& direction) const {
+  return *std::max_element(faces_.begin(), faces_.end(), [&](const Face& a, const Face& b) {
+    return direction.dot(a.normal) < direction.dot(b.normal);
+  });
 }
 
 const btVector3& HullShape::farthest_point(const btVector3& direction) const {

@@ -33,10 +33,18 @@ BodyState frame_state(const Inertial& inertial, const btTransform& pose, const V
 //! it lies on a face, or stands on a plane, these corners count, as a box's do.
 class HullShape : public btConvexHullShape {
  public:
-  //! The points of the inner shape, the margin around it, and the corners of both together.
+  //! A face, with all that are nearly parallel to it.
+  struct Face {
+    btVector3 normal;
+    double area = 0.0;  // [m^2]
+    std::vector<btVector3> corners{};
+  };
+
+  //! The points of the inner shape, the margin around it, and the corners and faces of both together.
   struct Hull {
     std::vector<btVector3> inner, corners;
     double margin = 0.0;  // [m]
+    std::vector<Face> faces{};
   };
 
   explicit HullShape(const Hull& hull);
@@ -45,6 +53,11 @@ class HullShape : public btConvexHullShape {
   HullShape(const std::vector<Vector3>& points, double margin);
 
   const std::vector<btVector3>& corners() const { return corners_; }
+
+  bool has_faces() const { return !faces_.empty(); }
+
+  //! That whose normal is nearest to a direction.
+  const Face& face_along(const btVector3& direction) const;
 
   //! Of the inner shape's points that farthest along a direction, the first of them.
   const btVector3& farthest_point(const btVector3& direction) const;
@@ -60,6 +73,7 @@ class HullShape : public btConvexHullShape {
   };
 
   std::vector<btVector3> corners_;
+  std::vector<Face> faces_;
   std::vector<Points> points_;
   btVector3 low_, high_;
 };

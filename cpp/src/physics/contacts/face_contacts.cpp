@@ -19,6 +19,9 @@ constexpr double same_point = 1e-3;       // points so near are one
 constexpr double same_corner = 1e-2;      // corners of a face so near are the ends of an edge along the normal
 constexpr double straight_corner = 1e-6;  // a corner so near the line between its neighbours is none
 
+// A flat face bears alone if it is more than this share of what is in reach.
+constexpr double mostly = 0.2;
+
 // Faces that are not flat may miss the deepest point, by more than this share of the margins.
 constexpr double same_depth = 0.1;
 
@@ -127,6 +130,12 @@ void order(Face& face, Face& scratch, double outward, double depth) {
   face.swap(scratch);
 }
 
+double area(const Face& face) {
+  double twice = 0.0;
+  for (std::size_t i = 2; i < face.size(); ++i) twice += cross(face[0], face[i - 1], face[i]);
+  return 0.5 * twice;
+}
+
 // The outermost face of a solid along `outward`, 1 or -1 times the normal.
 void find_face(const InnerShape& solid, const btTransform& pose, const ContactPlane& plane, double outward,
                double depth, Face& face, Face& scratch) {
@@ -143,12 +152,21 @@ void find_face(const InnerShape& solid, const btTransform& pose, const ContactPl
   const double rounded = direction.dot(solid.support(direction)) + solid.margin();
   const double reached = solid.is_hull() ? std::min(most, rounded) : BT_LARGE_FLOAT;
   const double outside = solid.is_box() || solid.is_cylinder() || solid.is_hull() ? 0.0 : solid.margin();
-  for_each_corner(solid, direction, [&](const btVector3& point) {
+  const auto add = [&](const btVector3& point) {
     const double along = direction.dot(point);
     if (along < most - depth) return;
     face.push_back(plane(pose(point)));
     face.back().height += outward * (std::min(along + outside, reached) - along);
-  });
+  };
+  for_each_corner(solid, direction, add);
+  const std::size_t found = face.size();
+  order(face, scratch, outward, depth);
+  if (face.size() == found) return;
+  // Corners inside of the outline: of a face that a bevel or a chamfer surrounds, which are what bears.
+  const HullShape::Face* const flat = solid.face_along(direction);
+  if (!flat || flat->area < mostly * area(face)) return;
+  face.clear();
+  for (const btVector3& corner : flat->corners) add(corner);
   order(face, scratch, outward, depth);
 }
 

@@ -44,6 +44,11 @@ class InnerShape {
     }
   }
 
+  //! Of a hull, not of a sliver: its face along a direction in its own frame. Else null.
+  const HullShape::Face* face_along(const btVector3& direction) const {
+    return hull_ && hull_->has_faces() ? &hull_->face_along(direction) : nullptr;
+  }
+
   //! The farthest point along a direction, both in its own frame.
   btVector3 support(const btVector3& direction) const {
     const double end = direction.z() < 0.0 ? -half_.z() : half_.z();
