@@ -1,6 +1,7 @@
 #pragma once
 // All bodies of a scene: those on their own, and trees of links.
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -100,7 +101,9 @@ class MovingBodies {
   FreeBody* free(std::size_t body) const { return free_of_[body]; }
 
   const std::vector<std::unique_ptr<Articulation>>& trees() const { return trees_; }
-  const std::vector<MimicConstraint>& mimics() const { return mimics_; }
+
+  //! In groups that share no tree.
+  const std::vector<std::vector<MimicConstraint>>& mimics() const { return mimics_; }
   const std::vector<TendonControl>& tendons() const { return tendons_; }
   const std::vector<LoopConstraint>& loops() const { return loops_; }
 
@@ -260,8 +263,24 @@ class MovingBodies {
       if (!mimic) continue;
       const std::size_t followed = scene_.joint_index(mimic->joint);
       if (scene_.joints()[followed].held) continue;  // then both are rigid
-      mimics_.push_back({{{{link(i), 1.0}, {link(followed), -mimic->multiplier}}}, mimic->offset});
+      add_mimic({{{{link(i), 1.0}, {link(followed), -mimic->multiplier}}}, mimic->offset});
     }
+  }
+  // Joins the groups that it shares a tree with.
+  void add_mimic(const MimicConstraint& mimic) {
+    const auto shares_a_tree = [&](const MimicConstraint& other) {
+      return std::any_of(mimic.terms.begin(), mimic.terms.end(), [&](const JointSum::Term& term) {
+        return term.link.tree == other.terms[0].link.tree || term.link.tree == other.terms[1].link.tree;
+      });
+    };
+    std::vector<MimicConstraint> joined;
+    for (std::size_t i = mimics_.size(); i-- > 0;) {
+      if (std::none_of(mimics_[i].begin(), mimics_[i].end(), shares_a_tree)) continue;
+      joined.insert(joined.begin(), mimics_[i].begin(), mimics_[i].end());
+      mimics_.erase(mimics_.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    joined.push_back(mimic);
+    mimics_.push_back(std::move(joined));
   }
   void add_loops() {
     const auto frame = [this](std::size_t body, const Vector3& point, const Quaternion& orientation) {
@@ -296,7 +315,7 @@ class MovingBodies {
   std::vector<std::unique_ptr<Articulation>> trees_;
   std::vector<std::optional<TreeLink>> links_;  // of all bodies
   std::vector<Load> link_loads_;                // constant forces on bodies of trees
-  std::vector<MimicConstraint> mimics_;
+  std::vector<std::vector<MimicConstraint>> mimics_;
   std::vector<TendonControl> tendons_;
   std::vector<LoopConstraint> loops_;
 };

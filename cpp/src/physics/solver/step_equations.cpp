@@ -43,7 +43,9 @@ bool StepEquations::solve(const Substep& substep) {
   for (FreeBody& body : bodies_.free()) add_free(body, substep.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, substep);
   for (const Motor& motor : substep.motors) add_motor(motor, substep.duration);
-  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic, substep.duration);
+  for (const auto& mimics : bodies_.mimics()) {
+    for (const MimicConstraint& mimic : mimics) add_mimic(mimic, substep.duration);
+  }
   for (const TendonControl& tendon : bodies_.tendons()) add_tendon(tendon, substep.duration);
   for (const LoopConstraint& loop : bodies_.loops()) add_loop(loop, substep.duration);
   for (std::size_t i = 0; i < substep.contacts.size(); ++i) {

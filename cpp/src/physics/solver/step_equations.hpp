@@ -106,7 +106,7 @@ class StepEquations {
   LimitedRow& add_sum_row(const JointSum& sum, double direction);
   template <typename Visit>
   void for_each_velocity(const JointSum& sum, const Visit& visit) const;
-  std::vector<std::vector<double>> answers_to(const JointSum& sum) const;
+  void join(const std::vector<MimicConstraint>& mimics);
   void add_mimic(const MimicConstraint& mimic, double duration);
   void add_tendon(const TendonControl& tendon, double duration);
   static LoopGap gap_of(const LoopConstraint& loop, const btTransform& of_a, const btTransform& of_b);
