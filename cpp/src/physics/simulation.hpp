@@ -172,8 +172,9 @@ class Simulation {
   void set_target(std::size_t index, double target) { bodies_.set_target(index, target); }
   double target(std::size_t index) { return bodies_.target(index); }
 
-  //! Goes on by what is left of a step [s], or by less where bodies come into contact on the way. `substeps` of the step
-  //! are over; if they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
+  //! Goes on by what is left of a step [s], or by less where bodies come into contact on the way. `substeps` of the
+  //! step are over; if they are too many, the rest is lost: velocities change, and nothing moves further than into
+  //! contact.
   SubstepResult advance(double left, int substeps) {
     load_bodies();
     pairs_.update();
