@@ -20,7 +20,7 @@ constexpr double same_corner = 1e-2;      // corners of a face so near are the e
 constexpr double straight_corner = 1e-6;  // a corner so near the line between its neighbours is none
 
 // A flat face bears alone if it is more than this share of what is in reach.
-constexpr double mostly = 0.2;
+constexpr double mostly = 0.5;
 
 // Faces that are not flat may miss the deepest point, by more than this share of the margins.
 constexpr double same_depth = 0.1;
