@@ -36,7 +36,6 @@ OLD: set[str] = {
     "bench-monitor",
     "bench-scale",
     "closed-forms",
-    "contact",
     "early-warning",
     "early-warning-recorded",
     "grasps-a",
