@@ -125,6 +125,18 @@ double shrink(const std::vector<Vector3>& points, double margin, btConvexHullCom
   return compute(0.0);
 }
 
+// The corners of a face, in its order.
+std::vector<std::size_t> corners_of(const btConvexHullComputer& hull, int face) {
+  std::vector<std::size_t> corners;
+  const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
+  const btConvexHullComputer::Edge* edge = first;
+  do {
+    corners.push_back(static_cast<std::size_t>(edge->getSourceVertex()));
+    edge = edge->getNextEdgeOfFace();
+  } while (edge != first);
+  return corners;
+}
+
 // A face of a hull: normal . x = offset.
 struct HullFace {
   Vector3 normal;
@@ -138,13 +150,7 @@ std::vector<HullFace> faces_of(const btConvexHullComputer& hull, const std::vect
       std::accumulate(corners.begin(), corners.end(), Vector3(Vector3::Zero())) / static_cast<double>(corners.size());
   std::vector<HullFace> faces;
   for (int face = 0; face < hull.faces.size(); ++face) {
-    const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
-    const btConvexHullComputer::Edge* edge = first;
-    HullFace made{Vector3::Zero(), 0.0, 0.0, {}};
-    do {
-      made.corners.push_back(static_cast<std::size_t>(edge->getSourceVertex()));
-      edge = edge->getNextEdgeOfFace();
-    } while (edge != first);
+    HullFace made{Vector3::Zero(), 0.0, 0.0, corners_of(hull, face)};
     const Vector3& from = corners[made.corners.front()];
     for (std::size_t i = 2; i < made.corners.size(); ++i) {
       made.normal += (corners[made.corners[i - 1]] - from).cross(corners[made.corners[i]] - from);
@@ -348,14 +354,14 @@ void HullShape::getAabb(const btTransform& pose, btVector3& low, btVector3& high
 std::vector<std::array<std::size_t, 3>> hull_faces(const std::vector<Vector3>& points) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
-  const auto vertex = [&](int i) { return static_cast<std::size_t>(hull.original_vertex_index[i]); };
+  const auto vertex = [&](std::size_t i) {
+    return static_cast<std::size_t>(hull.original_vertex_index[static_cast<int>(i)]);
+  };
   std::vector<std::array<std::size_t, 3>> triangles;
   for (int face = 0; face < hull.faces.size(); ++face) {
-    const btConvexHullComputer::Edge* first = &hull.edges[hull.faces[face]];
-    const int corner = first->getSourceVertex();
-    for (const auto* edge = first->getNextEdgeOfFace(); edge->getTargetVertex() != corner;
-         edge = edge->getNextEdgeOfFace()) {
-      triangles.push_back({vertex(corner), vertex(edge->getSourceVertex()), vertex(edge->getTargetVertex())});
+    const std::vector<std::size_t> corners = corners_of(hull, face);
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      triangles.push_back({vertex(corners[0]), vertex(corners[i - 1]), vertex(corners[i])});
     }
   }
   return triangles;
