@@ -3,7 +3,8 @@
 The grasps, the mug and the hand are of ACRONYM (Eppner, Mousavian and Fox, 2021), in a folder that
 the project does not have: NAME.h5, NAME.obj and the hand's mesh. The hand closes on the mug without
 gravity; then a load pulls the mug in six directions in turn. A grasp is judged where MuJoCo says
-the same at two steps and two softnesses of its contacts.
+the same at two steps and two softnesses of its contacts. Contacts that are nearly rigid, at a tenth
+of the step, tell what of it the softness does.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ LOST = 0.05  # m from its place in the closed hand
 
 STEPS = (0.0005, 0.00025)  # s, of MuJoCo
 SOFTNESSES = (0.001, 0.004)  # s, time constants of its contacts
+HARD = (0.00005, 0.0001)  # s, step and time constant: nearly rigid
 LOOK = 0.002  # s, between two looks at MuJoCo's speeds
 FAST, STILL = 0.2, 1e-9  # m/s of a finger and m of the mug: a step that stands still
 DIRECTIONS = tuple(side * axis for axis in np.eye(3) for side in (1.0, -1.0))
@@ -62,6 +64,8 @@ class There:
 
     held: bool | None
     """None where its steps and softnesses say different things."""
+    held_hard: bool
+    """With nearly rigid contacts."""
     fastest: float
     """As that of `Here`, the largest of all steps and softnesses [m/s]."""
 
@@ -188,10 +192,12 @@ def here(grasp: Grasp) -> Here:
 
 
 def there(grasp: Grasp) -> There:
-    """A grasp in MuJoCo, at all steps and softnesses."""
+    """A grasp in MuJoCo, at all steps and softnesses, and with nearly rigid contacts."""
     played = [_played(grasp, *how) for how in itertools.product(STEPS, SOFTNESSES)]
     answers = {held for held, _ in played}
-    return There(answers.pop() if len(answers) == 1 else None, max(speed for _, speed in played))
+    held = answers.pop() if len(answers) == 1 else None
+    held_hard, _ = _played(grasp, *HARD)
+    return There(held, held_hard, max(speed for _, speed in played))
 
 
 def kappa(pairs: list[tuple[bool, bool]]) -> float:
