@@ -122,8 +122,12 @@ def held_drawer(grip):
 def test_a_hand_that_holds_a_drawer_makes_it_more_robust_and_mujoco_agrees(tmp_path):
     mujoco = pytest.importorskip("mujoco")
     problems = [held_drawer(grip) for grip in (None, 5.0, 20.0)]
-    efforts = [em.escape_effort(problem, nodes=2000, seed=1) for problem in problems]
-    loose, weak, strong = (each.effort for each in efforts)
+    found = [
+        [em.escape_effort(problem, nodes=8000, seed=seed) for seed in (1, 2, 3)]
+        for problem in problems
+    ]
+    # Each is an upper bound, so the least counts.
+    loose, weak, strong = (min(each.effort for each in efforts) for efforts in found)
     assert loose < weak < 0.5 * strong
     # It slips from the fingers after 2 cm, and its rail has friction for 5.
     assert strong > 2 * 0.5 * 20 * 0.02 + 1.0 * 0.05
@@ -135,11 +139,11 @@ def test_a_hand_that_holds_a_drawer_makes_it_more_robust_and_mujoco_agrees(tmp_p
     held = problems[2]
     held.save(tmp_path / "held.json")
     read = em.Problem.load(tmp_path / "held.json")
-    assert em.escape_effort(read, nodes=2000, seed=1).effort == strong
+    assert em.escape_effort(read, nodes=8000, seed=1).effort == found[2][0].effort
     model = em.mujoco.model_of(held.scene, held.state)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
-    assert em.mujoco.replay(model, data, held, efforts[2]).escaped
+    assert em.mujoco.replay(model, data, held, found[2][0]).escaped
 
 
 def test_scores_of_a_free_body_refuse_one_on_a_joint():

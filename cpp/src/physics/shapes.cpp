@@ -206,7 +206,7 @@ std::vector<HullShape::Face> flat_faces(const std::vector<HullFace>& faces, cons
   constexpr double nearly_parallel = 0.9998;  // cosine of 0.02 rad
   std::vector<HullShape::Face> found;
   for (const HullFace& face : faces) {
-    HullShape::Face& made = found.emplace_back(HullShape::Face{to_bullet(face.normal)});
+    HullShape::Face& made = found.emplace_back(HullShape::Face{to_bullet(face.normal), -BT_LARGE_FLOAT});
     std::set<std::size_t> indices;
     for (const HullFace& other : faces) {
       if (other.normal.dot(face.normal) < nearly_parallel) continue;
@@ -214,6 +214,7 @@ std::vector<HullShape::Face> flat_faces(const std::vector<HullFace>& faces, cons
       indices.insert(other.corners.begin(), other.corners.end());
     }
     for (const std::size_t i : indices) made.corners.push_back(to_bullet(corners[i]));
+    for (const Vector3& corner : corners) made.offset = std::max(made.offset, face.normal.dot(corner));
   }
   return found;
 }

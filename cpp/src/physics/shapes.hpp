@@ -36,7 +36,8 @@ class HullShape : public btConvexHullShape {
   //! A face, with all that are nearly parallel to it.
   struct Face {
     btVector3 normal;
-    double area = 0.0;  // [m^2]
+    double offset = 0.0;  // normal . x = offset [m]
+    double area = 0.0;    // [m^2]
     std::vector<btVector3> corners{};
   };
 
@@ -58,6 +59,14 @@ class HullShape : public btConvexHullShape {
 
   //! That whose normal is nearest to a direction.
   const Face& face_along(const btVector3& direction) const;
+
+  //! Calls `visit` with the normals and offsets of the faces whose cosine with a direction is at least `near`.
+  template <typename Visit>
+  void for_each_face_near(const btVector3& direction, double near, const Visit& visit) const {
+    for (const Face& face : faces_) {
+      if (direction.dot(face.normal) >= near) visit(face.normal, face.offset);
+    }
+  }
 
   //! Of the inner shape's points that farthest along a direction, the first of them.
   const btVector3& farthest_point(const btVector3& direction) const;

@@ -185,6 +185,7 @@ class Simulation {
       const bool converged = equations_.solve(substep);
       bodies_.read_ways(ways_);
       const double share = pairs_.safe_share(ways_, duration);
+      if (share < 1.0 && tries == 1 && pairs_.add_blocking()) continue;
       const double shorter = duration * (share * duration > shortest_substep * step_ ? share : blocked_share);
       if (share < 1.0 && tries < most_tries && substeps < most_substeps && shorter > shortest_substep * step_) {
         duration = shorter;

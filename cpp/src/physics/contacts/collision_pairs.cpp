@@ -10,6 +10,9 @@ namespace {
 
 constexpr double most_friction = 10.0;      // Bullet's own bound: a slope of 84 deg
 constexpr double rounding_of_ends = 1e-12;  // of an interval's ends, a share of them
+constexpr double blocked = 1e-3;  // share of a motion
+constexpr double seam = 2.0;     // of what a body is pressed into another: an edge that overlaps by less is no step
+constexpr double aligned = 0.9;  // cosine
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 int widest_axis(const std::vector<Bounds>& boxes) {
@@ -161,6 +164,7 @@ void CollisionPairs::update() {
       drop(pair);
     }
   }
+  drop_seams();
 }
 
 const std::vector<Bounds>& CollisionPairs::pieces_at(std::size_t body) {
@@ -243,8 +247,29 @@ void CollisionPairs::detect(CollisionPair& pair) {
       if (point.distance > pair.reach) continue;
       points_.push_back(
           {a, b, point.on_b + normal * point.distance, point.on_b, point.grip, normal, point.distance, pair.friction});
+      if (!on_plane && faces_.edge()) edges_.push_back({points_.size() - 1, *faces_.edge()});
     }
   }
+}
+
+bool CollisionPairs::is_seam(const PointAtEdge& at) const {
+  const ContactPoint& point = points_[at.point];
+  return std::any_of(points_.begin(), points_.end(), [&](const ContactPoint& other) {
+    if (at.edge.overlap > seam * -other.distance) return false;
+    const double along = other.normal.dot(at.edge.across);
+    return ((other.a == point.a || other.b == point.b) && along > aligned) ||
+           ((other.b == point.a || other.a == point.b) && along < -aligned);
+  });
+}
+
+void CollisionPairs::drop_seams() {
+  if (edges_.empty()) return;
+  std::vector<bool> drops(points_.size());
+  for (const PointAtEdge& at : edges_) drops[at.point] = is_seam(at);
+  std::size_t i = 0;
+  const auto is_dropped = [&](const ContactPoint&) { return drops[i++]; };
+  points_.erase(std::remove_if(points_.begin(), points_.end(), is_dropped), points_.end());
+  edges_.clear();
 }
 
 void CollisionPairs::drop(CollisionPair& pair) {
@@ -296,12 +321,28 @@ Sweep CollisionPairs::sweep(std::size_t body, const Velocity& velocity, double d
   return {poses_[body], velocity.linear * duration, velocity.angular * duration, on_joint};
 }
 
+void CollisionPairs::add_meeting(const CollisionPair& pair, PiecePair& pieces, const Sweep& a, const Sweep& b) {
+  const std::optional<PiecePair::Meeting> met = pieces.meeting(a, b);
+  if (!met) return;
+  const double distance = met->normal.dot(met->on_a - met->on_b);
+  const btVector3 middle = 0.5 * (met->on_a + met->on_b), half = met->normal * (0.5 * distance);
+  blocking_.push_back({pair.a, pair.b, middle + half, middle - half, middle - half, met->normal, distance, pair.friction});
+}
+
+bool CollisionPairs::add_blocking() {
+  points_.insert(points_.end(), blocking_.begin(), blocking_.end());
+  const bool adds = !blocking_.empty();
+  blocking_.clear();
+  return adds;
+}
+
 double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, double duration) {
   for (std::size_t i = 0; i < shapes_.size(); ++i) {
     const Velocity& velocity = velocities[i];
     travels_[i] = duration * (velocity.linear.length() + velocity.angular.length() * shapes_[i]->reach);
   }
   find(travels_);
+  blocking_.clear();
   double share = 1.0;
   for (CollisionPair& pair : pairs_) {
     const double motion = travels_[pair.a] + travels_[pair.b];
@@ -319,7 +360,10 @@ double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, doubl
     const std::vector<Bounds>&bounds_a = pieces_at(pair.a), &bounds_b = pieces_at(pair.b);
     for (std::size_t i = 0; i < pair.pieces.size(); ++i) {
       if (gap_of(bounds_a[i / bounds_b.size()], bounds_b[i % bounds_b.size()]) > motion) continue;
-      share *= pair.pieces[i].safe_share(sweep_a.first(share), sweep_b.first(share));
+      const Sweep first_a = sweep_a.first(share), first_b = sweep_b.first(share);
+      const double safe = pair.pieces[i].safe_share(first_a, first_b);
+      if (safe < blocked) add_meeting(pair, pair.pieces[i], first_a, first_b);
+      share *= safe;
     }
   }
   return share;

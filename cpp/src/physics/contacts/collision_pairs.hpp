@@ -94,6 +94,10 @@ class CollisionPairs {
   //! index of its body, before one is too deep in another. Bounds are those of the last `update`.
   double safe_share(const std::vector<Velocity>& velocities, double duration);
 
+  //! Adds contacts where pieces blocked each other at once in the last `safe_share`; false if none did. Their points alone,
+  //! where they stand, need not tell that they turn into each other.
+  bool add_blocking();
+
   //! Pairs of bodies within reach of a contact as they stand, by their indices.
   std::vector<std::pair<std::size_t, std::size_t>> near();
 
@@ -102,10 +106,20 @@ class CollisionPairs {
   std::optional<ClosestPoints> closest(std::size_t a, std::size_t b, double reach) const;
 
  private:
+  //! A contact at an edge.
+  struct PointAtEdge {
+    std::size_t point;
+    FaceContacts::Edge edge;
+  };
+
   void set_bounds();
   void find(const std::vector<double>& reaches);
   void add(std::size_t a, std::size_t b);
   void detect(CollisionPair& pair);
+  //! Whether a body that is pressed into another meets the next one, whose face is flush, in an edge that is no step.
+  bool is_seam(const PointAtEdge& at) const;
+  void drop_seams();
+  void add_meeting(const CollisionPair& pair, PiecePair& pieces, const Sweep& a, const Sweep& b);
   static void drop(CollisionPair& pair);
   const std::vector<Bounds>& pieces_at(std::size_t body);
   Sweep sweep(std::size_t body, const Velocity& velocity, double duration) const;
@@ -123,6 +137,8 @@ class CollisionPairs {
   std::vector<bool> found_;  // by a * (number of bodies) + b: that a sweep has found the pair since `forget`
   FaceContacts faces_;
   std::vector<FacePoint> on_plane_;
+  std::vector<PointAtEdge> edges_;
+  std::vector<ContactPoint> blocking_;
   std::vector<ContactPoint> points_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace energymargin {
 namespace {
@@ -24,6 +25,13 @@ constexpr double mostly = 0.5;
 
 // Faces that are not flat may miss the deepest point, by more than this share of the margins.
 constexpr double same_depth = 0.1;
+
+// Shares of the margins.
+constexpr double clearly_farther = 1e-6;  // along this axis, more than along another
+constexpr double most_rounded = 0.74;     // that a sharp corner is nearer than a rounded one: sqrt 3 - 1
+constexpr double least_overlap = 1e-2;    // of faces across an edge, of the smaller margin
+
+constexpr double same_direction = 1.0 - 1e-11;  // cosine
 
 // The plane of contact.
 struct ContactPlane {
@@ -274,22 +282,85 @@ bool stands(const InnerShape& solid, const btVector3& down) {
 
 const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const btTransform& pose_a,
                                                      const btTransform& pose_b, double reach, btVector3& normal) {
-  const auto closest = solids.closest(pose_a, pose_b, reach);
-  if (!closest) {
-    points_.clear();
-    return points_;
-  }
+  points_.clear();
+  edge_.reset();
+  const bool have_edges = !solids.a().is_sphere() && !solids.b().is_sphere();
+  const auto closest = solids.closest(pose_a, pose_b, reach + (have_edges ? most_rounded * solids.margins() : 0.0));
+  if (!closest) return points_;
   normal = closest->normal;
-  find(solids, pose_a, pose_b, normal, reach, reach);
-  if (points_.size() > 1) {
-    double least = reach;
-    for (const FacePoint& point : points_) least = std::min(least, point.distance);
-    if (least <= closest->distance + same_depth * solids.margins()) return points_;
-  } else {
-    points_.clear();
+  std::optional<btVector3> axis;
+  if (have_edges && closest->distance > -same_depth * solids.margins()) {
+    axis = axis_at_edge(solids, pose_a, pose_b, *closest);
   }
-  points_.push_back({closest->on_b, closest->on_b, closest->distance});
+  find(solids, pose_a, pose_b, axis.value_or(normal), reach, reach);
+  const double deep = closest->distance + same_depth * solids.margins();
+  if (axis && *axis != normal) {
+    const Edge edge = edge_between(*axis, normal);
+    const bool overlap = edge.overlap > least_overlap * std::min(solids.a().margin(), solids.b().margin());
+    const bool passes = closest->distance > same_depth * solids.margins();
+    if (!overlap && passes) {
+      points_.clear();
+      return points_;
+    }
+    if (overlap && !points_.empty() && least_distance() <= deep) {
+      normal = *axis;
+      if (passes) edge_ = edge;
+      return points_;
+    }
+  } else if (points_.size() > 1) {
+    if (axis) {  // between edges: no nearer than rounded ones
+      const double nearer = std::max(0.0, closest->distance - least_distance());
+      for (FacePoint& point : points_) point.distance += nearer;
+    }
+    if (least_distance() <= deep) return points_;
+  }
+  points_.clear();
+  if (closest->distance <= reach) points_.push_back({closest->on_b, closest->on_b, closest->distance});
   return points_;
+}
+
+double FaceContacts::least_distance() const {
+  double least = BT_LARGE_FLOAT;
+  for (const FacePoint& point : points_) least = std::min(least, point.distance);
+  return least;
+}
+
+std::optional<btVector3> FaceContacts::axis_at_edge(const SolidPair& solids, const btTransform& pose_a,
+                                                    const btTransform& pose_b, const ClosestPoints& closest) {
+  faces_.clear();
+  bool is_of_face = false;
+  const auto add_faces = [&](const InnerShape& solid, const btTransform& pose, double outward, const btVector3& other) {
+    const btVector3 from = pose.invXform(other);
+    solid.for_each_face_near(closest.normal * outward * pose.getBasis(), [&](const btVector3& face, double offset) {
+      const btVector3 axis = pose.getBasis() * face * outward;
+      is_of_face = is_of_face || axis.dot(closest.normal) >= same_direction;
+      faces_.push_back({axis, face.dot(from) - offset});
+    });
+  };
+  add_faces(solids.a(), pose_a, -1.0, closest.on_b);
+  add_faces(solids.b(), pose_b, 1.0, closest.on_b + closest.normal * closest.distance);
+  if (is_of_face || faces_.empty()) return std::nullopt;
+  btVector3 best = closest.normal;
+  double farthest = solids.gap(pose_a, pose_b, best) + clearly_farther * solids.margins();
+  for (const auto& [axis, most] : faces_) {
+    if (most <= farthest) continue;
+    const double gap = solids.gap(pose_a, pose_b, axis);
+    if (gap <= farthest) continue;
+    farthest = gap;
+    best = axis;
+  }
+  return best;
+}
+
+FaceContacts::Edge FaceContacts::edge_between(const btVector3& normal, const btVector3& slanted) const {
+  btVector3 x, y;
+  btPlaneSpace1(normal, x, y);
+  const btVector3 across = (slanted - normal * normal.dot(slanted)).normalized();
+  double of_a = BT_LARGE_FLOAT, of_b = -BT_LARGE_FLOAT;
+  const auto along = [&](const Corner& corner) { return across.dot(x) * corner.x + across.dot(y) * corner.y; };
+  for (const Corner& corner : a_) of_a = std::min(of_a, along(corner));
+  for (const Corner& corner : b_) of_b = std::max(of_b, along(corner));
+  return {across, of_b - of_a};
 }
 
 const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const btTransform& pose_a,

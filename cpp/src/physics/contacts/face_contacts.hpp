@@ -1,6 +1,7 @@
 #pragma once
 // Contacts of two solids whose faces or lines may lie on one another, and of a solid with a plane.
 
+#include <optional>
 #include <vector>
 
 #include "physics/contacts/solid_pair.hpp"
@@ -30,6 +31,16 @@ class FaceContacts {
   const std::vector<FacePoint>& find(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
                                      const btVector3& normal, double depth, double reach);
 
+  //! An edge that rounding would slant the normal of contacts at: its faces overlap by so much [m], along a unit vector
+  //! from b to a in the plane of contact.
+  struct Edge {
+    btVector3 across;
+    double overlap;
+  };
+
+  //! That of the last `contacts`.
+  const std::optional<Edge>& edge() const { return edge_; }
+
   //! A corner, in the plane of contact and along its normal [m].
   struct Corner {
     double x, y, height;
@@ -40,8 +51,23 @@ class FaceContacts {
 
  private:
   void move_grips();
+  double least_distance() const;  // of the points
+  //! Where the rounded solids' normal is of no face of theirs: of it and of the faces near it that along which they are
+  //! farthest apart with sharp corners. Else unset.
+  std::optional<btVector3> axis_at_edge(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                        const ClosestPoints& closest);
+  Edge edge_between(const btVector3& normal, const btVector3& slanted) const;
 
+  std::optional<Edge> edge_;
   Face a_, b_, shared_, scratch_;
+  // A face's normal, from b to a, and how far apart the solids are along it at most: a point of the other is so far
+  // [m].
+  struct Axis {
+    btVector3 normal;
+    double most;
+  };
+
+  std::vector<Axis> faces_;
   std::vector<FacePoint> points_;
 };
 

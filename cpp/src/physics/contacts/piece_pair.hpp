@@ -46,7 +46,25 @@ class PiecePair {
     return closest ? advance(sweeps, now) : linear_share(sweeps, now);
   }
 
+  //! Where two pieces whose sweeps block each other meet on the way, as they stand before: points of theirs, and the
+  //! normal from b to a. Unset if they are in each other by more than their margins.
+  struct Meeting {
+    btVector3 on_a, on_b, normal;
+  };
+  std::optional<Meeting> meeting(const Sweep& a, const Sweep& b) {
+    for (double share = 1.0; share > least_meeting; share *= 0.5) {
+      const btTransform pose_a = a.at(share), pose_b = b.at(share);
+      const std::optional<ClosestPoints> closest = closest_at(pose_a, pose_b);
+      if (!closest) continue;
+      const btVector3 on_a = a.start * pose_a.invXform(closest->on_b + closest->normal * closest->distance);
+      return Meeting{on_a, b.start * pose_b.invXform(closest->on_b), closest->normal};
+    }
+    return std::nullopt;
+  }
+
  private:
+  static constexpr double least_meeting = 0.1;  // share of the sweeps
+
   // Shares of the allowed penetration.
   static constexpr double in_contact = 0.5;  // where a motion ends
   static constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a substep,

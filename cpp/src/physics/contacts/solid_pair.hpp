@@ -2,6 +2,7 @@
 // Two convex solids, and their closest points.
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -23,6 +24,7 @@ class InnerShape {
   int kind() const { return kind_; }
   bool is_box() const { return kind_ == BOX_SHAPE_PROXYTYPE; }
   bool is_cylinder() const { return kind_ == CYLINDER_SHAPE_PROXYTYPE; }
+  bool is_sphere() const { return kind_ == SPHERE_SHAPE_PROXYTYPE; }
   bool is_hull() const { return kind_ == CONVEX_HULL_SHAPE_PROXYTYPE; }
 
   //! Half of the size along each axis, of all but hulls.
@@ -47,6 +49,38 @@ class InnerShape {
   //! Of a hull, not of a sliver: its face along a direction in its own frame. Else null.
   const HullShape::Face* face_along(const btVector3& direction) const {
     return hull_ && hull_->has_faces() ? &hull_->face_along(direction) : nullptr;
+  }
+
+  //! Calls `visit` with the normals and offsets [m] of its faces that are within 60 degrees of a direction, all in its
+  //! own frame: of a round side that across its axis.
+  template <typename Visit>
+  void for_each_face_near(const btVector3& direction, const Visit& visit) const {
+    constexpr double near = 0.5;
+    if (hull_) return hull_->for_each_face_near(direction, near, visit);
+    if (!is_box() && !is_cylinder()) return;
+    for (int axis = is_box() ? 0 : 2; axis < 3; ++axis) {
+      if (std::abs(direction[axis]) < near) continue;
+      btVector3 normal(0.0, 0.0, 0.0);
+      normal[axis] = direction[axis] < 0.0 ? -1.0 : 1.0;
+      visit(normal, half_[axis] + margin_);
+    }
+    const btVector3 across(direction.x(), direction.y(), 0.0);
+    if (is_cylinder() && across.length2() > near * near) visit(across.normalized(), half_.x() + margin_);
+  }
+
+  //! How far the solid reaches along a unit vector in its own frame: with sharp corners, where a hull's are no needles
+  //! [m].
+  double reach(const btVector3& direction) const {
+    const double rounded = direction.dot(support(direction)) + margin_;
+    if (is_box()) return (half_ + btVector3(margin_, margin_, margin_)).dot(direction.absolute());
+    if (is_cylinder()) {
+      const double across = btSqrt(direction.x() * direction.x() + direction.y() * direction.y());
+      return (half_.x() + margin_) * across + (half_.z() + margin_) * std::abs(direction.z());
+    }
+    if (!is_hull()) return rounded;
+    double most = -BT_LARGE_FLOAT;
+    for (const btVector3& corner : hull_->corners()) most = std::max(most, direction.dot(corner));
+    return std::min(most, rounded);
   }
 
   //! The farthest point along a direction, both in its own frame.
@@ -117,6 +151,13 @@ class SolidPair {
 
   //! The sum of both margins [m].
   double margins() const { return a_.margin() + b_.margin(); }
+
+  //! How far the solids are apart along a unit vector from b to a, or less than nothing [m]: no more than their
+  //! distance.
+  double gap(const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal) const {
+    return normal.dot(pose_a.getOrigin() - pose_b.getOrigin()) - a_.reach(-normal * pose_a.getBasis()) -
+           b_.reach(normal * pose_b.getBasis());
+  }
 
   //! The next search begins anew.
   void forget() { count_ = 0; }
