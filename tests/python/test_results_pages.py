@@ -29,18 +29,27 @@ IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 # but with a change of the bits that is meant (CONTRIBUTING.md).
 OLD: set[str] = {
     "act",
+    "audit",
     "bench",
     "bench-contact",
     "bench-error",
     "bench-fewer",
     "bench-monitor",
     "bench-scale",
+    "bounds",
+    "bowl",
+    "closed-forms",
+    "contact",
     "early-warning",
     "early-warning-recorded",
+    "engines",
+    "filter",
+    "foresight",
     "grasps-a",
     "grasps-b",
     "grasps-c",
     "grasps-d",
+    "guard",
     "least-efforts",
     "models",
     "perturbation",
@@ -49,6 +58,7 @@ OLD: set[str] = {
     "published",
     "rare",
     "table1",
+    "table2",
 }
 WITHOUT_SCORES = {"safety"}
 
