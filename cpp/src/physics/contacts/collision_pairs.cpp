@@ -10,7 +10,7 @@ namespace {
 
 constexpr double most_friction = 10.0;      // Bullet's own bound: a slope of 84 deg
 constexpr double rounding_of_ends = 1e-12;  // of an interval's ends, a share of them
-constexpr double blocked = 1e-3;  // share of a motion
+constexpr double blocked = 1e-3;            // share of a motion
 constexpr double seam = 2.0;     // of what a body is pressed into another: an edge that overlaps by less is no step
 constexpr double aligned = 0.9;  // cosine
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -326,7 +326,8 @@ void CollisionPairs::add_meeting(const CollisionPair& pair, PiecePair& pieces, c
   if (!met) return;
   const double distance = met->normal.dot(met->on_a - met->on_b);
   const btVector3 middle = 0.5 * (met->on_a + met->on_b), half = met->normal * (0.5 * distance);
-  blocking_.push_back({pair.a, pair.b, middle + half, middle - half, middle - half, met->normal, distance, pair.friction});
+  blocking_.push_back(
+      {pair.a, pair.b, middle + half, middle - half, middle - half, met->normal, distance, pair.friction});
 }
 
 bool CollisionPairs::add_blocking() {

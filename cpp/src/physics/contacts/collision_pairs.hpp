@@ -94,8 +94,8 @@ class CollisionPairs {
   //! index of its body, before one is too deep in another. Bounds are those of the last `update`.
   double safe_share(const std::vector<Velocity>& velocities, double duration);
 
-  //! Adds contacts where pieces blocked each other at once in the last `safe_share`; false if none did. Their points alone,
-  //! where they stand, need not tell that they turn into each other.
+  //! Adds contacts where pieces blocked each other at once in the last `safe_share`; false if none did. Their points
+  //! alone, where they stand, need not tell that they turn into each other.
   bool add_blocking();
 
   //! Pairs of bodies within reach of a contact as they stand, by their indices.

@@ -31,7 +31,8 @@ constexpr double clearly_farther = 1e-6;  // along this axis, more than along an
 constexpr double most_rounded = 0.74;     // that a sharp corner is nearer than a rounded one: sqrt 3 - 1
 constexpr double least_overlap = 1e-2;    // of faces across an edge, of the smaller margin
 
-constexpr double same_direction = 1.0 - 1e-11;  // cosine
+// Cosines, of axes that are one, and of those of two faces with an edge between them.
+constexpr double same_direction = 1.0 - 1e-11, across_an_edge = 0.7;
 
 // The plane of contact.
 struct ContactPlane {
@@ -295,7 +296,7 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
   find(solids, pose_a, pose_b, axis.value_or(normal), reach, reach);
   const double deep = closest->distance + same_depth * solids.margins();
   if (axis && *axis != normal) {
-    const Edge edge = edge_between(*axis, normal);
+    const Edge edge = edge_of(solids, pose_a, pose_b, *axis, normal);
     const bool overlap = edge.overlap > least_overlap * std::min(solids.a().margin(), solids.b().margin());
     const bool passes = closest->distance > same_depth * solids.margins();
     if (!overlap && passes) {
@@ -352,15 +353,24 @@ std::optional<btVector3> FaceContacts::axis_at_edge(const SolidPair& solids, con
   return best;
 }
 
-FaceContacts::Edge FaceContacts::edge_between(const btVector3& normal, const btVector3& slanted) const {
+// The next face to which the rounded normal slants, or else as far as it does itself.
+FaceContacts::Edge FaceContacts::edge_of(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                         const btVector3& normal, const btVector3& slanted) const {
+  Edge edge{(slanted - normal * normal.dot(slanted)).normalized(), BT_LARGE_FLOAT};
+  for (const auto& [axis, most] : faces_) {
+    if (most <= -edge.overlap || std::abs(axis.dot(normal)) > across_an_edge) continue;
+    const double gap = solids.gap(pose_a, pose_b, axis);
+    if (gap > -edge.overlap) edge = {axis, -gap};
+  }
+  if (edge.overlap < BT_LARGE_FLOAT) return edge;
   btVector3 x, y;
   btPlaneSpace1(normal, x, y);
-  const btVector3 across = (slanted - normal * normal.dot(slanted)).normalized();
   double of_a = BT_LARGE_FLOAT, of_b = -BT_LARGE_FLOAT;
-  const auto along = [&](const Corner& corner) { return across.dot(x) * corner.x + across.dot(y) * corner.y; };
+  const auto along = [&](const Corner& corner) { return edge.across.dot(x * corner.x + y * corner.y); };
   for (const Corner& corner : a_) of_a = std::min(of_a, along(corner));
   for (const Corner& corner : b_) of_b = std::max(of_b, along(corner));
-  return {across, of_b - of_a};
+  edge.overlap = of_b - of_a;
+  return edge;
 }
 
 const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const btTransform& pose_a,

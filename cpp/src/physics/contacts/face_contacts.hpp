@@ -31,8 +31,8 @@ class FaceContacts {
   const std::vector<FacePoint>& find(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
                                      const btVector3& normal, double depth, double reach);
 
-  //! An edge that rounding would slant the normal of contacts at: its faces overlap by so much [m], along a unit vector
-  //! from b to a in the plane of contact.
+  //! An edge that rounding would slant the normal of contacts at: solids overlap by so much [m] across it, along a unit
+  //! vector from b to a.
   struct Edge {
     btVector3 across;
     double overlap;
@@ -56,7 +56,8 @@ class FaceContacts {
   //! farthest apart with sharp corners. Else unset.
   std::optional<btVector3> axis_at_edge(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
                                         const ClosestPoints& closest);
-  Edge edge_between(const btVector3& normal, const btVector3& slanted) const;
+  Edge edge_of(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal,
+               const btVector3& slanted) const;
 
   std::optional<Edge> edge_;
   Face a_, b_, shared_, scratch_;

@@ -68,19 +68,17 @@ class InnerShape {
     if (is_cylinder() && across.length2() > near * near) visit(across.normalized(), half_.x() + margin_);
   }
 
-  //! How far the solid reaches along a unit vector in its own frame: with sharp corners, where a hull's are no needles
-  //! [m].
+  //! How far the solid reaches along a unit vector in its own frame, with sharp corners [m].
   double reach(const btVector3& direction) const {
-    const double rounded = direction.dot(support(direction)) + margin_;
     if (is_box()) return (half_ + btVector3(margin_, margin_, margin_)).dot(direction.absolute());
     if (is_cylinder()) {
       const double across = btSqrt(direction.x() * direction.x() + direction.y() * direction.y());
       return (half_.x() + margin_) * across + (half_.z() + margin_) * std::abs(direction.z());
     }
-    if (!is_hull()) return rounded;
+    if (!is_hull()) return direction.dot(support(direction)) + margin_;
     double most = -BT_LARGE_FLOAT;
     for (const btVector3& corner : hull_->corners()) most = std::max(most, direction.dot(corner));
-    return std::min(most, rounded);
+    return most;
   }
 
   //! The farthest point along a direction, both in its own frame.

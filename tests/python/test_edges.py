@@ -1,0 +1,202 @@
+"""Contacts at edges: faces that meet, pass or bear near an edge do it as sharp solids do."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import energymargin as em
+
+GRAVITY = 9.81  # m/s^2
+BLOCK = 0.2  # m, a cube that is far larger than what meets it, so its margin is too
+STILL = 1e-5  # m
+
+
+def cuboid(kind: str, *size: float) -> object:
+    """A box, or a hull with its corners."""
+    if kind == "box":
+        return em.Box(size)
+    return em.ConvexHull(list(itertools.product(*((-side / 2, side / 2) for side in size))))
+
+
+def end(scene: em.Scene, seconds: float, **how: object) -> em.Scene:
+    """All bodies after a time."""
+    steps = round(seconds / scene.step)
+    played = em.World(scene).simulate(scene.pack(), steps=steps, record=[steps], **how)
+    return scene.unpack(played.states[0])
+
+
+def pushed(force: float, steps: int) -> dict[str, np.ndarray]:
+    """Along x."""
+    return {"body": np.tile([force, 0.0, 0.0, 0.0, 0.0, 0.0], (steps, 1))}
+
+
+@pytest.mark.parametrize("kind", ["box", "hull"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_solids_that_are_apart_do_not_overlap(kind: str, turned: bool) -> None:
+    random = np.random.default_rng(1)
+    met = 0
+    for _ in range(150):
+        gap, aside = random.uniform(1e-4, 1e-3), random.uniform(-0.004, 0.004)
+        yaw = random.uniform(-0.7, 0.7) if turned else 0.0
+        reach = 0.05 * (abs(np.cos(yaw)) + abs(np.sin(yaw)))  # of the small one
+        scene = em.Scene()
+        scene.add_body("block", cuboid(kind, BLOCK, BLOCK, BLOCK), mass=0)
+        place = (BLOCK / 2 + 0.05 + aside, BLOCK / 2 + reach + gap, 0.0)
+        scene.add_body("body", cuboid(kind, 0.1, 0.1, 0.1), mass=1.0, position=place, yaw=yaw)
+        contacts = em.World(scene).contacts(scene.pack())
+        met += bool(contacts)
+        assert all(contact.distance > 0.9 * gap for contact in contacts)
+    assert turned or met > 20
+
+
+@pytest.mark.parametrize("speed", [0.2, 3.0])
+def test_what_passes_an_edge_is_not_touched(speed: float) -> None:
+    random = np.random.default_rng(2)
+    for size in (0.01, 0.1):
+        for _ in range(10):
+            scene = em.Scene(gravity=(0.0, 0.0, 0.0))
+            scene.add_body("block", em.Box((2 * size,) * 3), mass=0)
+            place = (-1.7 * size, 1.5 * size + random.uniform(2e-5, 7e-4), 0.0)
+            scene.add_body(
+                "body", em.Box((size,) * 3), mass=0.1, position=place, velocity=(speed, 0.0, 0.0)
+            )
+            body = end(scene, 4.0 * size / speed)["body"]
+            np.testing.assert_allclose(body["velocity"], (speed, 0.0, 0.0), atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["box", "hull"])
+@pytest.mark.parametrize("width", [0.005, 0.06])
+def test_a_plate_enters_a_slot_that_is_wider_and_no_narrower_one(kind: str, width: float) -> None:
+    def place(share: float) -> float:
+        scene = em.Scene(gravity=(0.0, 0.0, 0.0))
+        for side in (-1.0, 1.0):
+            at = (0.0, side * (BLOCK + width) / 2, 0.0)
+            scene.add_body(f"block {side}", em.Box((BLOCK,) * 3), mass=0, position=at)
+        scene.add_body(
+            "body",
+            cuboid(kind, 0.1, share * width, 0.1),
+            mass=0.2,
+            position=(-0.16, 0.0, 0.0),
+            velocity=(0.1, 0.0, 0.0),
+            linear_factor=(1, 1, 0),
+            angular_factor=(0, 0, 1),
+        )
+        return float(end(scene, 1.0, drives=pushed(5.0, 240))["body"]["position"][0])
+
+    assert place(0.995) > 0.0 and place(0.9) > 0.0
+    assert place(1.002) < -0.149 and place(1.03) < -0.149
+
+
+def test_a_drawer_with_little_play_closes() -> None:
+    scene = em.Scene()
+    sides = [em.Part(em.Box((0.27, 0.02, 0.14)), (0.0, side * 0.1601, 0.0)) for side in (-1, 1)]
+    scene.add_body("cabinet", em.Compound(sides), mass=0)
+    scene.add_body("body", em.Box((0.25, 0.3, 0.1)), mass=1.5, role="object")
+    scene.add_body("rail", em.Box((0.01, 0.01, 0.01)), mass=0, position=(0.0, 0.0, -0.3))
+    slide = {"type": "prismatic", "axis": (1, 0, 0), "origin": (0, 0, 0.3), "limits": (0, 0.5)}
+    scene.add_joint("slide", parent="rail", child="body", start=0.35, **slide)
+    joint = end(scene, 2.0, drives=pushed(-5.0, 480))["joints"]["slide"]
+    assert abs(joint["position"]) < 1e-6
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("overlap", [0.0005, 0.002, 0.005])
+def test_a_plank_lies_on_two_ledges(friction: float, overlap: float) -> None:
+    scene = em.Scene()
+    for side in (-1.0, 1.0):
+        place = (side * (0.15 - overlap + BLOCK / 2), 0.0, -BLOCK / 2)
+        name = f"block {side}"
+        scene.add_body(name, em.Box((BLOCK,) * 3), mass=0, position=place, friction=friction)
+    scene.add_body("plank", em.Box((0.3, 0.05, 0.02)), mass=0.5, position=(0, 0, 0.01), friction=1)
+    np.testing.assert_allclose(end(scene, 2.0)["plank"]["position"], (0, 0, 0.01), atol=STILL)
+
+
+def gripped(shape: object, side: float, load: float, *, below: float, pad: float) -> float:
+    """How far a body sinks in 1 s between two pads of a height, `below` their middle [m].
+
+    `load` is its weight, a share of twice the friction of 10 N.
+    """
+    force, friction = 10.0, 0.4
+    scene = em.Scene()
+    scene.add_body("palm", em.Box((0.02,) * 3), mass=0, position=(0.0, 0.0, 0.5))
+    mass = load * 2.0 * friction * force / GRAVITY
+    scene.add_body("body", shape, mass=mass, position=(0.0, 0.0, -below), friction=1.0)
+    for way in (-1.0, 1.0):
+        name = f"pad {way}"
+        scene.add_body(name, em.Box((0.01, 0.03, pad)), mass=0.05, friction=friction)
+        scene.add_joint(
+            name,
+            type="prismatic",
+            parent="palm",
+            child=name,
+            axis=(-way, 0.0, 0.0),
+            origin=(way * (side / 2 + 0.005), 0.0, -0.5),
+            target=0.01,
+            stiffness=5000.0,
+            damping=5.0,
+            torque_limit=force,
+        )
+    scene.disable_collisions("pad -1.0", "pad 1.0")
+    return float(-below - end(scene, 1.0)["body"]["position"][2])
+
+
+@pytest.mark.parametrize("overlap", [0.0005, 0.001, 0.002])
+def test_a_cube_is_held_by_its_rim(overlap: float) -> None:
+    below = 0.05 + 0.01 - overlap
+    assert gripped(em.Box((0.1,) * 3), 0.1, 0.9, below=below, pad=0.02) < 2e-5
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_flush_pieces_hold_no_more_than_one(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    cuts = np.sort(np.append(random.uniform(-0.09, 0.09, 6), (-0.1, 0.1)))
+    cuts = cuts[np.append(True, np.diff(cuts) > 0.004)]
+    slices = [
+        em.Part(em.Box((0.04, 0.03, high - low)), (0.0, 0.0, (low + high) / 2))
+        for low, high in itertools.pairwise(cuts)
+    ]
+    bar, pad = em.Compound(slices), random.uniform(0.015, 0.04)
+    assert gripped(bar, 0.04, 0.97, below=0.0, pad=pad) < 2e-5
+    one = em.Box((0.04, 0.03, cuts[-1] - cuts[0]))
+    for load in (1.03, 1.2):
+        sunk = gripped(bar, 0.04, load, below=0.0, pad=pad)
+        assert sunk == pytest.approx(gripped(one, 0.04, load, below=0.0, pad=pad), rel=0.02)
+        assert sunk > 0.02
+
+
+@pytest.mark.parametrize("floor", ["two", "pieces", "a lower one"])
+@pytest.mark.parametrize("kind", ["box", "hull", "cylinder"])
+@pytest.mark.parametrize("speed", [0.3, 1.0])
+def test_seams_of_a_floor_are_not_felt(floor: str, kind: str, speed: float) -> None:
+    random = np.random.default_rng(3)
+    friction = 0.1 * speed**2
+    for thick in (0.02, 0.2):
+        drop = 2e-4 if floor == "a lower one" else 0.0
+        places = [(-0.5, 0.0, -thick / 2), (0.5, 0.0, -thick / 2 - drop)]
+        scene = em.Scene()
+        half = em.Box((1.0, 1.0, thick))
+        if floor == "pieces":
+            pieces = em.Compound([em.Part(half, place) for place in places])
+            scene.add_body("floor", pieces, mass=0, friction=friction)
+        else:
+            for place in places:
+                scene.add_body(f"{place}", half, mass=0, position=place, friction=friction)
+        solid = em.Cylinder(0.04, 0.08) if kind == "cylinder" else cuboid(kind, 0.08, 0.08, 0.08)
+        start = -0.1 - random.uniform(0.0, 0.01)
+        scene.add_body(
+            "body",
+            solid,
+            mass=0.5,
+            friction=1.0,
+            position=(start, 0.0, 0.04),
+            yaw=0.0 if kind == "cylinder" else random.uniform(-0.5, 0.5),
+            velocity=(speed, 0.0, 0.0),
+        )
+        body = end(scene, 0.25 / speed)["body"]
+        way = body["position"][0] - start
+        paper = np.sqrt(speed**2 - 2.0 * friction * GRAVITY * way)
+        assert body["velocity"][0] == pytest.approx(paper, rel=0.03 if drop else 0.01)
+        assert -drop - STILL < body["position"][2] - 0.04 < STILL
