@@ -122,8 +122,8 @@ TEST(InnerDistance, IsTheGapAlongItsNormalAnewAndFromTheLastPoints) {
   EXPECT_GT(apart, 15000);
 }
 
-// Bullet's ends at a millionth of the squared distance, or where the next vertex is near the last one. So it is exact only
-// where corners are far from each other, as a box's are.
+// Bullet's ends at a millionth of the squared distance, or where the next vertex is near the last one. So it is exact
+// only where corners are far from each other, as a box's are.
 TEST(InnerDistance, IsThatOfBulletOrLessByWhatItLeaves) {
   for_pairs(100, [&](SolidPair& pair, const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
                      const btTransform& pose_b) {
