@@ -35,7 +35,6 @@ OLD: set[str] = {
     "bench-fewer",
     "bench-monitor",
     "bench-scale",
-    "closed-forms",
     "early-warning",
     "early-warning-recorded",
     "foresight",
