@@ -39,7 +39,6 @@ OLD: set[str] = {
     "foresight",
     "grasps-a",
     "grasps-b",
-    "grasps-c",
     "grasps-d",
     "least-efforts",
     "perturbation",
