@@ -38,7 +38,6 @@ OLD: set[str] = {
     "early-warning",
     "foresight",
     "grasps-a",
-    "grasps-d",
     "least-efforts",
     "perturbation",
     "perturbation-belief",
