@@ -3,8 +3,8 @@
 The grasps, the mug and the hand are of ACRONYM (Eppner, Mousavian and Fox, 2021), in a folder that
 the project does not have: NAME.h5, NAME.obj and the hand's mesh. The hand closes on the mug without
 gravity; then a load pulls the mug in six directions in turn. A grasp is judged where MuJoCo says
-the same at two steps and two softnesses of its contacts. Contacts that are nearly rigid, at a tenth
-of the step, tell what of it the softness does.
+the same at two steps and two softnesses of its contacts. Nearly rigid contacts, at a tenth of the
+step, show how much of its answer is their softness.
 """
 
 from __future__ import annotations

@@ -61,8 +61,8 @@ class FaceContacts {
 
   std::optional<Edge> edge_;
   Face a_, b_, shared_, scratch_;
-  // A face's normal, from b to a, and how far apart the solids are along it at most: a point of the other is so far
-  // [m].
+  // A face's normal, from b to a, and the most that the solids can be apart along it: the height of the other's closest
+  // point above the face [m].
   struct Axis {
     btVector3 normal;
     double most;
