@@ -17,7 +17,10 @@ class Stop(Exception):
 
 
 def stop_after(count):
-    """A progress that ends the run once so many states are scored."""
+    """A progress that ends the run once so many states are scored.
+
+    After the first one there are others to come: later ones may all come in one chunk.
+    """
 
     def progress(done, _total):
         if done >= count:
