@@ -122,6 +122,22 @@ def test_soft_ball_swings():
     assert depth.max() == pytest.approx(2 * MASS * G / stiffness, rel=0.03)
 
 
+@pytest.mark.parametrize("solid", [em.Sphere(0.02), em.Box((0.04, 0.04, 0.04))])
+@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 8.0])
+def test_a_spring_far_stiffer_than_a_step_is_long_throws_nothing(solid, speed):
+    for far in np.linspace(0.05, 0.1, 5):
+        scene = em.Scene(gravity=(0, 0, 0))
+        surface = em.Surface(stiffness=1e6)
+        scene.add_body("wall", em.Box((0.02, 0.5, 0.5)), mass=0, surface=surface)
+        place = {"position": (-far - 0.03, 0, 0), "velocity": (speed, 0, 0)}
+        scene.add_body("body", solid, mass=0.1, **place)
+        steps = round(2.0 * far / speed / scene.step)
+        played = em.World(scene).simulate(scene.pack(), steps=steps)
+        body = scene.unpack(played.states[-1])["body"]
+        assert np.linalg.norm(body["velocity"]) < 0.02 * speed
+        assert played.lost_time == 0.0
+
+
 def cube_in_fingertips(torque, torsional, force=20.0, friction=1.0):
     """A cube between two balls that press with a force; a torque turns it about their axis."""
     scene = em.Scene(gravity=(0, 0, 0))

@@ -61,6 +61,7 @@ struct CollisionPair {
   std::size_t first, second;          // the same, in the order of contacts
   double reach;                       // distance from which on they do not touch [m]
   double friction;                    // coefficient of their contacts
+  bool compliant;                     // whether they give way
   double gap = 0.0;                   // of the bounds, negative where they penetrate each other [m]
   bool remembers = false;             // whether one of `solids` knows where its last search ended
   std::vector<PieceIndices> order{};  // of contacts
