@@ -296,17 +296,17 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
   const double same = same_depth * solids.margins();
   const double deep = closest->distance + same;
   const bool passes = closest->distance > same;
-  const bool sinks = have_edges && compliant;
+  const bool gives = have_edges && compliant;
   std::optional<btVector3> axis;
-  if (sinks || (have_edges && closest->distance > -same)) {
-    const bool is_of_face = find_axes(solids, pose_a, pose_b, *closest, sinks ? any_face : near_face);
-    if (sinks || !(is_of_face || faces_.empty())) axis = farthest_axis(solids, pose_a, pose_b, normal);
+  if (gives || (have_edges && closest->distance > -same)) {
+    const bool is_of_face = find_axes(solids, pose_a, pose_b, *closest, gives ? any_face : near_face);
+    if (gives || !(is_of_face || faces_.empty())) axis = farthest_axis(solids, pose_a, pose_b, normal);
   }
   find(solids, pose_a, pose_b, axis.value_or(normal), reach, reach);
   std::optional<Edge> edge;
   if (axis && *axis != normal) {
     edge = edge_of(solids, pose_a, pose_b, *axis, normal);
-  } else if (sinks) {
+  } else if (gives) {
     edge = next_face(solids, pose_a, pose_b, *axis);
   }
   if (edge) {
@@ -315,14 +315,14 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
       points_.clear();
       return points_;
     }
-    if (overlap && points_.empty()) {  // a round face has only some of its rim, which may be beside the other one
+    if (points_.empty()) {  // a round face has only some of its rim, which may be beside the other one
       const double gap = solids.gap(pose_a, pose_b, *axis);
-      if (sinks) points_.push_back({closest->on_b, closest->on_b, gap});
-      if (passes) edge_ = {*axis, std::max(0.0, -gap)};
+      if (gives) points_.push_back({closest->on_b, closest->on_b, gap});
+      edge_ = {*axis, std::max(0.0, -gap)};
     }
     if (overlap && !points_.empty() && least_distance() <= deep) {
       normal = *axis;
-      if (passes || sinks) edge_ = edge;
+      if (passes || gives) edge_ = edge;
       return points_;
     }
   } else if (points_.size() > 1) {
