@@ -315,7 +315,8 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
       points_.clear();
       return points_;
     }
-    if (points_.empty()) {  // a round face has only some of its rim, which may be beside the other one
+    if (points_.empty() && (gives || solids.a().is_cylinder() || solids.b().is_cylinder())) {
+      // A round face has only some of its rim, which may be beside the other one.
       const double gap = solids.gap(pose_a, pose_b, *axis);
       if (gives) points_.push_back({closest->on_b, closest->on_b, gap});
       edge_ = {*axis, std::max(0.0, -gap)};
