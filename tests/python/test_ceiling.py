@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from stores import Stop, stop_after
 
 from energymargin import Scene, Sphere, datasets, regions, stream, tasks
 from energymargin.evaluation.labelled import captured_labels
@@ -11,7 +12,6 @@ from energymargin_paper.evidence.ceiling import (
     evaluate_ceiling,
     state_ceiling,
 )
-from stores import Stop, stop_after
 
 CONTINUATIONS, SEED = 5, 3
 
