@@ -138,6 +138,20 @@ def test_a_spring_far_stiffer_than_a_step_is_long_throws_nothing(solid, speed):
         assert played.lost_time == 0.0
 
 
+@pytest.mark.parametrize(
+    "surface", [em.Surface(restitution=0.5), em.Surface(stiffness=1e4, damping=5.0)]
+)
+def test_bodies_that_are_apart_have_no_contacts(surface):
+    def contacts(height):
+        scene = em.Scene()
+        scene.add_body("floor", em.Box((1, 1, 0.1)), mass=0, position=(0, 0, -0.05))
+        place = {"position": (0, 0, 0.02 + height), "surface": surface}
+        scene.add_body("cube", em.Box((0.04, 0.04, 0.04)), mass=0.1, role="object", **place)
+        return em.World(scene).contacts(scene.pack())
+
+    assert contacts(0.02) == [] and len(contacts(0.0)) == 4
+
+
 def cube_in_fingertips(torque, torsional, force=20.0, friction=1.0):
     """A cube between two balls that press with a force; a torque turns it about their axis."""
     scene = em.Scene(gravity=(0, 0, 0))

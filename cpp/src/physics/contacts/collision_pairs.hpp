@@ -91,6 +91,11 @@ class CollisionPairs {
   std::vector<ContactPoint>& points() { return points_; }
   const std::vector<ContactPoint>& points() const { return points_; }
 
+  //! Whether a contact bears, or its bodies are as near as those that touch: what bounces has contacts before that.
+  bool touches(const ContactPoint& point) const {
+    return point.normal_impulse > 0.0 || point.distance <= std::min(reaches_[point.a], reaches_[point.b]);
+  }
+
   //! The share, from 0 to 1, of the next `duration` [s] for which all bodies can go on with `velocities`, each at the
   //! index of its body, before one is too deep in another. Bounds are those of the last `update`.
   double safe_share(const std::vector<Velocity>& velocities, double duration);
