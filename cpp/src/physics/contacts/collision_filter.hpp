@@ -29,12 +29,10 @@ class CollisionFilter {
     return !of_a.kinematic && !of_b.kinematic && !(bodies_[a].fixed() && bodies_[b].fixed());
   }
 
-  //! The distance at which one looks for contacts of bodies that bounce, to know when they touch, and of those that
-  //! give way, whose overlap would throw them; else 0 [m].
-  double early_reach(std::size_t a, std::size_t b) const {
-    constexpr double fastest = 10.0;  // m/s, of bodies that are not in each other before they touch
-    const Surface surface = scene_.contact_surface(a, b);
-    return surface.restitution > 0.0 || surface.stiffness > 0.0 ? fastest * scene_.stepping().step : 0.0;
+  //! The distance at which one looks for contacts of bodies that bounce, to know when they touch; else 0 [m].
+  double bouncing_reach(std::size_t a, std::size_t b) const {
+    constexpr double fastest = 10.0;  // m/s, of bodies that are not in each other before they bounce
+    return scene_.contact_surface(a, b).restitution > 0.0 ? fastest * scene_.stepping().step : 0.0;
   }
 
   bool compliant(std::size_t a, std::size_t b) const { return scene_.contact_surface(a, b).stiffness > 0.0; }

@@ -199,9 +199,9 @@ void CollisionPairs::find(const std::vector<double>& reaches) {
 
 void CollisionPairs::add(std::size_t a, std::size_t b) {
   const bool swaps = comes_first(*shapes_[b], *shapes_[a]);
-  const double reach = std::max(std::min(reaches_[a], reaches_[b]), filter_.early_reach(a, b));
+  const double reach = std::max(std::min(reaches_[a], reaches_[b]), filter_.bouncing_reach(a, b));
   pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, reach, std::min(scene_.contact_friction(a, b), most_friction),
-                    filter_.compliant(a, b), gap_of(bounds_[a], bounds_[b])});
+                    gap_of(bounds_[a], bounds_[b])});
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {
@@ -241,8 +241,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
       normal = plane.normal;
       find_plane_contacts(InnerShape(*of_a.pieces[at.a].shape), pose_a, plane, pair.reach, on_plane_);
     } else {
-      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(poses_[b]), pair.reach, pair.compliant,
-                                normal);
+      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(poses_[b]), pair.reach, normal);
     }
     for (const FacePoint& point : *points) {
       if (point.distance > pair.reach) continue;
@@ -256,7 +255,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
 bool CollisionPairs::is_seam(const PointAtEdge& at) const {
   const ContactPoint& point = points_[at.point];
   return std::any_of(points_.begin(), points_.end(), [&](const ContactPoint& other) {
-    if (at.edge.overlap > seam * std::max(0.0, -other.distance)) return false;
+    if (at.edge.overlap > seam * -other.distance) return false;
     const double along = other.normal.dot(at.edge.across);
     return ((other.a == point.a || other.b == point.b) && along > aligned) ||
            ((other.b == point.a || other.a == point.b) && along < -aligned);
@@ -352,7 +351,8 @@ double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, doubl
     const std::vector<ConvexPiece>&pieces_a = shapes_[pair.a]->pieces, &pieces_b = shapes_[pair.b]->pieces;
     if (pair.pieces.empty()) {
       for (const ConvexPiece& of_a : pieces_a) {
-        for (const ConvexPiece& of_b : pieces_b) pair.pieces.emplace_back(of_a, of_b, pair.compliant);
+        for (const ConvexPiece& of_b : pieces_b)
+          pair.pieces.emplace_back(of_a, of_b, filter_.compliant(pair.a, pair.b));
       }
     }
     if (pair.pieces.empty()) continue;

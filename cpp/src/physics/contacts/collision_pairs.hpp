@@ -61,7 +61,6 @@ struct CollisionPair {
   std::size_t first, second;          // the same, in the order of contacts
   double reach;                       // distance from which on they do not touch [m]
   double friction;                    // coefficient of their contacts
-  bool compliant;                     // whether they give way
   double gap = 0.0;                   // of the bounds, negative where they penetrate each other [m]
   bool remembers = false;             // whether one of `solids` knows where its last search ended
   std::vector<PieceIndices> order{};  // of contacts
@@ -90,11 +89,6 @@ class CollisionPairs {
   //! All contacts, pair by pair in the order of their bodies.
   std::vector<ContactPoint>& points() { return points_; }
   const std::vector<ContactPoint>& points() const { return points_; }
-
-  //! Whether a contact bears, or its bodies are as near as those that touch: what bounces has contacts before that.
-  bool touches(const ContactPoint& point) const {
-    return point.normal_impulse > 0.0 || point.distance <= std::min(reaches_[point.a], reaches_[point.b]);
-  }
 
   //! The share, from 0 to 1, of the next `duration` [s] for which all bodies can go on with `velocities`, each at the
   //! index of its body, before one is too deep in another. Bounds are those of the last `update`.

@@ -22,17 +22,17 @@ struct FacePoint {
 class FaceContacts {
  public:
   //! All contacts of two solids within `reach` [m], from where they stand alone: the points of their faces, and the
-  //! closest points where those miss them. `normal` becomes theirs, from b to a. What is `compliant` may be pressed in
-  //! by more than its margin.
+  //! closest points where those miss them. `normal` becomes theirs, from b to a.
   const std::vector<FacePoint>& contacts(SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                                         double reach, bool compliant, btVector3& normal);
+                                         double reach, btVector3& normal);
 
   //! Those that are within `reach` [m]. `normal` is the unit vector from b to a. Of each solid those corners count that
   //! are within `depth` [m] of its farthest point along the normal.
   const std::vector<FacePoint>& find(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
                                      const btVector3& normal, double depth, double reach);
 
-  //! An edge near which contacts are: solids overlap by so much [m] across it, along a unit vector from b to a.
+  //! An edge that rounding would slant the normal of contacts at: solids overlap by so much [m] across it, along a unit
+  //! vector from b to a.
   struct Edge {
     btVector3 across;
     double overlap;
@@ -52,15 +52,10 @@ class FaceContacts {
  private:
   void move_grips();
   double least_distance() const;  // of the points
-  // Finds the faces as near to a normal as that cosine. Whether one has it.
-  bool find_axes(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                 const ClosestPoints& closest, double near);
-  // Of a normal and those faces that along which the solids are farthest apart with sharp corners.
-  btVector3 farthest_axis(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                          const btVector3& normal) const;
-  // Of those faces that across the normal along which they overlap least.
-  std::optional<Edge> next_face(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                                const btVector3& normal) const;
+  //! Where the rounded solids' normal is of no face of theirs: of it and of the faces near it that along which they are
+  //! farthest apart with sharp corners. Else unset.
+  std::optional<btVector3> axis_at_edge(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                        const ClosestPoints& closest);
   Edge edge_of(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal,
                const btVector3& slanted) const;
 
