@@ -45,7 +45,7 @@ std::vector<Point> face_points(const btConvexShape& a, const btTransform& pose_a
   if (normal.isZero()) normal = solids.closest(pose_a, pose_b, depth).value().normal;
   FaceContacts faces;
   std::vector<Point> points;
-  for (const FacePoint& point : faces.find(solids, pose_a, pose_b, normal, depth, depth)) {
+  for (const FacePoint& point : faces.find(solids, pose_a, pose_b, normal, {depth, 0.0, false})) {
     points.push_back({normal, point.on_b, point.distance});
   }
   return points;

@@ -15,6 +15,7 @@ STEP = 1 / 240  # s
 DURATION = 2.0  # s
 SIDES = 10
 BODIES = 3
+RIGID = em.Surface()
 
 
 class Cup(NamedTuple):
@@ -53,12 +54,21 @@ def solid(kind: str, size: float, random: np.random.Generator) -> object:
     return em.ConvexHull(size * points / np.linalg.norm(points, axis=1)[:, None])
 
 
-def shaken(kind: str, seed: int, *, turns: bool) -> tuple[bool, float, float]:
+def shaken(
+    kind: str, seed: int, *, turns: bool, surface: em.Surface = RIGID
+) -> tuple[bool, float, float]:
     """Whether all stayed, the fastest of them [m/s], and the lost time [s]."""
     random = np.random.default_rng(seed)
     cup = Cup(*random.uniform((0.03, 0.05, 0.001), (0.05, 0.09, 0.003)))
     scene = em.Scene(step=STEP)
-    scene.add_body("cup", cup.shape(), mass=1.0, kinematic=True, role="effector", friction=0.6)
+    scene.add_body(
+        *("cup", cup.shape()),
+        mass=1.0,
+        kinematic=True,
+        role="effector",
+        friction=0.6,
+        surface=surface,
+    )
     for i in range(BODIES):
         place = (0.012 * math.cos(1.57 * i), 0.012 * math.sin(1.57 * i), 0.015 + 0.012 * (i // 2))
         scene.add_body(
@@ -97,6 +107,19 @@ def test_what_is_shaken_goes_along(kind: str, turns: bool) -> None:
     assert max(fastest for _, fastest, _ in runs) < 6.0
     assert max(lost for *_, lost in runs) < 0.1 * DURATION
     assert np.median([lost for *_, lost in runs]) < 0.02 * DURATION
+
+
+@pytest.mark.parametrize("surface", [{"stiffness": 3e4, "damping": 1.0}, {"restitution": 0.9}])
+@pytest.mark.parametrize("kind", ["sphere", "box", "hull", "capsule"])
+def test_what_gives_way_or_bounces_goes_along(kind: str, surface: dict[str, float]) -> None:
+    runs = [
+        shaken(kind, seed, turns=turns, surface=em.Surface(**surface))
+        for seed in range(100, 103)
+        for turns in (False, True)
+    ]
+    assert all(stayed for stayed, _, _ in runs)
+    assert max(fastest for _, fastest, _ in runs) < 12.0
+    assert max(lost for *_, lost in runs) < 0.1 * DURATION
 
 
 def left_a_box(seed: int, spin: float, speed: float) -> bool:

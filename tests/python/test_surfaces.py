@@ -122,6 +122,36 @@ def test_soft_ball_swings():
     assert depth.max() == pytest.approx(2 * MASS * G / stiffness, rel=0.03)
 
 
+@pytest.mark.parametrize("solid", [em.Sphere(0.02), em.Box((0.04, 0.04, 0.04))])
+@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 8.0])
+def test_a_spring_far_stiffer_than_a_step_is_long_throws_nothing(solid, speed):
+    for far in np.linspace(0.05, 0.1, 5):
+        scene = em.Scene(gravity=(0, 0, 0))
+        surface = em.Surface(stiffness=1e6)
+        scene.add_body("wall", em.Box((0.02, 0.5, 0.5)), mass=0, surface=surface)
+        place = {"position": (-far - 0.03, 0, 0), "velocity": (speed, 0, 0)}
+        scene.add_body("body", solid, mass=0.1, **place)
+        steps = round(2.0 * far / speed / scene.step)
+        played = em.World(scene).simulate(scene.pack(), steps=steps)
+        body = scene.unpack(played.states[-1])["body"]
+        assert np.linalg.norm(body["velocity"]) < 0.02 * speed
+        assert played.lost_time == 0.0
+
+
+@pytest.mark.parametrize(
+    "surface", [em.Surface(restitution=0.5), em.Surface(stiffness=1e4, damping=5.0)]
+)
+def test_bodies_that_are_apart_have_no_contacts(surface):
+    def contacts(height):
+        scene = em.Scene()
+        scene.add_body("floor", em.Box((1, 1, 0.1)), mass=0, position=(0, 0, -0.05))
+        place = {"position": (0, 0, 0.02 + height), "surface": surface}
+        scene.add_body("cube", em.Box((0.04, 0.04, 0.04)), mass=0.1, role="object", **place)
+        return em.World(scene).contacts(scene.pack())
+
+    assert contacts(0.02) == [] and len(contacts(0.0)) == 4
+
+
 def cube_in_fingertips(torque, torsional, force=20.0, friction=1.0):
     """A cube between two balls that press with a force; a torque turns it about their axis."""
     scene = em.Scene(gravity=(0, 0, 0))

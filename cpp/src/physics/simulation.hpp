@@ -238,6 +238,7 @@ class Simulation {
     const double duration = last_duration_ > 0.0 ? last_duration_ : step_;
     std::vector<Contact> contacts;
     for (const ContactPoint& point : pairs_.points()) {
+      if (!pairs_.touches(point)) continue;
       contacts.push_back({scene_.bodies()[point.a].name, scene_.bodies()[point.b].name, from_bullet(point.on_b),
                           from_bullet(point.normal), point.distance, point.normal_impulse / duration,
                           from_bullet(point.friction_impulse / duration), scene_.contact_friction(point.a, point.b)});

@@ -29,10 +29,12 @@ class CollisionFilter {
     return !of_a.kinematic && !of_b.kinematic && !(bodies_[a].fixed() && bodies_[b].fixed());
   }
 
-  //! The distance at which one looks for contacts of bodies that bounce, to know when they touch; else 0 [m].
-  double bouncing_reach(std::size_t a, std::size_t b) const {
-    constexpr double fastest = 10.0;  // m/s, of bodies that are not in each other before they bounce
-    return scene_.contact_surface(a, b).restitution > 0.0 ? fastest * scene_.stepping().step : 0.0;
+  //! The distance at which one looks for contacts of a body that bounces, to know when it touches, and of one that
+  //! gives way, whose overlap would throw it; else 0 [m].
+  double early_reach(std::size_t body) const {
+    constexpr double fastest = 10.0;  // m/s, of bodies that are not in each other before they touch
+    const Surface surface = bodies_[body].surface.value_or(Surface{});
+    return surface.restitution > 0.0 || surface.stiffness > 0.0 ? fastest * scene_.stepping().step : 0.0;
   }
 
   bool compliant(std::size_t a, std::size_t b) const { return scene_.contact_surface(a, b).stiffness > 0.0; }

@@ -131,6 +131,7 @@ CollisionPairs::CollisionPairs(const Scene& scene, const std::vector<btTransform
     shapes_.push_back(&scene.collision_shape(i));
     bounds_.push_back(bounds_of(*shapes_[i]->shape, poses_[i]));
     reaches_.push_back(shapes_[i]->shape->getContactBreakingThreshold(gContactBreakingThreshold));
+    early_reaches_.push_back(std::max(reaches_[i], filter_.early_reach(i)));
   }
   if (!all_kept_) {
     found_.resize(poses.size() * poses.size());
@@ -158,7 +159,7 @@ void CollisionPairs::update() {
   set_bounds();
   points_.clear();
   for (CollisionPair& pair : pairs_) {
-    if (pair.gap <= pair.reach) {
+    if (pair.gap <= pair.near.reach()) {
       detect(pair);
     } else {
       drop(pair);
@@ -181,7 +182,7 @@ void CollisionPairs::set_bounds() {
     piece_bounds_[i].clear();
   }
   for (CollisionPair& pair : pairs_) pair.gap = gap_of(bounds_[pair.a], bounds_[pair.b]);
-  find(reaches_);
+  find(early_reaches_);
 }
 
 void CollisionPairs::find(const std::vector<double>& reaches) {
@@ -199,8 +200,9 @@ void CollisionPairs::find(const std::vector<double>& reaches) {
 
 void CollisionPairs::add(std::size_t a, std::size_t b) {
   const bool swaps = comes_first(*shapes_[b], *shapes_[a]);
-  const double reach = std::max(std::min(reaches_[a], reaches_[b]), filter_.bouncing_reach(a, b));
-  pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, reach, std::min(scene_.contact_friction(a, b), most_friction),
+  const ContactReach near{contact_reach(a, b), std::max(filter_.early_reach(a), filter_.early_reach(b)),
+                      filter_.compliant(a, b)};
+  pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, near, std::min(scene_.contact_friction(a, b), most_friction),
                     gap_of(bounds_[a], bounds_[b])});
 }
 
@@ -208,7 +210,7 @@ std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {
   set_bounds();
   std::vector<std::pair<std::size_t, std::size_t>> bodies;
   for (const CollisionPair& pair : pairs_) {
-    if (pair.gap <= pair.reach) bodies.emplace_back(pair.a, pair.b);
+    if (pair.gap <= pair.near.depth) bodies.emplace_back(pair.a, pair.b);
   }
   return bodies;
 }
@@ -228,23 +230,23 @@ void CollisionPairs::detect(CollisionPair& pair) {
   if (of_a.shape->isCompound()) near.emplace(of_a, poses_[a], pieces_at(a), of_b, poses_[b], pieces_at(b));
   for (std::size_t k = 0; k < pair.order.size(); ++k) {
     const PieceIndices& at = pair.order[k];
-    if (near && near->apart(at)) {
+    if (near && near->apart(at, pair.near.early)) {
       if (!on_plane) pair.solids[k].forget();
       continue;
     }
-    if (near && !near->meet(at)) continue;
+    if (near && !near->meet(at, pair.near.early)) continue;
     const btTransform pose_a = of_a.pieces[at.a].pose(poses_[a]);
     btVector3 normal;
     const std::vector<FacePoint>* points = &on_plane_;
     if (on_plane) {
       const WorldPlane plane = plane_at(of_b, poses_[b]);
       normal = plane.normal;
-      find_plane_contacts(InnerShape(*of_a.pieces[at.a].shape), pose_a, plane, pair.reach, on_plane_);
+      find_plane_contacts(InnerShape(*of_a.pieces[at.a].shape), pose_a, plane, pair.near.reach(), on_plane_);
     } else {
-      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(poses_[b]), pair.reach, normal);
+      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(poses_[b]), pair.near, normal);
     }
     for (const FacePoint& point : *points) {
-      if (point.distance > pair.reach) continue;
+      if (point.distance > pair.near.reach()) continue;
       points_.push_back(
           {a, b, point.on_b + normal * point.distance, point.on_b, point.grip, normal, point.distance, pair.friction});
       if (!on_plane && faces_.edge()) edges_.push_back({points_.size() - 1, *faces_.edge()});
@@ -255,7 +257,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
 bool CollisionPairs::is_seam(const PointAtEdge& at) const {
   const ContactPoint& point = points_[at.point];
   return std::any_of(points_.begin(), points_.end(), [&](const ContactPoint& other) {
-    if (at.edge.overlap > seam * -other.distance) return false;
+    if (at.edge.overlap > seam * std::max(0.0, -other.distance)) return false;
     const double along = other.normal.dot(at.edge.across);
     return ((other.a == point.a || other.b == point.b) && along > aligned) ||
            ((other.b == point.a || other.a == point.b) && along < -aligned);
@@ -290,7 +292,7 @@ std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t 
   const auto take = [&least](const ClosestPoints& points) {
     if (!least || points.distance < least->distance) least = points;
   };
-  const double within = std::min(reaches_[a], reaches_[b]) + reach;
+  const double within = contact_reach(a, b) + reach;
   std::optional<NearPieces> near;
   std::vector<Bounds> bounds_a, bounds_b;
   if (of_a.shape->isCompound() && reach == 0.0) {
@@ -300,7 +302,7 @@ std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t 
   }
   std::vector<FacePoint> on_plane;
   for (const PieceIndices& at : all_pieces(of_a, of_b)) {
-    if (near && (near->apart(at) || !near->meet(at))) continue;
+    if (near && (near->apart(at, 0.0) || !near->meet(at, 0.0))) continue;
     const btConvexShape& solid = *of_a.pieces[at.a].shape;
     const btTransform pose_a = of_a.pieces[at.a].pose(poses_[a]);
     if (of_b.pieces.empty()) {
@@ -351,8 +353,7 @@ double CollisionPairs::safe_share(const std::vector<Velocity>& velocities, doubl
     const std::vector<ConvexPiece>&pieces_a = shapes_[pair.a]->pieces, &pieces_b = shapes_[pair.b]->pieces;
     if (pair.pieces.empty()) {
       for (const ConvexPiece& of_a : pieces_a) {
-        for (const ConvexPiece& of_b : pieces_b)
-          pair.pieces.emplace_back(of_a, of_b, filter_.compliant(pair.a, pair.b));
+        for (const ConvexPiece& of_b : pieces_b) pair.pieces.emplace_back(of_a, of_b, pair.near.compliant);
       }
     }
     if (pair.pieces.empty()) continue;

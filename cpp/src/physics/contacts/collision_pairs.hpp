@@ -43,11 +43,15 @@ class NearPieces {
   NearPieces(const CollisionShape& a, const btTransform& pose_a, const std::vector<Bounds>& in_world_a,
              const CollisionShape& b, const btTransform& pose_b, const std::vector<Bounds>& in_world_b);
 
-  //! Whether the boxes along the world's axes are apart.
-  bool apart(const PieceIndices& pieces) const { return gap_of(in_world_a_[pieces.a], in_world_b_[pieces.b]) > 0.0; }
+  //! Whether the boxes along the world's axes are farther apart than that [m].
+  bool apart(const PieceIndices& pieces, double reach) const {
+    return gap_of(in_world_a_[pieces.a], in_world_b_[pieces.b]) > reach;
+  }
 
-  //! Whether the boxes along the axes of `a` penetrate each other.
-  bool meet(const PieceIndices& pieces) const { return gap_of(in_a_[pieces.a].bounds, b_in_a_[pieces.b]) <= 0.0; }
+  //! Whether the boxes along the axes of `a` are as near as that [m].
+  bool meet(const PieceIndices& pieces, double reach) const {
+    return gap_of(in_a_[pieces.a].bounds, b_in_a_[pieces.b]) <= reach;
+  }
 
  private:
   const std::vector<Bounds>&in_world_a_, &in_world_b_;
@@ -59,7 +63,7 @@ class NearPieces {
 struct CollisionPair {
   std::size_t a, b;                   // indices in the scene, a < b
   std::size_t first, second;          // the same, in the order of contacts
-  double reach;                       // distance from which on they do not touch [m]
+  ContactReach near;                      // of their contacts
   double friction;                    // coefficient of their contacts
   double gap = 0.0;                   // of the bounds, negative where they penetrate each other [m]
   bool remembers = false;             // whether one of `solids` knows where its last search ended
@@ -90,6 +94,11 @@ class CollisionPairs {
   std::vector<ContactPoint>& points() { return points_; }
   const std::vector<ContactPoint>& points() const { return points_; }
 
+  //! Whether a contact bears, or its bodies are as near as those that touch: what bounces has contacts before that.
+  bool touches(const ContactPoint& point) const {
+    return point.normal_impulse > 0.0 || point.distance <= contact_reach(point.a, point.b);
+  }
+
   //! The share, from 0 to 1, of the next `duration` [s] for which all bodies can go on with `velocities`, each at the
   //! index of its body, before one is too deep in another. Bounds are those of the last `update`.
   double safe_share(const std::vector<Velocity>& velocities, double duration);
@@ -106,6 +115,8 @@ class CollisionPairs {
   std::optional<ClosestPoints> closest(std::size_t a, std::size_t b, double reach) const;
 
  private:
+  double contact_reach(std::size_t a, std::size_t b) const { return std::min(reaches_[a], reaches_[b]); }
+
   //! A contact at an edge.
   struct PointAtEdge {
     std::size_t point;
@@ -131,6 +142,7 @@ class CollisionPairs {
   std::vector<Bounds> bounds_;                     // of the bodies
   std::vector<std::vector<Bounds>> piece_bounds_;  // of those of the bodies that were asked for since `set_bounds`
   std::vector<double> reaches_;                    // of their contacts [m]
+  std::vector<double> early_reaches_;              // the same, where they bounce or give way [m]
   std::vector<double> travels_;                    // of their points in a substep, at most [m]
   std::vector<CollisionPair> pairs_;
   bool all_kept_;

@@ -34,6 +34,9 @@ constexpr double least_overlap = 1e-2;    // of faces across an edge, of the sma
 // Cosines, of axes that are one, and of those of two faces with an edge between them.
 constexpr double same_direction = 1.0 - 1e-11, across_an_edge = 0.7;
 
+// Cosines between a normal and the faces that may have the right one.
+constexpr double near_face = 0.5, any_face = -0.02;
+
 // The plane of contact.
 struct ContactPlane {
   btVector3 origin, x, y, normal;
@@ -211,6 +214,19 @@ void cut_to_line(Face& line, Face& scratch, const Face& other) {
   cut(line, scratch, b, beside(b));
 }
 
+// Leaves out corners that are nearer than `offset` to the line between their neighbours: edges that nearly lie on one
+// another cross anywhere.
+void straighten(Face& face, Face& scratch, double offset) {
+  scratch.clear();
+  for (std::size_t i = 0; i < face.size(); ++i) {
+    const Corner& before = scratch.empty() ? face.back() : scratch.back();
+    const Corner& after = face[(i + 1) % face.size()];
+    const double twice_area = cross(before, face[i], after);
+    if (twice_area * twice_area > offset * offset * squared_distance(before, after)) scratch.push_back(face[i]);
+  }
+  if (scratch.size() > 2) face.swap(scratch);
+}
+
 // Height of a line or a face at a point of the plane.
 double height_at(const Face& face, const Corner& point) {
   if (face.size() == 2) {
@@ -282,30 +298,46 @@ bool stands(const InnerShape& solid, const btVector3& down) {
 }  // namespace
 
 const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const btTransform& pose_a,
-                                                     const btTransform& pose_b, double reach, btVector3& normal) {
+                                                     const btTransform& pose_b, const ContactReach& near,
+                                                     btVector3& normal) {
+  const double reach = near.reach();
   points_.clear();
   edge_.reset();
   const bool have_edges = !solids.a().is_sphere() && !solids.b().is_sphere();
   const auto closest = solids.closest(pose_a, pose_b, reach + (have_edges ? most_rounded * solids.margins() : 0.0));
   if (!closest) return points_;
   normal = closest->normal;
+  const double same = same_depth * solids.margins();
+  const double deep = closest->distance + same;
+  const bool passes = closest->distance > same;
+  const bool gives = have_edges && near.compliant;
   std::optional<btVector3> axis;
-  if (have_edges && closest->distance > -same_depth * solids.margins()) {
-    axis = axis_at_edge(solids, pose_a, pose_b, *closest);
+  if (gives || (have_edges && closest->distance > -same)) {
+    const bool is_of_face = find_axes(solids, pose_a, pose_b, *closest, gives ? any_face : near_face);
+    if (gives || !(is_of_face || faces_.empty())) axis = farthest_axis(solids, pose_a, pose_b, normal);
   }
-  find(solids, pose_a, pose_b, axis.value_or(normal), reach, reach);
-  const double deep = closest->distance + same_depth * solids.margins();
+  find(solids, pose_a, pose_b, axis.value_or(normal), near);
+  std::optional<Edge> edge;
   if (axis && *axis != normal) {
-    const Edge edge = edge_of(solids, pose_a, pose_b, *axis, normal);
-    const bool overlap = edge.overlap > least_overlap * std::min(solids.a().margin(), solids.b().margin());
-    const bool passes = closest->distance > same_depth * solids.margins();
+    edge = edge_of(solids, pose_a, pose_b, *axis, normal);
+  } else if (gives) {
+    edge = next_face(solids, pose_a, pose_b, *axis);
+  }
+  if (edge) {
+    const bool overlap = edge->overlap > least_overlap * std::min(solids.a().margin(), solids.b().margin());
     if (!overlap && passes) {
       points_.clear();
       return points_;
     }
+    if (points_.empty() && (gives || solids.a().is_cylinder() || solids.b().is_cylinder())) {
+      // A round face has only some of its rim, which may be beside the other one.
+      const double gap = solids.gap(pose_a, pose_b, *axis);
+      if (gives) points_.push_back({closest->on_b, closest->on_b, gap});
+      edge_ = {*axis, std::max(0.0, -gap)};
+    }
     if (overlap && !points_.empty() && least_distance() <= deep) {
       normal = *axis;
-      if (passes) edge_ = edge;
+      if (passes || gives) edge_ = edge;
       return points_;
     }
   } else if (points_.size() > 1) {
@@ -326,22 +358,27 @@ double FaceContacts::least_distance() const {
   return least;
 }
 
-std::optional<btVector3> FaceContacts::axis_at_edge(const SolidPair& solids, const btTransform& pose_a,
-                                                    const btTransform& pose_b, const ClosestPoints& closest) {
+bool FaceContacts::find_axes(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                             const ClosestPoints& closest, double near) {
   faces_.clear();
   bool is_of_face = false;
   const auto add_faces = [&](const InnerShape& solid, const btTransform& pose, double outward, const btVector3& other) {
     const btVector3 from = pose.invXform(other);
-    solid.for_each_face_near(closest.normal * outward * pose.getBasis(), [&](const btVector3& face, double offset) {
-      const btVector3 axis = pose.getBasis() * face * outward;
-      is_of_face = is_of_face || axis.dot(closest.normal) >= same_direction;
-      faces_.push_back({axis, face.dot(from) - offset});
-    });
+    solid.for_each_face_near(closest.normal * outward * pose.getBasis(), near,
+                             [&](const btVector3& face, double offset) {
+                               const btVector3 axis = pose.getBasis() * face * outward;
+                               is_of_face = is_of_face || axis.dot(closest.normal) >= same_direction;
+                               faces_.push_back({axis, face.dot(from) - offset});
+                             });
   };
   add_faces(solids.a(), pose_a, -1.0, closest.on_b);
   add_faces(solids.b(), pose_b, 1.0, closest.on_b + closest.normal * closest.distance);
-  if (is_of_face || faces_.empty()) return std::nullopt;
-  btVector3 best = closest.normal;
+  return is_of_face;
+}
+
+btVector3 FaceContacts::farthest_axis(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                      const btVector3& normal) const {
+  btVector3 best = normal;
   double farthest = solids.gap(pose_a, pose_b, best) + clearly_farther * solids.margins();
   for (const auto& [axis, most] : faces_) {
     if (most <= farthest) continue;
@@ -353,29 +390,38 @@ std::optional<btVector3> FaceContacts::axis_at_edge(const SolidPair& solids, con
   return best;
 }
 
+std::optional<FaceContacts::Edge> FaceContacts::next_face(const SolidPair& solids, const btTransform& pose_a,
+                                                          const btTransform& pose_b, const btVector3& normal) const {
+  std::optional<Edge> next;
+  double overlap = BT_LARGE_FLOAT;
+  for (const auto& [axis, most] : faces_) {
+    if (most <= -overlap || std::abs(axis.dot(normal)) > across_an_edge) continue;
+    const double gap = solids.gap(pose_a, pose_b, axis);
+    if (gap <= -overlap) continue;
+    overlap = -gap;
+    next = {axis, overlap};
+  }
+  return next;
+}
+
 // The next face to which the rounded normal slants, or else as far as it does itself.
 FaceContacts::Edge FaceContacts::edge_of(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
                                          const btVector3& normal, const btVector3& slanted) const {
-  Edge edge{(slanted - normal * normal.dot(slanted)).normalized(), BT_LARGE_FLOAT};
-  for (const auto& [axis, most] : faces_) {
-    if (most <= -edge.overlap || std::abs(axis.dot(normal)) > across_an_edge) continue;
-    const double gap = solids.gap(pose_a, pose_b, axis);
-    if (gap > -edge.overlap) edge = {axis, -gap};
-  }
-  if (edge.overlap < BT_LARGE_FLOAT) return edge;
+  if (const auto face = next_face(solids, pose_a, pose_b, normal)) return *face;
   btVector3 x, y;
   btPlaneSpace1(normal, x, y);
+  const btVector3 across = (slanted - normal * normal.dot(slanted)).normalized();
   double of_a = BT_LARGE_FLOAT, of_b = -BT_LARGE_FLOAT;
-  const auto along = [&](const Corner& corner) { return edge.across.dot(x * corner.x + y * corner.y); };
+  const auto along = [&](const Corner& corner) { return across.dot(x * corner.x + y * corner.y); };
   for (const Corner& corner : a_) of_a = std::min(of_a, along(corner));
   for (const Corner& corner : b_) of_b = std::max(of_b, along(corner));
-  edge.overlap = of_b - of_a;
-  return edge;
+  return {across, of_b - of_a};
 }
 
 const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const btTransform& pose_a,
-                                                 const btTransform& pose_b, const btVector3& normal, double depth,
-                                                 double reach) {
+                                                 const btTransform& pose_b, const btVector3& normal,
+                                                 const ContactReach& near) {
+  const double depth = near.depth;
   points_.clear();
   ContactPlane plane{pose_b.getOrigin(), {}, {}, normal};
   btPlaneSpace1(normal, plane.x, plane.y);
@@ -392,6 +438,7 @@ const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const 
   } else {
     for (std::size_t i = 0; i < other.size(); ++i) cut(shared_, scratch_, other[i], other[(i + 1) % other.size()]);
   }
+  if (near.compliant) straighten(shared_, scratch_, same_corner * depth);
   const double same = same_point * depth * same_point * depth;
   for (std::size_t i = 0; i < shared_.size(); ++i) {
     const Corner& corner = shared_[i];
@@ -399,7 +446,7 @@ const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const 
     if (std::any_of(shared_.begin(), shared_.begin() + static_cast<std::ptrdiff_t>(i), is_same)) continue;
     const double height_a = cuts_b ? height_at(a_, corner) : corner.height;
     const double height_b = cuts_b ? corner.height : height_at(b_, corner);
-    if (height_a - height_b > reach) continue;
+    if (height_a - height_b > near.reach()) continue;
     const btVector3 on_b = plane.origin + plane.x * corner.x + plane.y * corner.y + normal * height_b;
     points_.push_back({on_b, on_b, height_a - height_b});
   }

@@ -1,6 +1,7 @@
 #pragma once
 // Contacts of two solids whose faces or lines may lie on one another, and of a solid with a plane.
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -18,21 +19,29 @@ struct FacePoint {
   double distance;  // [m]
 };
 
+//! Where one looks for contacts of two bodies.
+struct ContactReach {
+  double depth;    // along the normal, of the corners of one face: bodies that are nearer have contacts [m]
+  double early;    // if above 0, bodies that are so near have contacts too, before they touch [m]
+  bool compliant;  // whether the bodies may be pressed in by more than their margins
+
+  double reach() const { return std::max(depth, early); }
+};
+
 //! The corners of what two faces share, or the ends of what two lines or a line and a face do.
 class FaceContacts {
  public:
-  //! All contacts of two solids within `reach` [m], from where they stand alone: the points of their faces, and the
+  //! All contacts of two solids within `near.reach()`, from where they stand alone: the points of their faces, and the
   //! closest points where those miss them. `normal` becomes theirs, from b to a.
   const std::vector<FacePoint>& contacts(SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                                         double reach, btVector3& normal);
+                                         const ContactReach& near, btVector3& normal);
 
-  //! Those that are within `reach` [m]. `normal` is the unit vector from b to a. Of each solid those corners count that
-  //! are within `depth` [m] of its farthest point along the normal.
+  //! Those that are within `near.reach()`. `normal` is the unit vector from b to a. Of each solid those corners count
+  //! that are within `near.depth` of its farthest point along the normal.
   const std::vector<FacePoint>& find(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                                     const btVector3& normal, double depth, double reach);
+                                     const btVector3& normal, const ContactReach& near);
 
-  //! An edge that rounding would slant the normal of contacts at: solids overlap by so much [m] across it, along a unit
-  //! vector from b to a.
+  //! An edge near which contacts are: solids overlap by so much [m] across it, along a unit vector from b to a.
   struct Edge {
     btVector3 across;
     double overlap;
@@ -52,10 +61,15 @@ class FaceContacts {
  private:
   void move_grips();
   double least_distance() const;  // of the points
-  //! Where the rounded solids' normal is of no face of theirs: of it and of the faces near it that along which they are
-  //! farthest apart with sharp corners. Else unset.
-  std::optional<btVector3> axis_at_edge(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                                        const ClosestPoints& closest);
+  // Finds the faces as near to a normal as that cosine. Whether one has it.
+  bool find_axes(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                 const ClosestPoints& closest, double near);
+  // Of a normal and those faces that along which the solids are farthest apart with sharp corners.
+  btVector3 farthest_axis(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                          const btVector3& normal) const;
+  // Of those faces that across the normal along which they overlap least.
+  std::optional<Edge> next_face(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                const btVector3& normal) const;
   Edge edge_of(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal,
                const btVector3& slanted) const;
 

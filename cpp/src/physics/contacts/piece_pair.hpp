@@ -20,6 +20,7 @@ class PiecePair {
       : a_(a),
         b_(b),
         solids_(*a.shape, *b.shape),
+        compliant_(compliant),
         allowed_(compliant ? compliant_penetration(a.half_extent, b.half_extent)
                            : allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)),
         deepest_(compliant ? allowed_ : pressed_deeper * allowed_) {}
@@ -111,9 +112,10 @@ class PiecePair {
     if (gap(sweeps.a.start, sweeps.b.start, of_b) > gap(sweeps.a.start, sweeps.b.start, of_a)) normal_ = of_b;
     return false;
   }
-  // Where the inner shapes penetrate, the direction counts that separated them, or else that of least penetration.
+  // Where the inner shapes penetrate, the direction counts that separated them, or else that of least penetration. What
+  // gives way may be in so deep for long, and go over the edge of the next piece.
   void find_normal(const Sweeps& sweeps) {
-    if (has_normal_) return;
+    if (has_normal_ && !compliant_) return;
     const btTransform pose_a = a_.pose(sweeps.a.start);
     const btTransform pose_b = b_.pose(sweeps.b.start);
     const auto closest = solids_.closest_by_bullet(pose_a, pose_b, BT_LARGE_FLOAT, Penetration::measured);
@@ -227,6 +229,7 @@ class PiecePair {
 
   ConvexPiece a_, b_;
   SolidPair solids_;
+  bool compliant_;
   double allowed_, deepest_;             // penetration, and where something presses [m]
   btVector3 normal_;                     // from b to a, the last that separated them, if `has_normal_`
   btVector3 normal_of_a_, normal_of_b_;  // the same in the frames of the bodies, as they stood then

@@ -51,11 +51,10 @@ class InnerShape {
     return hull_ && hull_->has_faces() ? &hull_->face_along(direction) : nullptr;
   }
 
-  //! Calls `visit` with the normals and offsets [m] of its faces that are within 60 degrees of a direction, all in its
-  //! own frame: of a round side that across its axis.
+  //! Calls `visit` with the normals and offsets [m] of its faces that are as near to a direction as the cosine `near`,
+  //! all in its own frame: of a round side that across its axis.
   template <typename Visit>
-  void for_each_face_near(const btVector3& direction, const Visit& visit) const {
-    constexpr double near = 0.5;
+  void for_each_face_near(const btVector3& direction, double near, const Visit& visit) const {
     if (hull_) return hull_->for_each_face_near(direction, near, visit);
     if (!is_box() && !is_cylinder()) return;
     for (int axis = is_box() ? 0 : 2; axis < 3; ++axis) {
@@ -64,8 +63,10 @@ class InnerShape {
       normal[axis] = direction[axis] < 0.0 ? -1.0 : 1.0;
       visit(normal, half_[axis] + margin_);
     }
+    constexpr double least_across = 1e-9;
     const btVector3 across(direction.x(), direction.y(), 0.0);
-    if (is_cylinder() && across.length2() > near * near) visit(across.normalized(), half_.x() + margin_);
+    if (is_cylinder() && across.length() > std::max(near, least_across))
+      visit(across.normalized(), half_.x() + margin_);
   }
 
   //! How far the solid reaches along a unit vector in its own frame, with sharp corners [m].

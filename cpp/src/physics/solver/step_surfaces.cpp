@@ -38,7 +38,8 @@ bool StepEquations::set_normal(ContactRows& rows, const ContactPoint& point, con
     const double resistance = duration * (duration * surface.stiffness + surface.damping);
     rows.law.compliant = true;
     rows.law.normal_softness = 1.0 / resistance;
-    target = -duration * surface.stiffness * point.distance / resistance;
+    // A spring and a damper that do not touch yet work on the way after the touch alone.
+    if (point.distance < 0.0) target = -duration * surface.stiffness * point.distance / resistance;
   } else if (!(point.distance > 0.0)) {
     share_error(-point.distance, target, rows.recovery);
   }
