@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace energymargin {
 namespace {
@@ -40,6 +41,10 @@ constexpr double near_face = 0.5, any_face = -0.02;
 // The plane of contact.
 struct ContactPlane {
   btVector3 origin, x, y, normal;
+
+  ContactPlane(const btVector3& through, const btVector3& along) : origin(through), normal(along) {
+    btPlaneSpace1(normal, x, y);
+  }
 
   Corner operator()(const btVector3& point) const {
     const btVector3 from = point - origin;
@@ -148,17 +153,22 @@ double area(const Face& face) {
   return 0.5 * twice;
 }
 
+// How far a solid's corners reach along a direction in its frame, at least and at most.
+std::pair<double, double> extent(const InnerShape& solid, const btVector3& direction) {
+  std::pair<double, double> along(BT_LARGE_FLOAT, -BT_LARGE_FLOAT);
+  for_each_corner(solid, direction, [&](const btVector3& point) {
+    along.first = std::min(along.first, direction.dot(point));
+    along.second = std::max(along.second, direction.dot(point));
+  });
+  return along;
+}
+
 // The outermost face of a solid along `outward`, 1 or -1 times the normal.
 void find_face(const InnerShape& solid, const btTransform& pose, const ContactPlane& plane, double outward,
                double depth, Face& face, Face& scratch) {
   face.clear();
   const btVector3 direction = plane.normal * outward * pose.getBasis();
-  double least = BT_LARGE_FLOAT, most = -BT_LARGE_FLOAT;
-  for_each_corner(solid, direction, [&](const btVector3& point) {
-    const double along = direction.dot(point);
-    least = std::min(least, along);
-    most = std::max(most, along);
-  });
+  const auto [least, most] = extent(solid, direction);
   if (has_back(solid)) depth = std::min(depth, 0.5 * (most - least));
   // A hull's corners may be as sharp as needles: they make its face as wide as it is, and no deeper than it is rounded.
   const double rounded = direction.dot(solid.support(direction)) + solid.margin();
@@ -225,6 +235,13 @@ void straighten(Face& face, Face& scratch, double offset) {
     if (twice_area * twice_area > offset * offset * squared_distance(before, after)) scratch.push_back(face[i]);
   }
   if (scratch.size() > 2) face.swap(scratch);
+}
+
+bool is_inside(const Face& face, const Corner& point) {
+  for (std::size_t i = 0; i < face.size(); ++i) {
+    if (cross(face[i], face[(i + 1) % face.size()], point) < 0.0) return false;
+  }
+  return true;
 }
 
 // Height of a line or a face at a point of the plane.
@@ -300,20 +317,28 @@ bool stands(const InnerShape& solid, const btVector3& down) {
 const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const btTransform& pose_a,
                                                      const btTransform& pose_b, const ContactReach& near,
                                                      btVector3& normal) {
-  const double reach = near.reach();
   points_.clear();
   edge_.reset();
   const bool have_edges = !solids.a().is_sphere() && !solids.b().is_sphere();
-  const auto closest = solids.closest(pose_a, pose_b, reach + (have_edges ? most_rounded * solids.margins() : 0.0));
-  if (!closest) return points_;
-  normal = closest->normal;
+  const double rounded = have_edges ? most_rounded * solids.margins() : 0.0;
+  if (const auto closest = solids.closest(pose_a, pose_b, near.reach() + rounded)) {
+    normal = closest->normal;
+    find_sharp(solids, pose_a, pose_b, *closest, near, normal);
+    if (near.early > 0.0 && !points_.empty()) add_corners(solids, pose_a, pose_b, normal, near);
+  }
+  return points_;
+}
+
+void FaceContacts::find_sharp(SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                              const ClosestPoints& closest, const ContactReach& near, btVector3& normal) {
+  const bool have_edges = !solids.a().is_sphere() && !solids.b().is_sphere();
   const double same = same_depth * solids.margins();
-  const double deep = closest->distance + same;
-  const bool passes = closest->distance > same;
+  const double deep = closest.distance + same;
+  const bool passes = closest.distance > same;
   const bool gives = have_edges && near.compliant;
   std::optional<btVector3> axis;
-  if (gives || (have_edges && closest->distance > -same)) {
-    const bool is_of_face = find_axes(solids, pose_a, pose_b, *closest, gives ? any_face : near_face);
+  if (gives || (have_edges && closest.distance > -same)) {
+    const bool is_of_face = find_axes(solids, pose_a, pose_b, closest, gives ? any_face : near_face);
     if (gives || !(is_of_face || faces_.empty())) axis = farthest_axis(solids, pose_a, pose_b, normal);
   }
   find(solids, pose_a, pose_b, axis.value_or(normal), near);
@@ -325,31 +350,27 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
   }
   if (edge) {
     const bool overlap = edge->overlap > least_overlap * std::min(solids.a().margin(), solids.b().margin());
-    if (!overlap && passes) {
-      points_.clear();
-      return points_;
-    }
+    if (!overlap && passes) return points_.clear();
     if (points_.empty() && (gives || solids.a().is_cylinder() || solids.b().is_cylinder())) {
       // A round face has only some of its rim, which may be beside the other one.
       const double gap = solids.gap(pose_a, pose_b, *axis);
-      if (gives) points_.push_back({closest->on_b, closest->on_b, gap});
+      if (gives) points_.push_back({closest.on_b, closest.on_b, gap});
       edge_ = {*axis, std::max(0.0, -gap)};
     }
     if (overlap && !points_.empty() && least_distance() <= deep) {
       normal = *axis;
       if (passes || gives) edge_ = edge;
-      return points_;
+      return;
     }
   } else if (points_.size() > 1) {
     if (axis) {  // between edges: no nearer than rounded ones
-      const double nearer = std::max(0.0, closest->distance - least_distance());
+      const double nearer = std::max(0.0, closest.distance - least_distance());
       for (FacePoint& point : points_) point.distance += nearer;
     }
-    if (least_distance() <= deep) return points_;
+    if (least_distance() <= deep) return;
   }
   points_.clear();
-  if (closest->distance <= reach) points_.push_back({closest->on_b, closest->on_b, closest->distance});
-  return points_;
+  if (closest.distance <= near.reach()) points_.push_back({closest.on_b, closest.on_b, closest.distance});
 }
 
 double FaceContacts::least_distance() const {
@@ -423,8 +444,7 @@ const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const 
                                                  const ContactReach& near) {
   const double depth = near.depth;
   points_.clear();
-  ContactPlane plane{pose_b.getOrigin(), {}, {}, normal};
-  btPlaneSpace1(normal, plane.x, plane.y);
+  const ContactPlane plane(pose_b.getOrigin(), normal);
   find_face(solids.a(), pose_a, plane, -1.0, depth, a_, scratch_);
   find_face(solids.b(), pose_b, plane, 1.0, depth, b_, scratch_);
   if (a_.size() < 2 || b_.size() < 2) return points_;
@@ -452,6 +472,31 @@ const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const 
   }
   if ((round || other_round) && points_.size() > 2) move_grips();
   return points_;
+}
+
+// Corners beyond those of the faces come into contact before the next step where bodies turn as they hit each other.
+void FaceContacts::add_corners(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                               const btVector3& normal, const ContactReach& near) {
+  const ContactPlane plane(pose_b.getOrigin(), normal);
+  find_face(solids.a(), pose_a, plane, -1.0, near.depth, a_, scratch_);
+  find_face(solids.b(), pose_b, plane, 1.0, near.depth, b_, scratch_);
+  const auto add = [&](const InnerShape& solid, const btTransform& pose, double outward, const Face& other) {
+    if (other.size() < 3) return;
+    const btVector3 direction = normal * outward * pose.getBasis();
+    const auto [least, most] = extent(solid, direction);
+    const double highest = most - std::min(near.depth, 0.5 * (most - least)), lowest = 0.5 * (least + most);
+    for_each_corner(solid, direction, [&, highest = highest](const btVector3& point) {
+      const double along = direction.dot(point);
+      if (along >= highest || along < lowest) return;
+      const Corner corner = plane(pose(point));
+      if (!is_inside(other, corner)) return;
+      const double height = height_at(other, corner), distance = outward * (height - corner.height);
+      const btVector3 on_b = pose(point) + normal * (outward < 0.0 ? -distance : 0.0);
+      if (distance <= near.early) points_.push_back({on_b, on_b, distance});
+    });
+  };
+  add(solids.a(), pose_a, -1.0, b_);
+  add(solids.b(), pose_b, 1.0, a_);
 }
 
 void FaceContacts::move_grips() {

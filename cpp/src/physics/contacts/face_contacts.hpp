@@ -59,6 +59,12 @@ class FaceContacts {
   using Face = std::vector<Corner>;
 
  private:
+  // Finds those of solids with sharp edges from the closest points of rounded ones, whose normal is `normal` before.
+  void find_sharp(SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b, const ClosestPoints& closest,
+                  const ContactReach& near, btVector3& normal);
+  // Adds corners that are not of the faces, before they touch the other solid's face.
+  void add_corners(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                   const btVector3& normal, const ContactReach& near);
   void move_grips();
   double least_distance() const;  // of the points
   // Finds the faces as near to a normal as that cosine. Whether one has it.
