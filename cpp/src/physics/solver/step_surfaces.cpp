@@ -1,6 +1,9 @@
 // What the surfaces of bodies add to their contacts: rows that turn, compliance, bouncing, motion.
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
 
 #include "physics/solver/step_equations.hpp"
 
@@ -12,6 +15,9 @@ constexpr double touch = 1e-3;
 
 // What bounces gives way by less than what rests, as a share of that.
 constexpr double bouncing_softness = 1e-2;
+
+// A blow that gives bodies energy, by more than this share of what its impulses exchange, parts them by so much less.
+constexpr double least_gain = 1e-4, weaker = 0.85;
 
 }  // namespace
 
@@ -52,9 +58,44 @@ bool StepEquations::set_normal(ContactRows& rows, const ContactPoint& point, con
   // Velocities are those of the middle of the step before: they lack half a step of what pulls the bodies together.
   const double pull = (still - solver_.speed(rows, normal_row, solver_.all_free()) - speed) / duration;
   const double separation = surface.restitution * (speed + 0.5 * step * pull) + pull * (0.5 * step - duration);
-  rows.target[normal_row] = std::max(rows.target[normal_row], still + separation);
+  rows.rebound = std::max(0.0, still + separation - rows.target[normal_row]);
+  rows.target[normal_row] += rows.rebound;
   if (!rows.law.compliant) rows.law.normal_softness *= bouncing_softness;
   return true;
+}
+
+// Newton's law of impact may give energy where bodies slip (Kane 1984). What two bodies exchange counts as one blow.
+// Whether one was too strong.
+bool StepEquations::weaken_bounces() {
+  struct Blow {
+    double gain = 0.0, exchanged = 0.0;
+  };
+  std::map<std::pair<int, int>, Blow> blows;
+  for (const ContactRows& rows : solver_.contacts()) {
+    if (rows.rebound > 0.0) blows[std::minmax(rows.a, rows.b)];
+  }
+  if (blows.empty()) return false;
+  for (const ContactRows& rows : solver_.contacts()) {
+    const auto blow = blows.find(std::minmax(rows.a, rows.b));
+    if (blow == blows.end()) continue;
+    for (int i = 0; i < rows.law.rows; ++i) {
+      const double moved = i == normal_row ? rows.still : rows.target[i];
+      const double before = solver_.speed(rows, i, solver_.all_free()) - moved;
+      const double after = solver_.speed(rows, i, solver_.all_velocities()) - moved;
+      blow->second.gain += 0.5 * rows.impulse[i] * (before + after);
+      blow->second.exchanged += 0.5 * std::abs(rows.impulse[i] * before);
+    }
+  }
+  bool changed = false;
+  for (ContactRows& rows : solver_.contacts()) {
+    if (!(rows.rebound > 0.0)) continue;
+    const Blow& blow = blows[std::minmax(rows.a, rows.b)];
+    if (!(blow.gain > least_gain * blow.exchanged)) continue;
+    rows.target[normal_row] -= (1.0 - weaker) * rows.rebound;
+    rows.rebound *= weaker;
+    changed = true;
+  }
+  return changed;
 }
 
 double StepEquations::until_bounce(const std::vector<ContactPoint>& contacts, double duration) const {

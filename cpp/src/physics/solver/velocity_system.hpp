@@ -25,6 +25,7 @@ struct ContactRows : RowSides {
   ContactVector target{};  // of the velocities along the rows [m/s]
   double recovery = 0.0;   // by how much more the bodies are to be moved apart, and not sped up [m/s]
   double still = 0.0;      // velocity along the normal at which they do not part [m/s]
+  double rebound = 0.0;    // by how much more they part than if they did not bounce [m/s]
   ContactVector impulse{};
 
   // As the solver goes on, and sets them:
