@@ -21,9 +21,9 @@ class PiecePair {
         b_(b),
         solids_(*a.shape, *b.shape),
         compliant_(compliant),
-        allowed_(compliant ? compliant_penetration(a.half_extent, b.half_extent)
+        allowed_(compliant ? compliant_penetration(a.half_extent, b.half_extent) / pressed_deeper
                            : allowed_penetration(solids_.margins(), a.half_extent, b.half_extent)),
-        deepest_(compliant ? allowed_ : pressed_deeper * allowed_) {}
+        deepest_(pressed_deeper * allowed_) {}
 
   //! Forgets which direction separated them, for a new rollout.
   void forget() {
