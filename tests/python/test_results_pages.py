@@ -39,7 +39,6 @@ OLD: set[str] = {
     "least-efforts",
     "perturbation",
     "perturbation-belief",
-    "published",
 }
 WITHOUT_SCORES = {"safety"}
 
