@@ -34,7 +34,6 @@ OLD: set[str] = {
     "bench-fewer",
     "bench-monitor",
     "bench-scale",
-    "foresight",
     "grasps-a",
     "least-efforts",
     "perturbation",
