@@ -91,6 +91,34 @@ def test_ball_bounces(restitution, ground):
     assert errors[1] < 0.6 * errors[0] or errors[1] < 1e-3
 
 
+@pytest.mark.parametrize("restitution", [0.9, 0.98, 1.0])
+@pytest.mark.parametrize("solid", [em.Sphere(RADIUS), em.Box((2 * RADIUS,) * 3)])
+def test_what_bounces_rises_as_high_from_any_height(solid, restitution):
+    surface = em.Surface(restitution=restitution)
+    for drop in np.linspace(0.1, 0.8, 30):
+        scene = em.Scene()
+        scene.add_plane("ground")
+        place = (0, 0, RADIUS + drop)
+        scene.add_body("body", solid, mass=MASS, position=place, surface=surface)
+        _, positions, _, _ = motion(scene, 2.2 * math.sqrt(2 * drop / G))
+        assert peaks(positions[:, 2])[0] == pytest.approx(restitution**2 * drop, rel=0.01)
+
+
+@pytest.mark.parametrize("share", [0.003, 0.1])
+@pytest.mark.parametrize("load", [0.5, 0.9, 1.5])
+def test_a_ball_rests_on_a_slope_up_to_its_rolling_friction(share, load):
+    slope = math.atan(load * share)
+    scene = em.Scene(gravity=(G * math.sin(slope), 0, -G * math.cos(slope)))
+    scene.add_plane("ground", friction=1.0)
+    surface = em.Surface(rolling_friction=share * RADIUS)
+    place = {"position": (0, 0, RADIUS), "surface": surface}
+    scene.add_body("ball", em.Sphere(RADIUS), mass=MASS, friction=1.0, **place)
+    _, positions, _, _ = motion(scene, 2.0)
+    free = 2.0 * G * math.sin(slope) / 1.4
+    right = max(0.0, 1.0 - 1.0 / load) * free
+    assert positions[-1, 0] == pytest.approx(right, rel=0.05, abs=1e-4)
+
+
 def test_ball_is_carried_by_a_belt():
     """Friction speeds it up at mu g until it rolls: then it goes at 2/7 of the belt's speed."""
     belt = 0.7

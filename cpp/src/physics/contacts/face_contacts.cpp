@@ -230,7 +230,8 @@ void straighten(Face& face, Face& scratch, double offset) {
   scratch.clear();
   for (std::size_t i = 0; i < face.size(); ++i) {
     const Corner& before = scratch.empty() ? face.back() : scratch.back();
-    const Corner& after = face[(i + 1) % face.size()];
+    const Corner& first = scratch.empty() ? face.front() : scratch.front();
+    const Corner& after = i + 1 < face.size() ? face[i + 1] : first;
     const double twice_area = cross(before, face[i], after);
     if (twice_area * twice_area > offset * offset * squared_distance(before, after)) scratch.push_back(face[i]);
   }

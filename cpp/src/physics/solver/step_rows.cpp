@@ -15,8 +15,8 @@ constexpr double least_bend = 1e-6;
 // for long: there a bend would do work [rad].
 constexpr double most_bent = 0.1;
 
-// Where a contact twists more easily than it slides, its friction is as much harder, but not more than this.
-constexpr double least_twisting = 0.05;
+// Where a contact twists or rolls more easily than it slides, its friction is as much harder, but not more than this.
+constexpr double least_turning = 1e-4;
 
 }  // namespace
 
@@ -38,13 +38,14 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   }
   rows.law.tangential_softness =
       0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
-  // What cannot move along the contact's plane has no friction; what hardly resists a twist would creep first.
+  // What cannot move along the contact's plane has no friction; what hardly resists a turn would creep first.
   if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
-  const double twisting = rows.law.rows > usual_rows ? solver_.inverse_mass(rows, usual_rows) : 0.0;
-  if (twisting > 0.0 && rows.law.tangential_softness > 0.0) {
-    const double share = FrictionLaw::tangential_share * twisting / rows.law.tangential_softness;
-    rows.law.tangential_softness *= std::clamp(share, least_twisting, 1.0);
+  double share = 1.0;
+  for (int i = usual_rows; i < rows.law.rows && rows.law.friction > 0.0; ++i) {
+    const double turning = FrictionLaw::tangential_share * solver_.inverse_mass(rows, i);
+    if (turning > 0.0) share = std::min(share, turning / rows.law.tangential_softness);
   }
+  rows.law.tangential_softness *= std::max(share, least_turning);
   return true;
 }
 

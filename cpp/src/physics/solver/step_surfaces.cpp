@@ -64,8 +64,9 @@ bool StepEquations::set_normal(ContactRows& rows, const ContactPoint& point, con
   return true;
 }
 
-// Newton's law of impact may give energy where bodies slip (Kane 1984). What two bodies exchange counts as one blow.
-// Whether one was too strong.
+// Newton's law of impact may give energy where bodies slip (Kane 1984). What two bodies exchange counts as one blow. A
+// rebound may have a little more energy than the blow, by the half step that velocities lag behind: that is no gain.
+// Whether a blow was too strong.
 bool StepEquations::weaken_bounces() {
   struct Blow {
     double gain = 0.0, exchanged = 0.0;
@@ -82,7 +83,8 @@ bool StepEquations::weaken_bounces() {
       const double moved = i == normal_row ? rows.still : rows.target[i];
       const double before = solver_.speed(rows, i, solver_.all_free()) - moved;
       const double after = solver_.speed(rows, i, solver_.all_velocities()) - moved;
-      blow->second.gain += 0.5 * rows.impulse[i] * (before + after);
+      const double mean = 0.5 * (before + after);
+      blow->second.gain += rows.impulse[i] * (i == normal_row && rows.rebound > 0.0 ? std::min(0.0, mean) : mean);
       blow->second.exchanged += 0.5 * std::abs(rows.impulse[i] * before);
     }
   }
