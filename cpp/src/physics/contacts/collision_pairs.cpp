@@ -201,7 +201,7 @@ void CollisionPairs::find(const std::vector<double>& reaches) {
 void CollisionPairs::add(std::size_t a, std::size_t b) {
   const bool swaps = comes_first(*shapes_[b], *shapes_[a]);
   const ContactReach near{contact_reach(a, b), std::max(filter_.early_reach(a), filter_.early_reach(b)),
-                      filter_.compliant(a, b)};
+                          filter_.compliant(a, b)};
   pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, near, std::min(scene_.contact_friction(a, b), most_friction),
                     gap_of(bounds_[a], bounds_[b])});
 }

@@ -63,7 +63,7 @@ class NearPieces {
 struct CollisionPair {
   std::size_t a, b;                   // indices in the scene, a < b
   std::size_t first, second;          // the same, in the order of contacts
-  ContactReach near;                      // of their contacts
+  ContactReach near;                  // of their contacts
   double friction;                    // coefficient of their contacts
   double gap = 0.0;                   // of the bounds, negative where they penetrate each other [m]
   bool remembers = false;             // whether one of `solids` knows where its last search ended
