@@ -37,7 +37,6 @@ OLD: set[str] = {
     "grasps-a",
     "least-efforts",
     "perturbation",
-    "perturbation-belief",
 }
 WITHOUT_SCORES = {"safety"}
 
