@@ -34,7 +34,6 @@ OLD: set[str] = {
     "bench-fewer",
     "bench-monitor",
     "bench-scale",
-    "grasps-a",
     "least-efforts",
     "perturbation",
 }
