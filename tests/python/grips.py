@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 import energymargin as em
 
 GRAVITY = 9.81  # m/s^2
@@ -15,12 +17,14 @@ def gripped(
     below: float,
     pad: float,
     surface: em.Surface | None = None,
-) -> float:
-    """How far a body sinks in 1 s between two pads of a height, `below` their middle [m].
+    force: float = 10.0,
+    friction: float = 0.4,
+    seconds: float = 1.0,
+) -> np.ndarray:
+    """How far a body moves between two pads of a height, `below` their middle: x, y, z [m].
 
-    `load` is its weight, a share of twice the friction of 10 N.
+    `load` is its weight, a share of twice the friction of the force [N].
     """
-    force, friction = 10.0, 0.4
     scene = em.Scene()
     scene.add_body("palm", em.Box((0.02,) * 3), mass=0, position=(0.0, 0.0, 0.5))
     mass = load * 2.0 * friction * force / GRAVITY
@@ -42,5 +46,6 @@ def gripped(
             torque_limit=force,
         )
     scene.disable_collisions("pad -1.0", "pad 1.0")
-    end = em.World(scene).simulate(scene.pack(), steps=240, record=[240]).states[0]
-    return float(-below - scene.unpack(end)["body"]["position"][2])
+    steps = round(seconds / scene.step)
+    end = em.World(scene).simulate(scene.pack(), steps=steps, record=[steps]).states[0]
+    return scene.unpack(end)["body"]["position"] - np.array(place)

@@ -86,4 +86,5 @@ def test_bevelled_boxes_stand_on_their_faces(bevel: float) -> None:
 @pytest.mark.parametrize("share", [0.5, 0.9])
 def test_a_grip_holds_a_bevelled_cube(bevel: float, share: float) -> None:
     cube = bevelled((0.1, 0.1, 0.1), bevel)
-    assert abs(gripped(cube, 0.1, share, below=0.0, pad=0.06)) < 1e-4
+    how = {"pad": 0.06, "force": 20.0, "friction": 0.5, "seconds": 2.0}
+    assert np.linalg.norm(gripped(cube, 0.1, share, below=0.0, **how)) < 1e-4

@@ -190,6 +190,23 @@ def test_pieces_bounce_as_one_box_does_and_among_many_bodies(restitution):
     assert rebound(pieces, 40) == pytest.approx(whole, rel=1e-3)
 
 
+@pytest.mark.parametrize("surface", [{"stiffness": 1e4}, {"restitution": 0.9}])
+@pytest.mark.parametrize("others", [0, 40])
+def test_a_blow_that_is_cut_in_two_is_the_same(surface, others):
+    scene = em.Scene()
+    scene.add_plane("floor")
+    for i in range(others):
+        scene.add_body(f"other {i}", em.Sphere(0.01), mass=0.01, position=(9 + i, 0, 99))
+    how = {"position": (0, 0, 0.2), "velocity": (0.3, 0, -3.0), "angular_velocity": (1, 2, 3)}
+    box = em.Box((0.08, 0.06, 0.05))
+    scene.add_body("body", box, mass=0.3, surface=em.Surface(**surface), **how)
+    world = em.World(scene)
+    states = world.simulate(scene.pack(), steps=40).states
+    for cut in range(0, len(states) - 1, 3):
+        resumed = world.simulate(states[cut], steps=1, record=[1]).states[0]
+        np.testing.assert_allclose(resumed, states[cut + 1], atol=1e-9)
+
+
 @pytest.mark.parametrize("surface", [{"stiffness": 1e4}, {"stiffness": 1e6}, {"restitution": 0.9}])
 @pytest.mark.parametrize("kind", ["hull", "angle"])
 def test_a_blow_gives_what_turns_no_energy(kind, surface):
