@@ -72,6 +72,8 @@ void add_leaves(const btDbvtNode* a, const btDbvtNode* b, std::vector<PieceIndic
   }
 }
 
+double mobility_of(const Body& body) { return body.dynamic() ? 1.0 / body.mass : 0.0; }
+
 int rank(const CollisionShape& body) { return body.shape->isCompound() ? 0 : body.pieces.empty() ? 2 : 1; }
 
 bool precedes(const CollisionPair& pair, const CollisionPair& other) {
@@ -202,7 +204,11 @@ void CollisionPairs::add(std::size_t a, std::size_t b) {
   const bool swaps = comes_first(*shapes_[b], *shapes_[a]);
   const ContactReach near{contact_reach(a, b), std::max(filter_.early_reach(a), filter_.early_reach(b)),
                           filter_.compliant(a, b)};
-  pairs_.push_back({a, b, swaps ? b : a, swaps ? a : b, near, std::min(scene_.contact_friction(a, b), most_friction),
+  const std::size_t first = swaps ? b : a, second = swaps ? a : b;
+  const double mobility = mobility_of(scene_.bodies()[first]);
+  const double others = mobility_of(scene_.bodies()[second]);
+  const double share = mobility > 0.0 ? mobility / (mobility + others) : 0.0;
+  pairs_.push_back({a, b, first, second, near, std::min(scene_.contact_friction(a, b), most_friction), share,
                     gap_of(bounds_[a], bounds_[b])});
 }
 
@@ -247,8 +253,10 @@ void CollisionPairs::detect(CollisionPair& pair) {
     }
     for (const FacePoint& point : *points) {
       if (point.distance > pair.near.reach()) continue;
+      // Friction of a blow acts on the body that comes: across a gap, or after one too long a step, the levers differ.
+      const btVector3 grip = point.grip + normal * (point.distance * pair.gap_share);
       points_.push_back(
-          {a, b, point.on_b + normal * point.distance, point.on_b, point.grip, normal, point.distance, pair.friction});
+          {a, b, point.on_b + normal * point.distance, point.on_b, grip, normal, point.distance, pair.friction});
       if (!on_plane && faces_.edge()) edges_.push_back({points_.size() - 1, *faces_.edge()});
     }
   }
@@ -328,8 +336,9 @@ void CollisionPairs::add_meeting(const CollisionPair& pair, PiecePair& pieces, c
   if (!met) return;
   const double distance = met->normal.dot(met->on_a - met->on_b);
   const btVector3 middle = 0.5 * (met->on_a + met->on_b), half = met->normal * (0.5 * distance);
-  blocking_.push_back(
-      {pair.a, pair.b, middle + half, middle - half, middle - half, met->normal, distance, pair.friction});
+  const btVector3 on_a = middle + half, on_b = middle - half;
+  const double share = pair.a == pair.first ? pair.gap_share : 1.0 - pair.gap_share;
+  blocking_.push_back({pair.a, pair.b, on_a, on_b, on_b + (on_a - on_b) * share, met->normal, distance, pair.friction});
 }
 
 bool CollisionPairs::add_blocking() {

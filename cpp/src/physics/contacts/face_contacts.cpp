@@ -168,8 +168,9 @@ void find_face(const InnerShape& solid, const btTransform& pose, const ContactPl
                double depth, Face& face, Face& scratch) {
   face.clear();
   const btVector3 direction = plane.normal * outward * pose.getBasis();
-  const auto [least, most] = extent(solid, direction);
-  if (has_back(solid)) depth = std::min(depth, 0.5 * (most - least));
+  const std::pair<double, double> along_normal = extent(solid, direction);
+  const double most = along_normal.second;
+  if (has_back(solid)) depth = std::min(depth, 0.5 * (most - along_normal.first));
   // A hull's corners may be as sharp as needles: they make its face as wide as it is, and no deeper than it is rounded.
   const double rounded = direction.dot(solid.support(direction)) + solid.margin();
   const double reached = solid.is_hull() ? std::min(most, rounded) : BT_LARGE_FLOAT;
