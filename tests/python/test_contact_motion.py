@@ -71,14 +71,31 @@ def test_pushed_box_on_three_feet_goes_where_friction_against_each_slip_lets_it(
     assert push_error(seed) < 1.0
 
 
-def rolls_off(floor: em.Box | None, *, ball_first: bool, fall: float, step: float) -> float:
+RADIUS, SIDEWAYS = 0.025, 0.3  # m, m/s
+SOFT = em.Surface(stiffness=1e4, damping=20.0)
+
+
+def rolls_off(
+    floor: em.Box | None,
+    *,
+    surface: em.Surface | None,
+    ball_first: bool,
+    fall: float,
+    step: float,
+) -> float:
     """Speed after a ball that came with 0.3 m/s sideways has met a floor, as a share of that."""
     scene = em.Scene(step=step)
 
     def add_ball() -> None:
-        place, velocity = (0.0, 0.0, RADIUS + fall), (SIDEWAYS, 0.0, 0.0)
-        ball = em.Sphere(RADIUS)
-        scene.add_body("ball", ball, mass=0.1, position=place, velocity=velocity, friction=1.0)
+        scene.add_body(
+            "ball",
+            em.Sphere(RADIUS),
+            mass=0.1,
+            position=(0.0, 0.0, RADIUS + fall),
+            velocity=(SIDEWAYS, 0.0, 0.0),
+            friction=1.0,
+            surface=surface,
+        )
 
     if ball_first:
         add_ball()
@@ -93,15 +110,13 @@ def rolls_off(floor: em.Box | None, *, ball_first: bool, fall: float, step: floa
     return float(scene.unpack(ran.states[-1])["ball"]["velocity"][0]) / SIDEWAYS
 
 
-RADIUS, SIDEWAYS = 0.025, 0.3
-
-
 @pytest.mark.parametrize("step", [1 / 60, 1 / 240, 1 / 1000])
 @pytest.mark.parametrize("ball_first", [False, True])
 @pytest.mark.parametrize("floor", [None, em.Box((4.0, 4.0, 0.2))])
+@pytest.mark.parametrize("surface", [None, SOFT])
 def test_ball_that_falls_and_goes_sideways_rolls_off_at_five_sevenths(
-    floor: em.Box | None, ball_first: bool, step: float
+    surface: em.Surface | None, floor: em.Box | None, ball_first: bool, step: float
 ) -> None:
     for fall in (0.05, 0.11, 0.2, 0.31, 0.44):
-        left = rolls_off(floor, ball_first=ball_first, fall=fall, step=step)
+        left = rolls_off(floor, surface=surface, ball_first=ball_first, fall=fall, step=step)
         assert left == pytest.approx(5 / 7, rel=0.01), f"a fall of {fall} m"

@@ -72,7 +72,7 @@ void add_leaves(const btDbvtNode* a, const btDbvtNode* b, std::vector<PieceIndic
   }
 }
 
-double mobility_of(const Body& body) { return body.dynamic() ? 1.0 / body.mass : 0.0; }
+double inverse_mass_of(const Body& body) { return body.dynamic() ? 1.0 / body.mass : 0.0; }
 
 int rank(const CollisionShape& body) { return body.shape->isCompound() ? 0 : body.pieces.empty() ? 2 : 1; }
 
@@ -205,9 +205,9 @@ void CollisionPairs::add(std::size_t a, std::size_t b) {
   const ContactReach near{contact_reach(a, b), std::max(filter_.early_reach(a), filter_.early_reach(b)),
                           filter_.compliant(a, b)};
   const std::size_t first = swaps ? b : a, second = swaps ? a : b;
-  const double mobility = mobility_of(scene_.bodies()[first]);
-  const double others = mobility_of(scene_.bodies()[second]);
-  const double share = mobility > 0.0 ? mobility / (mobility + others) : 0.0;
+  const double of_first = inverse_mass_of(scene_.bodies()[first]);
+  const double of_second = inverse_mass_of(scene_.bodies()[second]);
+  const double share = of_first > 0.0 ? of_first / (of_first + of_second) : 0.0;
   pairs_.push_back({a, b, first, second, near, std::min(scene_.contact_friction(a, b), most_friction), share,
                     gap_of(bounds_[a], bounds_[b])});
 }

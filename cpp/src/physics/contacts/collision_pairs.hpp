@@ -65,7 +65,7 @@ struct CollisionPair {
   std::size_t first, second;          // the same, in the order of contacts
   ContactReach near;                  // of their contacts
   double friction;                    // coefficient of their contacts
-  double gap_share;                   // of a gap, from the second to where friction acts: by their mobilities
+  double gap_share;                   // of a gap, from the second to where friction acts: by their inverse masses
   double gap = 0.0;                   // of the bounds, negative where they penetrate each other [m]
   bool remembers = false;             // whether one of `solids` knows where its last search ended
   std::vector<PieceIndices> order{};  // of contacts
