@@ -120,3 +120,46 @@ def test_ball_that_falls_and_goes_sideways_rolls_off_at_five_sevenths(
     for fall in (0.05, 0.11, 0.2, 0.31, 0.44):
         left = rolls_off(floor, surface=surface, ball_first=ball_first, fall=fall, step=step)
         assert left == pytest.approx(5 / 7, rel=0.01), f"a fall of {fall} m"
+
+
+def speeds_on_a_board(
+    mass: float, *, surface: em.Surface | None, ball_first: bool, fall: float
+) -> tuple[float, float]:
+    """Of a ball of 0.1 kg that fell and of the board on ice that it met, m/s."""
+    scene = em.Scene(step=1 / 1000)
+    scene.add_plane("ice", friction=0.0)
+
+    def add_board() -> None:
+        board = em.Box((1.0, 1.0, 0.02))
+        scene.add_body("board", board, mass=mass, position=(0.0, 0.0, 0.01), friction=1.0)
+
+    if not ball_first:
+        add_board()
+    scene.add_body(
+        "ball",
+        em.Sphere(RADIUS),
+        mass=0.1,
+        position=(0.0, 0.0, 0.02 + RADIUS + fall),
+        velocity=(SIDEWAYS, 0.0, 0.0),
+        friction=1.0,
+        surface=surface,
+    )
+    if ball_first:
+        add_board()
+    duration = (2.0 * fall / 9.81) ** 0.5 + 0.05
+    ran = em.World(scene).simulate(scene.pack(), steps=round(1000 * duration))
+    bodies = scene.unpack(ran.states[-1])
+    return float(bodies["ball"]["velocity"][0]), float(bodies["board"]["velocity"][0])
+
+
+@pytest.mark.parametrize("ball_first", [False, True])
+@pytest.mark.parametrize("surface", [None, em.Surface(stiffness=1e5, damping=20.0)])
+@pytest.mark.parametrize("mass", [0.05, 0.1, 0.4, 2.0])
+def test_ball_that_falls_on_a_board_on_ice_rolls_off_and_takes_the_board_along(
+    mass: float, surface: em.Surface | None, ball_first: bool
+) -> None:
+    free = 0.1 / mass + 2.5  # inverse mass of the board and of the ball's spin, times the ball's
+    for fall in (0.05, 0.2, 0.44):
+        ball, board = speeds_on_a_board(mass, surface=surface, ball_first=ball_first, fall=fall)
+        assert ball == pytest.approx(SIDEWAYS * free / (free + 1.0), rel=0.005), f"from {fall} m"
+        assert 0.1 * ball + mass * board == pytest.approx(0.1 * SIDEWAYS, rel=1e-6)
