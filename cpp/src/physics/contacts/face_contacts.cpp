@@ -321,8 +321,7 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
                                                      btVector3& normal) {
   points_.clear();
   edge_.reset();
-  const bool have_edges = !solids.a().is_sphere() && !solids.b().is_sphere();
-  const double rounded = have_edges ? most_rounded * solids.margins() : 0.0;
+  const double rounded = solids.have_edges() ? most_rounded * solids.margins() : 0.0;
   if (const auto closest = solids.closest(pose_a, pose_b, near.reach() + rounded)) {
     normal = closest->normal;
     find_sharp(solids, pose_a, pose_b, *closest, near, normal);
@@ -333,13 +332,12 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
 
 void FaceContacts::find_sharp(SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
                               const ClosestPoints& closest, const ContactReach& near, btVector3& normal) {
-  const bool have_edges = !solids.a().is_sphere() && !solids.b().is_sphere();
   const double same = same_depth * solids.margins();
   const double deep = closest.distance + same;
   const bool passes = closest.distance > same;
-  const bool gives = have_edges && near.compliant;
+  const bool gives = solids.have_edges() && near.compliant;
   std::optional<btVector3> axis;
-  if (gives || (have_edges && closest.distance > -same)) {
+  if (gives || (solids.have_edges() && closest.distance > -same)) {
     const bool is_of_face = find_axes(solids, pose_a, pose_b, closest, gives ? any_face : near_face);
     if (gives || !(is_of_face || faces_.empty())) axis = farthest_axis(solids, pose_a, pose_b, normal);
   }

@@ -150,6 +150,8 @@ class SolidPair {
 
   //! The sum of both margins [m].
   double margins() const { return a_.margin() + b_.margin(); }
+  //! Whether edges may meet: balls have none.
+  bool have_edges() const { return !a_.is_sphere() && !b_.is_sphere(); }
 
   //! How far the solids are apart along a unit vector from b to a, or less than nothing [m]: no more than their
   //! distance.

@@ -14,9 +14,6 @@ constexpr int midpoint_iterations = 8;
 // Solutions of a substep for how ways bend.
 constexpr int most_corrections = 4;
 
-// Solutions of a substep in which blows give energy: 0.85^16 is 0.07.
-constexpr int most_weaker = 16;
-
 // A vector after a turn by a rotation vector [rad] (Rodrigues 1840).
 btVector3 rotated(const btVector3& vector, const btVector3& turn) {
   const double squared = turn.length2();
@@ -59,9 +56,7 @@ bool StepEquations::solve(const Substep& substep) {
   const Stepping& stepping = scene_.stepping();
   bool converged = solver_.solve(stepping.iterations, stepping.tolerance);
   if (update_bends(substep)) converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
-  for (int i = 0; i < most_weaker && surfaces_ && weaken_bounces(); ++i) {
-    converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
-  }
+  if (surfaces_) converged = weaken_bounces(converged);
   set_all(substep.duration);
   for (int i = 0; i < most_corrections; ++i) {
     const bool bent = straighten_ways(substep.duration);

@@ -118,7 +118,8 @@ class StepEquations {
   bool add_contact(const ContactPoint& point, const Substep& substep);
   static Frame frame_of(const ContactPoint& point, const Surface& surface);
   bool set_normal(ContactRows& rows, const ContactPoint& point, const Surface& surface, double duration) const;
-  bool weaken_bounces();
+  bool weaken_bounces(bool converged);
+  bool weaken_gains();
   void add_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_free_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration);

@@ -16,8 +16,10 @@ constexpr double touch = 1e-3;
 // What bounces gives way by less than what rests, as a share of that.
 constexpr double bouncing_softness = 1e-2;
 
-// A blow that gives bodies energy, by more than this share of what its impulses exchange, parts them by so much less.
+// A blow that gives bodies energy, by more than this share of what its impulses exchange, parts them by so much less,
+// again and again: 0.85^16 is 0.07.
 constexpr double least_gain = 1e-4, weaker = 0.85;
+constexpr int most_weaker = 16;
 
 }  // namespace
 
@@ -64,10 +66,19 @@ bool StepEquations::set_normal(ContactRows& rows, const ContactPoint& point, con
   return true;
 }
 
+// Solves again while blows were too strong. Whether the last solution converged.
+bool StepEquations::weaken_bounces(bool converged) {
+  const Stepping& stepping = scene_.stepping();
+  for (int i = 0; i < most_weaker && weaken_gains(); ++i) {
+    converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
+  }
+  return converged;
+}
+
 // Newton's law of impact may give energy where bodies slip (Kane 1984). What two bodies exchange counts as one blow. A
 // rebound may have a little more energy than the blow, by the half step that velocities lag behind: that is no gain.
 // Whether a blow was too strong.
-bool StepEquations::weaken_bounces() {
+bool StepEquations::weaken_gains() {
   struct Blow {
     double gain = 0.0, exchanged = 0.0;
   };
