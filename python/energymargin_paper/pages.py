@@ -224,11 +224,14 @@ def list_blocks(pages: Path) -> None:
 
 def table_of_blocks(pages: Path, start: Path) -> str:
     """What made each block, and when; links are from the folder `start`."""
+    today = {bits(improved=improved) for improved in (False, True)}
     rows = [
         (
             f"[{block.name}]({Path(os.path.relpath(page, start)).as_posix()})",
-            *(block.head.version, block.head.date, block.head.minutes, f"`{block.head.command}`"),
+            *(block.head.version, "" if block.head.bits in today else "earlier"),
+            *(block.head.date, block.head.minutes, f"`{block.head.command}`"),
         )
         for page, block in all_blocks(pages)
     ]
-    return markdown_table(("block", "version", "date", "minutes", "command"), rows)
+    header = ("block", "version", "build", "date", "minutes", "command")
+    return markdown_table(header, rows)

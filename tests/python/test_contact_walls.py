@@ -34,7 +34,7 @@ def test_grasps_of_a_mug_lose_no_time_and_end_as_in_mujoco() -> None:
     assert grasps is not None
     jobs = [contact.Job("", contact.GRASP, number) for number in grasps.chosen(12, 1)]
     found = [values for values in map(contact.run, jobs) if values]
-    assert [values[2] for values in found if values[2] > contact.STALLED] == []
+    assert [values[3] for values in found if values[3] > contact.STALLED] == []
     sure = [(here, there) for here, there, *_ in found if not math.isnan(there)]
     assert sum(here != there for here, there in sure) <= 1
 
@@ -48,6 +48,17 @@ def test_study_tells_what_is_asked_what_was_measured_and_what_did_not_hold(tmp_p
     assert (tmp_path / "contact.csv").read_text().startswith("check,seed,quantity,low,high,value")
     again = contact.STUDY.reproduce(settings, tmp_path, threads=1)
     assert vars(again) == vars(result)
+
+
+def test_grasps_of_a_mug_that_miss_what_is_asked_are_told_of() -> None:
+    alike, unlike, thrown = (1, 1, 1, 0, 0.1, 0.1), (1, 0, 0, 0, 0.1, 0.1), (0, 0, 0, 0, 9.0, 0.1)
+    grasps = [alike] * 17 + [unlike, thrown, ()]
+    found = {contact.Job("", contact.GRASP, i): values for i, values in enumerate(grasps)}
+    text = contact.Contact(found).to_markdown()
+    assert "- grasps of a mug, held or lost as in MuJoCo: 18 of 19, asked at least 95%\n" in text
+    assert "- grasps of a mug, lost in MuJoCo: 2 of 19, asked at least 25%\n" in text
+    assert "- grasps of a mug, thrown by the closing hand: 1 of 19, asked none\n" in text
+    assert text.count("\n- ") == 3 and "Nothing." not in text
 
 
 def test_bar_says_which_value_is_worst() -> None:

@@ -92,15 +92,15 @@ class Contact:
         lines += [*self._failures()] or ["Nothing."]
         return "\n".join(lines) + "\n"
 
+    def _sure(self) -> list[tuple[bool, ...]]:
+        """Of the grasps of which MuJoCo is sure: held here, held there, held nearly rigid."""
+        return [tuple(map(bool, v[:3])) for v in self.of(GRASP) if v and not math.isnan(v[1])]
+
     def _mug(self) -> Iterator[str]:
         grasps = [values for values in self.of(GRASP) if values]
         if not grasps:
             return
-        sure = [tuple(map(bool, v[:3])) for v in grasps if not math.isnan(v[1])]
-        pairs = [(here, there) for here, there, _ in sure]
-        lost = sum(not there for _, there in pairs)
-        alike = sum(here == there for here, there in pairs)
-        alike_hard = sum(hard == there for _, there, hard in sure)
+        pairs = [(here, there) for here, there, _ in self._sure()]
         yield from ("", "## Grasps of a mug", "")
         yield (
             f"{len(grasps)} grasps that begin free of overlap, friction {MUG_FRICTION:g}; MuJoCo "
@@ -108,15 +108,19 @@ class Contact:
             f"{contact_mug.kappa(pairs) if pairs else math.nan:.2f}."
         )
         yield ""
-        asked = f"{AGREEMENT:.0%}"
-        rows = [
-            ["held or lost as in MuJoCo", asked, f"{alike} of {len(pairs)}"],
-            ["the same in MuJoCo, nearly rigid", "", f"{alike_hard} of {len(pairs)}"],
-            ["lost in MuJoCo", f"at least {LOST:.0%}", f"{lost} of {len(pairs)}"],
-            ["time lost", "none", f"{sum(v[3] > STALLED for v in grasps)} of {len(grasps)}"],
-            ["thrown by the closing hand", "none", f"{sum(map(_thrown, grasps))} of {len(grasps)}"],
-        ]
-        yield markdown_table(["", "asked", "measured"], rows, ["left", "right", "right"])
+        rows = [(bar.name, bar.asked, bar.measured) for bar in self._mug_bars()]
+        yield markdown_table(("", "asked", "measured"), rows, ["left", "right", "right"])
+
+    def _mug_bars(self) -> Iterator[_MugBar]:
+        grasps, sure = [values for values in self.of(GRASP) if values], self._sure()
+        alike = [here == there for here, there, _ in sure]
+        yield _MugBar("held or lost as in MuJoCo", alike, AGREEMENT)
+        yield _MugBar(
+            "the same in MuJoCo, nearly rigid", [hard == there for _, there, hard in sure]
+        )
+        yield _MugBar("lost in MuJoCo", [not there for _, there, _ in sure], LOST)
+        yield _MugBar("time lost", [values[3] > STALLED for values in grasps], none=True)
+        yield _MugBar("thrown by the closing hand", [*map(_thrown, grasps)], none=True)
 
     def _failures(self) -> Iterator[str]:
         for check in CHECKS.values():
@@ -127,6 +131,31 @@ class Contact:
             ]
             if seeds:
                 yield f"- {check.name}: seeds {', '.join(seeds)}"
+        for bar in self._mug_bars():
+            if not bar.holds:
+                yield f"- grasps of a mug, {bar.name}: {bar.measured}, asked {bar.asked}"
+
+
+@dataclass(frozen=True)
+class _MugBar:
+    """Of which grasps something is true, and of which share it should be."""
+
+    name: str
+    true: list[bool]
+    least: float = 0.0
+    none: bool = False
+
+    @property
+    def asked(self) -> str:
+        return "none" if self.none else f"at least {self.least:.0%}" if self.least else ""
+
+    @property
+    def measured(self) -> str:
+        return f"{sum(self.true)} of {len(self.true)}"
+
+    @property
+    def holds(self) -> bool:
+        return not any(self.true) if self.none else sum(self.true) >= self.least * len(self.true)
 
 
 def _thrown(values: tuple[float, ...]) -> bool:
