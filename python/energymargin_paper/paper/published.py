@@ -272,7 +272,7 @@ class Published:
                 for among in AMONG
             ]
             tables.append(_by_horizon(RECORDED_HORIZONS, means))
-        return "\n\n".join(["## The authors' scores on all of their states", *tables])
+        return "\n\n".join(["## The authors' scores on all states of these data", *tables])
 
     def _ahead(
         self, parts: Sequence[Part], score: str, horizon: int, among: Among, kind: str
