@@ -33,10 +33,9 @@ def test_grasps_of_a_mug_lose_no_time_and_end_as_in_mujoco() -> None:
     grasps = contact_mug.given()
     assert grasps is not None
     jobs = [contact.Job("", contact.GRASP, number) for number in grasps.chosen(12, 1)]
-    found = [values for values in map(contact.run, jobs) if values]
-    assert [values[3] for values in found if values[3] > contact.STALLED] == []
-    sure = [(here, there) for here, there, *_ in found if not math.isnan(there)]
-    assert sum(here != there for here, there in sure) <= 1
+    found = [contact.MugGrasp(*values) for values in map(contact.run, jobs) if values]
+    assert [grasp.still for grasp in found if grasp.still > contact.STALLED] == []
+    assert sum(grasp.held != grasp.held_there for grasp in found if grasp.is_sure) <= 1
 
 
 def test_study_tells_what_is_asked_what_was_measured_and_what_did_not_hold(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from statistics import median
+from typing import NamedTuple
 
 from energymargin._core import Cancel
 from energymargin.checks import whole_number
@@ -22,7 +23,7 @@ from energymargin_paper.evidence.contact_checks import CHECKS, Bar, Check
 from energymargin_paper.jobs import Lines, resumed
 from energymargin_paper.study import Progress, Study, setting
 
-__all__ = ["STUDY", "Contact", "Job", "Settings", "run"]
+__all__ = ["STUDY", "Contact", "Job", "MugGrasp", "Settings", "run"]
 
 RUNS_FILE = "runs.jsonl"
 GRASPS = 300  # of the mug
@@ -92,15 +93,14 @@ class Contact:
         lines += [*self._failures()] or ["Nothing."]
         return "\n".join(lines) + "\n"
 
-    def _sure(self) -> list[tuple[bool, ...]]:
-        """Of the grasps of which MuJoCo is sure: held here, held there, held nearly rigid."""
-        return [tuple(map(bool, v[:3])) for v in self.of(GRASP) if v and not math.isnan(v[1])]
+    def _grasps(self) -> list[MugGrasp]:
+        return [MugGrasp(*values) for values in self.of(GRASP) if values]
 
     def _mug(self) -> Iterator[str]:
-        grasps = [values for values in self.of(GRASP) if values]
+        grasps = self._grasps()
         if not grasps:
             return
-        pairs = [(here, there) for here, there, _ in self._sure()]
+        pairs = [(bool(g.held), bool(g.held_there)) for g in grasps if g.is_sure]
         yield from ("", "## Grasps of a mug", "")
         yield (
             f"{len(grasps)} grasps that begin free of overlap, friction {MUG_FRICTION:g}; MuJoCo "
@@ -112,15 +112,15 @@ class Contact:
         yield markdown_table(("", "asked", "measured"), rows, ["left", "right", "right"])
 
     def _mug_bars(self) -> Iterator[_MugBar]:
-        grasps, sure = [values for values in self.of(GRASP) if values], self._sure()
-        alike = [here == there for here, there, _ in sure]
+        grasps = self._grasps()
+        sure = [g for g in grasps if g.is_sure]
+        alike = [g.held == g.held_there for g in sure]
         yield _MugBar("held or lost as in MuJoCo", alike, AGREEMENT)
-        yield _MugBar(
-            "the same in MuJoCo, nearly rigid", [hard == there for _, there, hard in sure]
-        )
-        yield _MugBar("lost in MuJoCo", [not there for _, there, _ in sure], LOST)
-        yield _MugBar("time lost", [values[3] > STALLED for values in grasps], none=True)
-        yield _MugBar("thrown by the closing hand", [*map(_thrown, grasps)], none=True)
+        alike = [g.held_hard == g.held_there for g in sure]
+        yield _MugBar("the same in MuJoCo, nearly rigid", alike)
+        yield _MugBar("lost in MuJoCo", [not g.held_there for g in sure], LOST)
+        yield _MugBar("time lost", [g.still > STALLED for g in grasps], none=True)
+        yield _MugBar("thrown by the closing hand", [g.is_thrown for g in grasps], none=True)
 
     def _failures(self) -> Iterator[str]:
         for check in CHECKS.values():
@@ -134,6 +134,31 @@ class Contact:
         for bar in self._mug_bars():
             if not bar.holds:
                 yield f"- grasps of a mug, {bar.name}: {bar.measured}, asked {bar.asked}"
+
+
+class MugGrasp(NamedTuple):
+    """What is measured of a grasp of the mug."""
+
+    held: float
+    held_there: float
+    """In MuJoCo; nan where that depends on its step or softness."""
+    held_hard: float
+    """In MuJoCo, nearly rigid."""
+    still: float
+    """Steps that stand still."""
+    fastest: float
+    """Largest speed of the mug here [m/s]."""
+    fastest_there: float
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether MuJoCo says the same at both steps and softnesses."""
+        return not math.isnan(self.held_there)
+
+    @property
+    def is_thrown(self) -> bool:
+        """Whether the hand throws it much faster than in MuJoCo, where some are squeezed out."""
+        return self.fastest > FASTER * self.fastest_there + SPARE
 
 
 @dataclass(frozen=True)
@@ -156,12 +181,6 @@ class _MugBar:
     @property
     def holds(self) -> bool:
         return not any(self.true) if self.none else sum(self.true) >= self.least * len(self.true)
-
-
-def _thrown(values: tuple[float, ...]) -> bool:
-    """Whether the hand throws the mug much faster than in MuJoCo, where some are squeezed out."""
-    *_, ours, theirs = values
-    return ours > FASTER * theirs + SPARE
 
 
 def _bars(check: str) -> tuple[Bar, ...]:
@@ -241,7 +260,7 @@ def run(job: Job, cancel: Cancel | None = None) -> tuple[float, ...]:
     ours, theirs = contact_mug.here(grasp), contact_mug.there(grasp)
     sure = math.nan if theirs.held is None else float(theirs.held)
     held = float(ours.held), sure, float(theirs.held_hard)
-    return *held, float(ours.still), ours.fastest, theirs.fastest
+    return MugGrasp(*held, float(ours.still), ours.fastest, theirs.fastest)
 
 
 def _to_json(job: Job, values: tuple[float, ...]) -> str:
