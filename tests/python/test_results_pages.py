@@ -43,7 +43,6 @@ OLD: set[str] = {
     "perturbation",
     "perturbation-belief",
     "policies",
-    "published",
     "rare",
     "table1",
 }
