@@ -44,7 +44,6 @@ OLD: set[str] = {
     "perturbation-belief",
     "policies",
     "rare",
-    "table1",
 }
 WITHOUT_SCORES = {"safety"}
 
