@@ -34,6 +34,14 @@ def body(scene, name):
     return next(body for body in scene.bodies if body.name == name)
 
 
+def loose(name, at, **geom):
+    """A free ball of 0.5 m."""
+    of = " ".join(f'{key}="{value}"' for key, value in geom.items())
+    return (
+        f'<body name="{name}" pos="{at}"><freejoint/><geom name="{name}" size="0.5" {of}/></body>'
+    )
+
+
 def joint(scene, name):
     return next(joint for joint in scene.joints if joint.name == name)
 
