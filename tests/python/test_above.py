@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_policies import on_a_rail
+from reacting import on_a_rail
 
 import energymargin as em
 

@@ -7,49 +7,28 @@ import subprocess
 import threading
 import time
 
-import gymnasium
 import numpy as np
 import pytest
-from gymnasium import spaces
 from problem_files import EXECUTABLE
+from reacting import (
+    DAMPING,
+    GAINS,
+    PUSHED,
+    SEEN,
+    STIFFNESS,
+    along_x,
+    asked,
+    feedback,
+    on_a_rail,
+    policy,
+    problem,
+)
 from scipy import stats
 
 import energymargin as em
-import energymargin.gym
 from energymargin.futures import future_rows
 from energymargin.monitor import Alarm
 from energymargin.store import score_dataset
-
-AXES = ("x", "y", "z")
-SEEN = [*(f"ball.{a}" for a in AXES), *(f"ball.v{a}" for a in AXES)]
-PUSHED = [f"ball.f{a}" for a in AXES]
-STIFFNESS, DAMPING = 50.0, 2.0
-GAINS = np.hstack([STIFFNESS * np.eye(3), DAMPING * np.eye(3)])
-
-
-def problem(plan=None, spring=False, **options):
-    """A ball that is held by nothing but its plan, or by a spring."""
-    scene = em.Scene(gravity=(0, 0, 0))
-    scene.add_body("ball", em.Sphere(0.05), mass=1.0, role="object")
-    if spring:
-        scene.add_body("wall", em.Sphere(0.01), mass=0.0, position=(0, 0, 5))
-    captured = em.regions.Ball("ball", (0, 0, 0), 0.1)
-    bounds = {"force": (5, 5, 5), "torque": (0.1, 0.1, 0.1), "duration": 0.1}
-    return em.Problem(scene, scene.pack(), captured=captured, plan=plan,
-                      **{"horizon": 1.0, **bounds, **options})  # fmt: skip
-
-
-def feedback(period=1 / 240, **options):
-    return em.Feedback(GAINS, observed=SEEN, corrected=PUSHED, period=period, **options)
-
-
-def policy(act=None, period=1 / 20, observe=SEEN, **options):
-    act = act or (lambda seen, memory, time: -seen @ GAINS.T)
-    return em.Policy(act, period=period, observe=observe, command=PUSHED, **options)
-
-
-def asked(plan, rollouts=60, **options):
-    return em.capture_probability(problem(plan), rollouts=rollouts, seed=1, **options)
 
 
 def test_a_virtual_spring_holds_as_a_spring_does():
@@ -431,29 +410,6 @@ def test_what_no_feedback_has_is_refused(given, words):
 # Known answers
 
 
-def on_a_rail(plan=None, spring=False, **options):
-    """A ball that moves along x alone."""
-    scene = em.Scene(gravity=(0, 0, 0))
-    axis = {"linear_factor": (1, 0, 0), "angular_factor": (0, 0, 0)}
-    scene.add_body("ball", em.Sphere(0.05), mass=1.0, role="object", **axis)
-    scene.add_body("wall", em.Sphere(0.01), mass=0.0, position=(0, 0, 5))
-    if spring:
-        ends = {"point_a": (0, 0, -5), "stiffness": STIFFNESS, "damping": DAMPING}
-        scene.add_spring("wall", "ball", **ends)
-    bounds = {"force": (5, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 1.0, **options}
-    captured = em.regions.Ball("ball", (0, 0, 0), 0.1)
-    return em.Problem(scene, scene.pack(), captured=captured, plan=plan, **bounds)
-
-
-def along_x(period=1 / 240, stiffness=STIFFNESS):
-    return em.Feedback(
-        [[stiffness, DAMPING]],
-        observed=["ball.x", "ball.vx"],
-        corrected=["ball.fx"],
-        period=period,
-    )
-
-
 def test_a_feedback_has_the_efforts_and_probabilities_of_a_spring():
     virtual, real = on_a_rail(along_x()), on_a_rail(spring=True)
     for seed in (0, 1):
@@ -489,99 +445,6 @@ def test_the_closed_loop_under_white_noise_is_lost_as_often_as_on_a_grid():
     assert low - 0.01 <= wanted <= high + 0.01
 
 
-class Steady:
-    """An agent that always does the same, as one of stable-baselines3 is asked."""
-
-    def predict(self, seen, deterministic=False):
-        assert deterministic
-        return np.full((len(seen), 2), (0.5, 1e9)), None
-
-
-@pytest.mark.parametrize("model", [Steady(), lambda seen: np.full((len(seen), 2), (0.5, 1e9))])
-def test_an_agent_of_an_environment_does_in_a_problem_what_it_does_there(model):
-    env = gymnasium.make("energymargin.gym:EnergyMarginPush-v0")
-    env.reset(seed=17)
-    inner = env.unwrapped
-    now = em.gym.present(inner)
-    agent = em.Policy.from_gymnasium(env, model)
-    clipped = np.clip((0.5, 1e9), *(inner.action_space.low, inner.action_space.high))
-    rows = np.zeros((240, 6))
-    rows[:, :2] = clipped + [channel.offset for channel in inner.channels]
-    plan = em.Plan(step=now.scene.step, wrenches={"effector": rows})
-    one, other = (
-        em.capture_probability(
-            now.replace(horizon=1.0, plan=robot, effector="coast"), rollouts=20, seed=4
-        )
-        for robot in (agent, plan)
-    )
-    assert np.array_equal(one.exit_times, other.exit_times)
-
-
-class Cart(gymnasium.Env):
-    """Another simulator's: a cart on a rail, which sees its place and its speed."""
-
-    dt = 0.05
-    observation_space = spaces.Box(-np.inf, np.inf, (2,), np.float32)
-    action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
-
-
-def on_cart(model, **options):
-    return em.Policy.from_gymnasium(
-        Cart(),
-        model,
-        **{
-            "observe": lambda states: states[:, [0, 7]],
-            "command": ["ball.fx"],
-            "convert": lambda actions: 5.0 * actions,
-            **options,
-        },
-    )
-
-
-def test_an_agent_of_another_environment_is_told_what_it_sees_and_commands():
-    """Its clipped actions are those of a Feedback with limits."""
-    agent = on_cart(lambda seen: -seen @ [[STIFFNESS / 5], [DAMPING / 5]])
-    law = em.Feedback(
-        [[STIFFNESS, DAMPING]],
-        observed=["ball.x", "ball.vx"],
-        corrected=["ball.fx"],
-        period=0.05,
-        limits=([-5.0], [5.0]),
-    )
-    one, other = (em.capture_probability(on_a_rail(robot), seed=1) for robot in (agent, law))
-    assert np.array_equal(one.exit_times, other.exit_times)
-    assert 0 < one.captured < 1
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"command": None}, "expected command=, names of what the agent commands"),
-        ({"observe": None}, r"sees rows of the shape \(13,\), expected \(2,\).*give observe="),
-        ({"model": Steady()}, r"returned rows of the shape \(2,\), expected \(1,\)"),
-        ({"model": 3}, "model is 3, expected an agent"),
-        ({"period": -1.0}, "period of the feedback is -1"),
-    ],
-)
-def test_what_an_agent_of_another_environment_lacks_is_named(options, words):
-    options = {"model": lambda seen: seen[:, :1], **options}
-    with pytest.raises(ValueError, match=words):
-        asked(on_cart(**options))
-
-
-def test_an_environment_that_says_too_little_has_no_policy():
-    with pytest.raises(ValueError, match="drives 'table' too"):
-        em.Policy.from_gymnasium(gymnasium.make("EnergyMarginGrasp-v0"), Steady())
-    push = gymnasium.make("EnergyMarginPush-v0")
-    scaled = gymnasium.wrappers.RescaleAction(push, np.float64(-1), np.float64(1))
-    with pytest.raises(
-        ValueError, match=r"wrappers change the action_space, expected env.unwrapped"
-    ):
-        em.Policy.from_gymnasium(scaled, Steady())
-    with pytest.raises(ValueError, match="env is 3, expected an environment"):
-        em.Policy.from_gymnasium(3, Steady())
-
-
 def test_an_action_in_place_of_the_first_answer_is_what_a_plan_begins_with():
     """What a guard asks: a push for one control time, and then the policy."""
     still = em.disturbances.Uniform(strength=0.0)
@@ -598,22 +461,6 @@ def test_an_action_in_place_of_the_first_answer_is_what_a_plan_begins_with():
     with pytest.raises(ValueError, match=r"shape \(1, 2\), expected \(1, 3\)"):
         policy().after([1.0, 2.0])
     assert '"name": "net after [1, 0, 0]"' in problem(policy(name="net").after([1, 0, 0])).to_json()
-
-
-class Recurrent(Steady):
-    def predict(self, seen, deterministic=False):
-        return seen[:, :1], np.zeros(3)
-
-
-def test_an_agent_with_a_state_of_its_own_is_refused():
-    with pytest.raises(ValueError, match=r"agent has a state of its own.*keeps it in memory"):
-        asked(on_cart(Recurrent()))
-
-
-def test_an_agent_of_an_environment_goes_to_other_processes():
-    agent = em.Policy.from_gymnasium(gymnasium.make("EnergyMarginPush-v0"), Steady())
-    there = pickle.loads(pickle.dumps(agent.after([0.5, 1e9])))
-    assert np.array_equal(there._first, agent.after([0.5, 1e9])._first)
 
 
 def test_a_robot_that_goes_on_needs_a_horizon():
@@ -692,50 +539,3 @@ def test_gains_of_a_feedback_are_tuned():
     before, after = (em.capture_probability(on_a_rail(along_x(stiffness=k)), rollouts=300, seed=9)
                      for k in (1.0, found.values["stiffness"]))  # fmt: skip
     assert after.captured > before.captured + 0.3
-
-
-# torch and stable-baselines3, where they are installed
-
-
-def network(torch):
-    torch.manual_seed(0)
-    return torch.nn.Sequential(torch.nn.Linear(26, 16), torch.nn.Tanh(), torch.nn.Linear(16, 2))
-
-
-def held_by(env, model):
-    agent = em.Policy.from_gymnasium(env, model)
-    question = em.gym.present(env.unwrapped).replace(horizon=0.5, plan=agent, effector="coast")
-    return em.capture_probability(question, rollouts=40, seed=2)
-
-
-def test_a_module_of_torch_is_a_policy():
-    torch = pytest.importorskip("torch")
-    env = gymnasium.make("EnergyMarginPush-v0")
-    env.reset(seed=17)
-    module = network(torch)
-    weights = [p.detach().numpy() for p in module.parameters()]
-
-    def by_hand(seen):
-        first, bias, second, last = weights
-        return np.tanh(seen.astype(np.float32) @ first.T + bias) @ second.T + last
-
-    one, other = held_by(env, module), held_by(env, by_hand)
-    assert one.captured == pytest.approx(other.captured, abs=0.05)
-    assert isinstance(pickle.loads(pickle.dumps(em.Policy.from_gymnasium(env, module))), em.Policy)
-
-
-@pytest.mark.parametrize("kind", ["PPO", "SAC"])
-def test_a_model_of_stable_baselines3_does_in_a_problem_what_it_does_in_its_environment(kind):
-    models = pytest.importorskip("stable_baselines3")
-    env = gymnasium.make("EnergyMarginPush-v0")
-    model = getattr(models, kind)("MlpPolicy", env, seed=0, device="cpu")
-    seen, _ = env.reset(seed=17)
-    agent = em.Policy.from_gymnasium(env, model)
-    now = em.gym.present(env.unwrapped).replace(horizon=0.5, plan=agent, effector="coast")
-    for _ in range(12):
-        seen = env.step(model.predict(seen, deterministic=True)[0])[0]
-    moved = em.World(now.scene, now.plan).rollout(now.state, np.zeros(6), 0.5)
-    assert np.allclose(moved.state, seen, atol=1e-3)  # blocks of 32 rows round in another way
-    sent = pickle.loads(pickle.dumps(now))
-    here, there = (em.capture_probability(p, rollouts=40, seed=2).exit_times for p in (now, sent))
-    assert np.array_equal(here, there)

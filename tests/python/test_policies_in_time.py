@@ -5,7 +5,7 @@ import time as clock
 
 import numpy as np
 import pytest
-from test_policies import PUSHED, SEEN, feedback, on_a_rail, policy, problem
+from reacting import PUSHED, SEEN, feedback, on_a_rail, policy, problem
 
 import energymargin as em
 

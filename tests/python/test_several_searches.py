@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from test_policies import on_a_rail
+from reacting import on_a_rail
 
 import energymargin as em
 from energymargin._core import stream
