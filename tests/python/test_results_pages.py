@@ -34,7 +34,6 @@ OLD: set[str] = {
     "bench-fewer",
     "bench-monitor",
     "bench-scale",
-    "early-warning",
     "grasps-a",
     "grasps-b",
     "grasps-c",
