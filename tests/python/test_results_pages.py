@@ -38,7 +38,6 @@ OLD: set[str] = {
     "grasps-b",
     "grasps-c",
     "grasps-d",
-    "least-efforts",
     "perturbation",
     "perturbation-belief",
     "policies",
