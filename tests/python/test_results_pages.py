@@ -36,11 +36,9 @@ OLD: set[str] = {
     "bench-scale",
     "grasps-a",
     "grasps-b",
-    "grasps-c",
     "grasps-d",
     "perturbation",
     "perturbation-belief",
-    "policies",
     "rare",
 }
 WITHOUT_SCORES = {"safety"}
