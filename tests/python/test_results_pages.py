@@ -39,7 +39,6 @@ OLD: set[str] = {
     "grasps-d",
     "perturbation",
     "perturbation-belief",
-    "rare",
 }
 WITHOUT_SCORES = {"safety"}
 
