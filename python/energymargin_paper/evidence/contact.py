@@ -114,13 +114,13 @@ class Contact:
     def _mug_bars(self) -> Iterator[_MugBar]:
         grasps = self._grasps()
         sure = [g for g in grasps if g.is_sure]
-        alike = [g.held == g.held_there for g in sure]
+        alike = tuple(g.held == g.held_there for g in sure)
         yield _MugBar("held or lost as in MuJoCo", alike, AGREEMENT)
-        alike = [g.held_hard == g.held_there for g in sure]
+        alike = tuple(g.held_hard == g.held_there for g in sure)
         yield _MugBar("the same in MuJoCo, nearly rigid", alike)
-        yield _MugBar("lost in MuJoCo", [not g.held_there for g in sure], LOST)
-        yield _MugBar("time lost", [g.still > STALLED for g in grasps], none=True)
-        yield _MugBar("thrown by the closing hand", [g.is_thrown for g in grasps], none=True)
+        yield _MugBar("lost in MuJoCo", tuple(not g.held_there for g in sure), LOST)
+        yield _MugBar("time lost", tuple(g.still > STALLED for g in grasps), none=True)
+        yield _MugBar("thrown by the closing hand", tuple(g.is_thrown for g in grasps), none=True)
 
     def _failures(self) -> Iterator[str]:
         for check in CHECKS.values():
@@ -166,7 +166,7 @@ class _MugBar:
     """Of which grasps something is true, and of which share it should be."""
 
     name: str
-    true: list[bool]
+    true: tuple[bool, ...]
     least: float = 0.0
     none: bool = False
 
