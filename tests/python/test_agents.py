@@ -6,12 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium import spaces
-from reacting import (
-    DAMPING,
-    STIFFNESS,
-    asked,
-    on_a_rail,
-)
+from reacting import DAMPING, STIFFNESS, asked, on_a_rail
 
 import energymargin as em
 import energymargin.gym

@@ -162,6 +162,12 @@ def test_the_blocks_of_older_bits_are_those_that_are_known():
     assert OLD - old == set(), "they are of today's bits: take them off OLD"
 
 
+def test_the_list_of_blocks_says_which_are_of_an_earlier_build():
+    rows = [line.split(" | ") for line in table_of_blocks(DOCS, RESULTS).splitlines()[2:]]
+    earlier = {row[0][3:].partition("]")[0] for row in rows if row[2] == "earlier"}
+    assert earlier - WITHOUT_SCORES == OLD
+
+
 def test_each_piece_has_its_block_and_each_block_its_command():
     made = [block for _, block in all_blocks(DOCS)]
     pieces = {piece.name: piece for piece in PIECES}
