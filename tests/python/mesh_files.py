@@ -51,3 +51,13 @@ def mug(tmp_path):
     inner.apply_translation((0, 0, 0.01))
     cup = trimesh.creation.cylinder(0.04, 0.1, sections=64).difference(inner)
     return written(tmp_path, cup, "mug.stl")
+
+
+def objects(*surfaces):
+    """An OBJ file's text, with an object for each surface."""
+    lines, start = [], 1
+    for i, surface in enumerate(surfaces):
+        lines += [f"o {i}", *(f"v {x} {y} {z}" for x, y, z in surface.vertices)]
+        lines += ["f " + " ".join(str(int(v) + start) for v in face) for face in surface.faces]
+        start += len(surface.vertices)
+    return "\n".join(lines)

@@ -26,6 +26,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin import hdf5
 from energymargin.datasets.columns import (
     COLUMNS,
     ROW,
@@ -114,6 +115,7 @@ class Recorded(Sequence[Trajectory]):
     def _read_all(self) -> None:
         """Reads what is once in the file, and checks it."""
         file = self._file
+        hdf5.checked(file)
         _check_format(self.path, file)
         self.task, self.seed = str(file.attrs["task"]), int(file.attrs["seed"])
         self.parameters = json.loads(file.attrs["parameters"])

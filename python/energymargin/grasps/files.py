@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tarfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from energymargin.grasps.grasp_set import (
     Source,
     check_poses,
 )
+from energymargin.grasps.shards import is_shard
 from energymargin.replacing import replaced
 
 WRITERS: dict[str, Any] = {
@@ -35,6 +35,20 @@ WRITERS: dict[str, Any] = {
     **dict.fromkeys((".csv", ".txt", ".tsv"), files_csv),
 }
 """By the end of a file's name."""
+UNREAD = {
+    b"\x93NUMPY": "a file of numpy",
+    b"PK\x03\x04": "a ZIP file, as numpy's .npz or a spreadsheet",
+    b"\x80": "a pickle, which can run code",
+    b"PAR1": "a Parquet file",
+    b"SQLite format 3": "a database of SQLite",
+    b"MATLAB 5.0": "a file of Matlab",
+}
+"""By their first bytes, formats that are named."""
+YAML = re.compile(rb"(\s|#.*\n|---)*(- +[\w\"']+ *:|[\w\"']+ *:\s*[\w\"'\[{-])")
+"""The start of a YAML file: an entry of a list or of a mapping."""
+OF_POSES = (
+    "em.grasps.GraspSet(poses) takes matrices of shape (n, 4, 4), and a table has x,y,z,qx,qy,qz,qw"
+)
 OURS, SCORE, RECORDED = "energymargin/", "probability", "energymargin/recorded"
 
 
@@ -133,13 +147,26 @@ def _content(path: Path, where: Mapping[str, Any]) -> Content:
         start = file.read(65536)
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
         return files_hdf5.read(path)
-    if tarfile.is_tarfile(path):
+    _require_known(start)
+    if is_shard(path):
         return files_json.read_shard(path, where)
     if start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"{", b"[")):
         return files_json.read(path)
     if re.search(rb"^(format|grasps)\s*:", start, re.MULTILINE):
         return files_yaml.read(path)
+    if YAML.match(start):
+        raise ValueError(
+            "is a YAML file of something else, as of MoveIt, expected isaac_grasp (format: "
+            f"isaac_grasp, grasps:); {OF_POSES}"
+        )
     return files_csv.read(path)
+
+
+def _require_known(start: bytes) -> None:
+    """Raises ValueError on the start of a file in a format that is not read, with the way out."""
+    for magic, name in UNREAD.items():
+        if start.startswith(magic):
+            raise ValueError(f"is {name}, which is not read: {OF_POSES}")
 
 
 def _chosen(content: Content, where: Mapping[str, Any]) -> Content:

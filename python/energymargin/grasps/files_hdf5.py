@@ -8,6 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from energymargin import hdf5
 from energymargin.checks import numbers_of
 from energymargin.grasps.content import Content, column_of
 
@@ -15,19 +16,14 @@ FORMAT, FRAME = "ACRONYM", "franka_panda"
 LABEL = "flex/object_in_gripper"
 TRANSFORMS, QUALITIES = "grasps/transforms", "grasps/qualities/"
 
+MOST_BYTES = 2**30  # of a file's arrays: half a million grasps have 64 MB of poses
+
 
 def read(path: Path) -> Content:
     """The grasps of a file. Raises ValueError if it is cut off, or holds something else."""
-    found: dict[str, Any] = {}
-
-    def collect(name: str, thing: Any) -> None:
-        if isinstance(thing, h5py.Dataset):
-            text = h5py.check_string_dtype(thing.dtype)
-            found[name] = (thing.asstr() if text else thing)[()]
-
     try:
-        with h5py.File(path) as file:
-            file.visititems(collect)
+        with h5py.File(path, "r") as file:
+            found = _entries(path, hdf5.checked(file))
     except (OSError, KeyError, RuntimeError) as error:  # as h5py says that bytes are missing
         raise ValueError(f"is damaged or cut off, expected a whole HDF5 file: {error}") from error
     if TRANSFORMS not in found:
@@ -44,6 +40,22 @@ def read(path: Path) -> Content:
     labels = [name for name in columns if name.endswith("/object_in_gripper")]
     label = LABEL if LABEL in labels else "".join(labels[:1])
     return Content(FORMAT, poses, columns, (), said, found, label, frame=FRAME)
+
+
+def _entries(path: Path, arrays: list[hdf5.Array]) -> dict[str, Any]:
+    """The values of all arrays of a file. Raises ValueError on other than numbers and text."""
+    size = sum(array.nbytes for _, array in arrays)
+    if size > MOST_BYTES:
+        raise ValueError(f"has {size} bytes of arrays, expected at most {MOST_BYTES}")
+    found: dict[str, Any] = {}
+    for name, array in arrays:
+        if h5py.check_string_dtype(array.dtype):
+            found[name] = hdf5.texts(array, path.stat().st_size)
+        elif array.dtype.hasobject:
+            raise ValueError(f"{name} holds {array.dtype}, expected numbers or text")
+        else:
+            found[name] = array[()]
+    return found
 
 
 def write(path: Path, content: Content) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tarfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,10 @@ import numpy as np
 
 from energymargin.checks import numbers_of
 from energymargin.grasps.content import Content, column_of, flat, nested, plain
+from energymargin.grasps.shards import member_of
 
 FORMAT, FRAME = "GraspGen", None
 LABEL = "object_in_gripper"
-MEMBER = ".grasps.json"
 EXPECTED = '{"object": {"file", "scale"}, "grasps": {"transforms", "object_in_gripper"}}'
 
 
@@ -26,21 +25,9 @@ def read(path: Path) -> Content:
 
 def read_shard(path: Path, where: Mapping[str, Any]) -> Content:
     """The grasps of one object of a tar file: the only one, or where["object"]."""
-    try:
-        with tarfile.open(path) as file:
-            members = {m.name.removesuffix(MEMBER): m for m in file if m.name.endswith(MEMBER)}
-            only = next(iter(members)) if len(members) == 1 else None
-            name = str(where.get("object", only))
-            if name not in members:
-                some = ", ".join(map(repr, [*members][:3]))
-                raise ValueError(
-                    f"has {len(members)} objects ({some}{' ...' * (len(members) > 3)}), and where "
-                    f'has {name!r}; expected one of them, as where={{"object": NAME}}'
-                )
-            member = file.extractfile(members[name])
-            content = _content(member.read() if member else b"")
-    except (tarfile.TarError, EOFError) as error:
-        raise ValueError(f"is damaged or cut off, expected a whole tar file: {error}") from error
+    wanted = where.get("object")
+    name, text = member_of(path, None if wanted is None else str(wanted))
+    content = _content(text)
     content.columns["object"] = np.full(len(content.poses), name)
     return content
 

@@ -30,7 +30,7 @@ def read(path: Path) -> Content:
         import yaml
     try:
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-        whole = yaml.load(path.read_bytes(), loader)
+        whole = yaml.load(path.read_bytes(), type("Loader", (loader,), {"flatten_mapping": _plain}))
         entries = _entries(whole, {})
     except (yaml.YAMLError, RecursionError, UnicodeDecodeError) as error:
         raise ValueError(f"is no whole YAML file: {error}") from error
@@ -81,6 +81,12 @@ def write(path: Path, content: Content) -> None:
     dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
     text = yaml.dump(whole, Dumper=dumper, sort_keys=False, default_flow_style=None)
     path.write_text(text, encoding="utf-8")
+
+
+def _plain(_loader: Any, node: Any) -> None:
+    """Raises ValueError on a mapping that takes in others (<<): a few lines of them may be many."""
+    if any(key.tag == "tag:yaml.org,2002:merge" for key, _ in node.value):
+        raise ValueError("has a mapping with <<, expected its entries")
 
 
 def _entries(value: Any, known: dict[int, float]) -> float:

@@ -77,9 +77,9 @@ class GraspObject:
         from energymargin.scenes import from_urdf
 
         if Path(path).suffix.lower() == ".urdf":
-            if density is not None or scale != 1.0:
-                raise ValueError("density and scale are given, expected neither with a URDF")
-            bodies = from_urdf(path, base="free", role="object", **options).bodies
+            if scale != 1.0:
+                raise ValueError(f"scale is {scale}, expected none with a URDF, which has its own")
+            bodies = from_urdf(path, base="free", role="object", density=density, **options).bodies
             if len(bodies) != 1:
                 raise ValueError(
                     f"path is {str(path)!r}, which has {len(bodies)} links that move, expected "
@@ -87,6 +87,8 @@ class GraspObject:
                 )
             (body,) = bodies
             given = body.friction if friction is None else friction
+            if density is not None:
+                mass = density * mass_properties(body.shape).volume
             if mass is None:
                 return GraspObject(body.shape, body.mass, given, body.inertial)
             return GraspObject(body.shape, mass, given)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
-from energymargin.meshes.solids import Points, Solid
+from energymargin.meshes.solids import Faces, Points, Solid
 
 if TYPE_CHECKING:
     from manifold3d import Manifold
@@ -74,11 +74,16 @@ def solid_of(bodies: Sequence[Solid]) -> Manifold:
 
 def _bounded(surface: Trimesh) -> Manifold:
     """What a closed surface bounds, whichever way it faces."""
+    faces = surface.faces if surface.volume > 0.0 else surface.faces[:, ::-1]
+    return manifold(surface.vertices, faces)
+
+
+def manifold(vertices: Points, faces: Faces) -> Manifold:
+    """The solid of a surface; its status says if that has holes."""
     from manifold3d import Manifold, Mesh64
 
-    faces = surface.faces if surface.volume > 0.0 else surface.faces[:, ::-1]
-    vertices = np.ascontiguousarray(surface.vertices, float)
-    return Manifold(Mesh64(vertices, np.ascontiguousarray(faces, np.uint64)))
+    points, corners = np.array(vertices, float, order="C"), np.array(faces, np.uint64, order="C")
+    return Manifold(Mesh64(points, corners))  # which takes no view that cannot be written to
 
 
 def corners_of(solid: Manifold) -> Points:
@@ -86,15 +91,20 @@ def corners_of(solid: Manifold) -> Points:
     return np.asarray(solid.to_mesh64().vert_properties[:, :3], float)
 
 
+def mesh_of(solid: Manifold) -> Trimesh:
+    """The surface of a solid."""
+    import trimesh
+
+    mesh = solid.to_mesh64()
+    return trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+
+
 class Surface:
     """The surface of a solid, to measure distances from."""
 
     def __init__(self, solid: Manifold) -> None:
         """Samples it."""
-        import trimesh
-
-        mesh = solid.to_mesh64()
-        self._mesh = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+        self._mesh = mesh_of(solid)
         fine = solid.refine_to_length(_spacing(solid, SAMPLES)).to_mesh64()
         self._triangles = np.asarray(fine.vert_properties[:, :3], float)[fine.tri_verts]
         self._tree = cKDTree(self._triangles.mean(axis=1))

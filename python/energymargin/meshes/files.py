@@ -13,9 +13,10 @@ import numpy as np
 from energymargin._core import Cancel, Inertial, MassProperties
 from energymargin.bars import Update
 from energymargin.checks import positive_number
-from energymargin.errors import needs_extra
+from energymargin.errors import EnergyMarginError, needs_extra
 from energymargin.limits import Limit
 from energymargin.meshes.solids import joined, merged, points_within, solids, winding_numbers
+from energymargin.meshes.surfaces import closed_surfaces
 from energymargin.plausibility import warn
 
 if TYPE_CHECKING:
@@ -29,9 +30,14 @@ SUFFIXES = (".stl", ".obj", ".dae")
 THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
 MAX_POINTS = 128  # a ball of them has 95 % of its volume
 LEAST_POINTS = 8  # those of a box
+OVERLAP = 1e-9  # share of a volume; what overlaps by less is as good as apart
 FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
 LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is decomposed as a whole
+
+
+class FlatMeshError(EnergyMarginError, ValueError):
+    """A mesh has no volume, as that of a sticker."""
 
 
 def mesh(
@@ -54,13 +60,16 @@ def mesh(
     geometries in a file are joined. A closed surface that is convex within 1 % of its volume
     becomes one part; any other is decomposed with coacd.
 
-    `solid` of the result has the exact mass properties of the mesh if it is closed. Otherwise it is
-    None, and the parts' own mass properties count. Holes of one or two triangles are filled. Larger
-    ones make a mesh a shell, which has many parts and takes coacd a minute.
+    `solid` of the result has the exact mass properties of the mesh if it is closed: what lies in
+    several of its bodies counts once, and so does a face that is there twice or turned the wrong
+    way, with a warning. Of an open mesh it is None, and the parts' own mass properties count, with
+    a warning. Holes of one or two triangles are filled. Larger ones make a mesh a shell, which has
+    many parts and takes coacd a minute.
 
-    A closed surface within another that faces the other way bounds a cavity. The parts leave at
-    least nine tenths of it empty, if need be with a smaller threshold than the given one. It is an
-    error if the smallest threshold fills a cavity too, or if a surface may be a cavity or not.
+    A closed surface within another that faces the other way bounds a cavity; one that faces the
+    same way is inside of the body, with a warning. The parts leave at least nine tenths of a cavity
+    empty, if need be with a smaller threshold than the given one. It is an error if the smallest
+    threshold fills a cavity too, or if a surface may be a cavity or not.
 
     `deviation` of the result says how far the parts are from the mesh, and how wide an opening they
     may close. With `accuracy`, parts of coacd that are farther off are cut until none is: a hole of
@@ -92,10 +101,53 @@ def mesh(
         ImportError: without the extra [urdf].
         TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
     """
+    shape = shape_of(
+        path,
+        scale=scale,
+        decompose=decompose,
+        threshold=threshold,
+        accuracy=accuracy,
+        max_points=max_points,
+        recenter=recenter,
+        seed=seed,
+        progress=progress,
+        limit=Limit(timeout, cancel),
+    )
+    if shape.solid is None:
+        warn_of_open([Path(path).name], str(path))
+    return shape
+
+
+def warn_of_open(names: Sequence[str], fingerprint: str) -> None:
+    """Warns of shapes whose meshes have no inside, where their mass properties count."""
+    text = (
+        f"{', '.join(names)}: not closed, or closed surfaces that contradict each other, so "
+        "volume, centre of mass and inertia are those of the convex parts, which may be some "
+        "per cent off: close the mesh, or give mass and inertia."
+    )
+    warn([(text, text)], fingerprint)
+
+
+def shape_of(
+    path: str | Path,
+    *,
+    scale: float | Sequence[float],
+    decompose: bool,
+    threshold: float,
+    accuracy: float | None,
+    max_points: int,
+    limit: Limit,
+    recenter: bool = False,
+    seed: int = 0,
+    progress: Update | None = None,
+) -> MeshShape:
+    """The result of `mesh`, with `limit` for its timeout and cancel; says nothing of open meshes.
+
+    Raises FlatMeshError, and all that `mesh` does.
+    """
     from energymargin.meshes.convex import Decomposition, corners, hull_volume
     from energymargin.meshes.shape import MeshShape
 
-    limit = Limit(timeout, cancel)
     sizes = _scale(scale)
     for name, value, least, most in (
         ("threshold", threshold, 0.01, 1.0),
@@ -112,19 +164,19 @@ def mesh(
     vertices = np.asarray(whole.vertices, float)
     size = float(np.ptp(vertices, axis=0).max())
     if hull_volume(vertices) <= FLAT * size**3:
-        raise ValueError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
+        raise FlatMeshError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
     if size > LARGEST:
         text = f"scale is {scale!r}, which makes {path.name} {size:.3g} m long: lengths are in "
         text += "metres; a file in millimetres needs 0.001."
         warn([("scale", text)], text)
-    closed = pieces if all(map(_closed, pieces)) else []
-    shells = [s for one in closed for s in one.split(only_watertight=False, repair=False)]
     try:
-        bodies = solids(shells, path, limit)
+        bodies = _bodies(pieces, path, limit)
     except ValueError:
         if decompose:
             raise
         bodies = []  # the surfaces contradict each other, and the hull is the same
+    if not bodies:
+        whole.fill_holes()
     if accuracy is not None and not (decompose and bodies):
         why = f"{path} has holes, so no inside; close it" if decompose else "decompose is False"
         raise ValueError(f"accuracy is {accuracy!r}, and {why}; expected accuracy=None there")
@@ -133,8 +185,28 @@ def mesh(
     else:
         how = Decomposition(path, threshold, max_points, seed, limit)
         parts = _parts(whole, bodies, how, accuracy, progress or (lambda done, total: None))
-    solid = _solid(joined(shells)) if bodies else None
-    return MeshShape(parts, solid, bodies, recenter=recenter)
+    return MeshShape(parts, _solid(bodies) if bodies else None, bodies, recenter=recenter)
+
+
+def _bodies(pieces: list[Trimesh], path: Path, limit: Limit) -> list[Solid]:
+    """The solids in a file; none if it has holes. Raises ValueError where surfaces contradict."""
+    surfaces = closed_surfaces(pieces)
+    if surfaces is None:
+        return []
+    bodies = solids(surfaces.shells, path, limit, certain=not surfaces.turned)
+    if surfaces.turned:
+        text = f"{path.name} has faces that are there twice or face both ways: they are turned "
+        warn([("turned", text + "alike, and what they enclose is taken as solid.")], str(path))
+    return [body for body in bodies if not (body.buried and _adds_nothing(body, bodies))]
+
+
+def _adds_nothing(body: Solid, bodies: Sequence[Solid]) -> bool:
+    """Whether a body lies in others that are not buried."""
+    from energymargin.meshes.deviation import solid_of
+
+    own = solid_of([body])
+    rest = own - solid_of([other for other in bodies if not other.buried])
+    return bool(rest.volume() <= OVERLAP * own.volume())
 
 
 def _parts(
@@ -170,16 +242,13 @@ def _read(path: Path, scale: Points) -> list[Trimesh]:
     """A file's geometries in metres, each with one vertex for each place."""
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(
-            f"path is {str(path)!r}, expected a file that ends in {' '.join(SUFFIXES)}"
+            f"path is {str(path)!r}, expected a file that ends in {' '.join(SUFFIXES)}: "
+            "trimesh.load_mesh(path).export('mesh.stl') makes one of PLY, OFF, GLB or 3MF, and CAD "
+            "programs export STL of STEP"
         )
     if not path.is_file():
         raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
-    pieces = [merged(*piece) for piece in _geometries(path, scale)]
-    if all(_closed(piece) for piece in pieces):
-        return pieces
-    whole = joined(pieces)  # one surface may lie in several groups
-    whole.fill_holes()
-    return [whole]
+    return [merged(*piece) for piece in _geometries(path, scale)]
 
 
 def _geometries(path: Path, scale: Points) -> list[tuple[Points, Faces]]:
@@ -206,10 +275,6 @@ def _geometries(path: Path, scale: Points) -> list[tuple[Points, Faces]]:
     return found
 
 
-def _closed(surface: Trimesh) -> bool:
-    return bool(surface.is_watertight and surface.is_winding_consistent)
-
-
 def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
     """Raises ValueError on a closed surface that faces inwards within a surface with holes.
 
@@ -232,8 +297,15 @@ def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
             )
 
 
-def _solid(closed: Trimesh) -> MassProperties:
-    """Exact mass properties of a closed mesh of 1 kg."""
+def _solid(bodies: Sequence[Solid]) -> MassProperties:
+    """Exact mass properties of bodies of 1 kg together; where they overlap they count once."""
+    from energymargin.meshes.deviation import mesh_of, solid_of
+
+    closed = joined([surface for body in bodies for surface in (body.outer, *body.cavities)])
+    if len(bodies) > 1:
+        union = solid_of(bodies)
+        if union.volume() < (1.0 - OVERLAP) * closed.volume:
+            closed = mesh_of(union)
     volume = float(closed.volume)
     inertial = Inertial(closed.center_mass, inertia=closed.moment_inertia / volume)
     return MassProperties(volume, inertial.center, inertial.moments, inertial.axes)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.limits import Limit
+from energymargin.plausibility import warn
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
+SAME = 1e-6  # share of its size and volume by which a surface that is there twice may differ
 SAMPLES = 64  # faces of a surface by which it is located
 DEPTH = 1e-4  # of these samples below the surface, as a share of its size
 CHUNK = 1_000_000  # solid angles at a time: some 100 MB
@@ -32,6 +34,8 @@ class Solid:
 
     outer: Trimesh
     cavities: list[Trimesh] = field(default_factory=list)
+    buried: bool = False
+    """Whether it lies, as far as samples tell, in another body."""
 
 
 def triangles(bodies: Sequence[Solid]) -> list[Points]:
@@ -40,41 +44,74 @@ def triangles(bodies: Sequence[Solid]) -> list[Points]:
     return [np.asarray(surface.triangles, float) for surface in surfaces]
 
 
-def solids(shells: list[Trimesh], path: Path, limit: Limit) -> list[Solid]:
+def solids(shells: list[Trimesh], path: Path, limit: Limit, *, certain: bool = True) -> list[Solid]:
     """The solids that closed surfaces bound; surfaces of a body that faces inwards are turned.
 
     A surface within another one bounds a cavity if the two face opposite ways, and a surface within
-    a cavity a body of its own. Raises ValueError where the surfaces contradict each other,
-    TimeoutError or Cancelled at the limit.
+    a cavity a body of its own. One that faces the same way as the one around it bounds a body that
+    is `buried` in that, with a warning. One that is there twice counts once.
+
+    `certain`: whether the ways that surfaces face are the file's. Raises ValueError where they
+    contradict each other or are not certain, TimeoutError or Cancelled at the limit.
     """
     around = _around(shells, path, limit)
     order = sorted(range(len(shells)), key=lambda i: len(around[i]))
     turned: dict[int, bool] = {}
+    ways: dict[int, int] = {}  # 1 of a surface that faces outwards, -1 inwards, 0 of a second one
     found: dict[int, Solid] = {}
     for i in order:
-        depth = len(around[i])
         turned[i] = turned[around[i][0]] if around[i] else bool(shells[i].volume < 0)
         if turned[i]:
             shells[i].invert()
-        if (shells[i].volume < 0) != (depth % 2 == 1):
+        if any(_same(shells[i], shells[j]) for j in around[i]):
+            ways[i] = 0
+            continue
+        ways[i] = 1 if shells[i].volume > 0 else -1
+        outside = sum(ways[j] for j in around[i])
+        inside = outside + ways[i]
+        if inside < 0 or (outside and not certain):
             raise ValueError(
-                f"{path} has a closed surface of {len(shells[i].faces)} faces within another that "
-                "faces the same way, so it may bound a cavity or not; expected one that faces the "
-                f"other way for a cavity, or none. {WAY_OUT}"
+                f"{path} has a closed surface of {len(shells[i].faces)} faces within another, "
+                "which may bound a cavity or not; expected one that faces the other way for a "
+                f"cavity, or the same way, each face once. {WAY_OUT}"
             )
-        if depth % 2 == 0:
-            found[i] = Solid(shells[i])
+        if ways[i] > 0:
+            found[i] = Solid(shells[i], buried=outside > 0)
         else:
-            found[max(around[i], key=lambda j: len(around[j]))].cavities.append(shells[i])
+            body = max((j for j in around[i] if j in found), key=lambda j: len(around[j]))
+            found[body].cavities.append(shells[i])
+    _warn_of_buried(sum(body.buried for body in found.values()), path)
     return [found[i] for i in sorted(found)]
 
 
+def _same(shell: Trimesh, other: Trimesh) -> bool:
+    """Whether two surfaces are one that is there twice, whichever way each of them faces."""
+    least = SAME * float(other.extents.max())
+    return bool(
+        np.abs(shell.bounds - other.bounds).max() <= least
+        and abs(abs(shell.volume) - abs(other.volume)) <= SAME * abs(other.volume)
+    )
+
+
+def _warn_of_buried(count: int, path: Path) -> None:
+    if count:
+        text = (
+            f"{path.name} has {count} closed surfaces within bodies that face the same way as "
+            "these: they are taken as inside of them. A cavity's surface faces the other way."
+        )
+        warn([("buried", text)], str(path))
+
+
 def _around(shells: list[Trimesh], path: Path, limit: Limit) -> list[list[int]]:
-    """For each surface those that it lies within; ValueError if opposite ones cross each other."""
+    """For each surface those that it lies within.
+
+    Raises ValueError if opposite ones cross each other, but for a cavity into which a body reaches.
+    """
     lows = np.array([shell.bounds[0] for shell in shells])
     highs = np.array([shell.bounds[1] for shell in shells])
     volumes = np.array([shell.volume for shell in shells])
     around: list[list[int]] = []
+    crossing: list[tuple[int, int]] = []
     for i, shell in enumerate(shells):
         meets = (lows <= highs[i]).all(axis=1) & (highs >= lows[i]).all(axis=1)
         # Of two equal surfaces the later one counts as within the earlier.
@@ -87,10 +124,12 @@ def _around(shells: list[Trimesh], path: Path, limit: Limit) -> list[list[int]]:
             if share == 1.0:
                 around[i].append(int(j))
             elif share > 0.0 and volumes[i] * volumes[j] < 0.0:
-                raise ValueError(
-                    f"{path} has two closed surfaces that cross each other and face opposite ways, "
-                    f"expected surfaces of bodies and of cavities within them. {WAY_OUT}"
-                )
+                crossing.append((i, int(j)))
+    if any(not around[i] and not around[j] for i, j in crossing):
+        raise ValueError(
+            f"{path} has two closed surfaces that cross each other and face opposite ways, "
+            f"expected surfaces of bodies and of cavities within them. {WAY_OUT}"
+        )
     return around
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from energymargin.errors import needs_extra
 from energymargin.recordings import cleaning, reading
+from energymargin.recordings.folders import require_own_files
 from energymargin.recordings.reading import FrameTable, Rules, SourceFile
 from energymargin.recordings.recording import Recording
 
@@ -140,6 +141,8 @@ def _reader(source: SourceFile) -> Iterator[AnyReader]:
     with needs_extra("a bag", "ros"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
+    if source.path.is_dir():
+        require_own_files(source.path)
     paths = [source.path]
     if source.path.is_dir() and not (source.path / "metadata.yaml").exists():
         paths = [file for file in source.path.iterdir() if file.suffix.lower() in SUFFIXES]

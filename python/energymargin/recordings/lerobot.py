@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,15 @@ from numpy.typing import NDArray
 from energymargin.errors import needs_extra
 from energymargin.recordings import cleaning, reading
 from energymargin.recordings.csv_files import HEADERS, Columns, frame_table
+from energymargin.recordings.folders import require_own_files
 from energymargin.recordings.reading import Rules, SourceFile
 from energymargin.recordings.recording import Recording
 
 INFO = Path("meta", "info.json")
 EPISODE, FRAME, TIME, SUCCESS = "episode_index", "frame_index", "timestamp", "next.success"
 OWN = {FRAME: "frame", TIME: "time"}
+MOST_ELEMENTS = 10_000  # of a feature; an image's side, too
+MOST_NUMBERS = 200_000_000  # that are read of a file: 1.6 GB
 HINT = "Are units others (mm, deg)? columns= says so"
 
 Episodes = dict[int, dict[str, NDArray[np.float64]]]
@@ -107,6 +110,7 @@ def element_places(folder: Path, *, named: bool = False) -> dict[str, Place]:
 
     Raises ValueError that names the file, if the dataset is of another version.
     """
+    require_own_files(folder)
     path = folder / INFO
     try:
         info = json.loads(path.read_text(encoding="utf-8"))
@@ -121,6 +125,11 @@ def element_places(folder: Path, *, named: bool = False) -> dict[str, Place]:
         )
     found: dict[str, Place] = {}
     for feature, (shape, names) in shapes.items():
+        if not all(isinstance(size, int) and 0 <= size <= MOST_ELEMENTS for size in shape):
+            raise ValueError(
+                f"{path}: {feature!r} has the shape {shape}, expected whole numbers from 0 to "
+                f"{MOST_ELEMENTS}"
+            )
         if shape == [1]:
             found[OWN.get(feature, feature) if named else feature] = (feature, 0, 1)
         elif len(shape) == 1:
@@ -184,9 +193,21 @@ def _table(file: Path, columns: Sequence[str]) -> Any:
     with needs_extra("a LeRobot dataset", "lerobot"):
         from pyarrow import parquet
     try:
-        return parquet.read_table(file, columns=list(columns))
+        with parquet.ParquetFile(file) as opened:
+            count = sum(_stored(opened.metadata, columns))
+            if count > MOST_NUMBERS:
+                raise ValueError(f"has {count} numbers, expected at most {MOST_NUMBERS} in a file")
+            return opened.read(columns=list(columns))
     except ValueError as error:  # those of pyarrow are such
         raise ValueError(f"{file}: {error}") from error
+
+
+def _stored(metadata: Any, columns: Sequence[str]) -> Iterator[int]:
+    """How many numbers each part of the columns of a Parquet file has."""
+    for group in map(metadata.row_group, range(metadata.num_row_groups)):
+        for column in map(group.column, range(group.num_columns)):
+            if column.path_in_schema.partition(".")[0] in columns:
+                yield column.num_values
 
 
 def _numbers(file: Path, table: Any, feature: str, size: int) -> NDArray[np.float64]:

@@ -7,6 +7,25 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
+USD = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def require_robot(path: str | Path) -> None:
+    """Raises ValueError on a file of a robot in a format that is not read, with the way out."""
+    suffix = Path(path).suffix.lower()
+    if suffix in USD:
+        raise ValueError(
+            f"{path} is USD, which is not read: expected URDF (em.scenes.from_urdf) or MJCF "
+            "(em.scenes.from_mjcf), as the robot's source has, or as Isaac Sim's exporter writes"
+        )
+    if suffix in (".sdf", ".xacro", ".srdf"):
+        way = {
+            ".sdf": "gz sdf --print reads SDF, and sdformat_urdf makes URDF of it",
+            ".xacro": "`xacro FILE -o robot.urdf` makes URDF of it",
+            ".srdf": "it has groups of a robot whose URDF is another file",
+        }[suffix]
+        raise ValueError(f"{path} is {suffix[1:].upper()}, expected URDF or MJCF: {way}")
+
 
 def data_file(name: str) -> Path:
     """A file of the package's `data` folder.

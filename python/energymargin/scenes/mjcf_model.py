@@ -20,6 +20,7 @@ from energymargin.plausibility import warn
 from energymargin.reprs import Record
 from energymargin.scenes import reports
 from energymargin.scenes.additions import counted, warn_of_loose
+from energymargin.scenes.files import require_robot
 from energymargin.scenes.poses import Pose, pose
 from energymargin.scenes.reports import Row
 
@@ -54,6 +55,8 @@ def compiled(source: Any) -> Any:
         return source
     check_type("model", source, str | Path, "a path, XML or an MjModel")
     text = isinstance(source, str) and "<" in source
+    if not text:
+        require_robot(source)
     if not text and not Path(source).is_file():
         raise FileNotFoundError(f"there is no file {str(source)!r}")
     try:

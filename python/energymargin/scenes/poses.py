@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Compound, MassProperties, Part
+from energymargin._core import Compound, Inertial, MassProperties, Part, mass_properties
 from energymargin.checks import numbers_of
 
 Pose = NDArray[np.float64]
@@ -56,6 +56,26 @@ def moved(compound: Compound, matrix: Pose) -> Compound:
     return Compound(
         parts, solid=MassProperties(solid.volume, center, solid.moments, turned.as_quat())
     )
+
+
+def together(compounds: Sequence[Compound]) -> Compound:
+    """One compound of several, with the mass properties of their solids; where they overlap, twice.
+
+    Without a solid, as those of open meshes, a compound has the mass properties of its parts.
+    """
+    parts = [part for compound in compounds for part in compound.parts]
+    if all(compound.solid is None for compound in compounds):
+        return Compound(parts)
+    known = [mass_properties(own, mass_properties(own).volume) for own in compounds]
+    volume = sum(own.volume for own in known)
+    center = sum(own.volume * np.asarray(own.center) for own in known) / volume
+    inertia = np.zeros((3, 3))
+    for own in known:
+        turn, arm = pose((0.0, 0.0, 0.0), own.axes)[:3, :3], own.center - center
+        inertia += turn @ np.diag(own.moments) @ turn.T
+        inertia += own.volume * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    whole = Inertial(center, inertia=inertia / volume)
+    return Compound(parts, solid=MassProperties(volume, center, whole.moments, whole.axes))
 
 
 # Of scipy, to its last bit; to import that takes longer than to make and to score a hand.

@@ -10,25 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from energymargin import meshes
-from energymargin._core import Cancel, Compound, Mimic, Scene
+from energymargin._core import Cancel, Compound, Scene, mass_properties
 from energymargin.bars import Update
-from energymargin.checks import one_of
+from energymargin.checks import one_of, positive_number
 from energymargin.limits import Limit
 from energymargin.meshes import MAX_POINTS, THRESHOLD
+from energymargin.meshes.files import FlatMeshError, shape_of, warn_of_open
 from energymargin.plausibility import warn
 from energymargin.scenes import additions, reports
-from energymargin.scenes.additions import BASES, Additions, Control, Mistakes, counted
+from energymargin.scenes.additions import BASES, Additions, Mistakes, counted
 from energymargin.scenes.files import found
-from energymargin.scenes.poses import Pose, moved, place, pose
+from energymargin.scenes.poses import Pose, moved, place, pose, together
 from energymargin.scenes.reports import Row
 from energymargin.scenes.urdf_elements import MIMIC
 from energymargin.scenes.urdf_inertias import moving_inertials, warn_of_links
-from energymargin.scenes.urdf_model import Joint, Link, MeshFile, Robot, read, surface_of
+from energymargin.scenes.urdf_joints import joint_keywords
+from energymargin.scenes.urdf_model import Link, MeshFile, Robot, read, surface_of
 
-UNLIMITED = (-math.inf, math.inf)
 MeshOf = Callable[[MeshFile], Compound]
-SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
 
 
 def from_urdf(
@@ -45,6 +44,7 @@ def from_urdf(
     frictions: Mapping[str, float] | None = None,
     joints: Mapping[str, Mapping[str, Any]] | None = None,
     inertia: str = "file",
+    density: float | None = None,
     mimic_limits: str = "file",
     decompose: bool = True,
     threshold: float = THRESHOLD,
@@ -96,6 +96,8 @@ def from_urdf(
             is that of a joint without a motor; one that is driven needs a torque_limit.
         inertia: "file", with Bullet's <inertia_scaling>, or "shapes" to distribute the file's
             masses evenly over the collision shapes.
+        density: of links that have collision shapes and no mass in the file [kg/m^3]: they are
+            bodies then, of the mass and inertia of their shapes. None: such a link is a frame.
         mimic_limits: "file", or "leader" to leave out the limits of mimic joints, where those of
             the joint that they follow contradict them.
         decompose: whether meshes become convex parts, as in `em.mesh`.
@@ -131,18 +133,21 @@ def from_urdf(
     one_of("base", base, BASES)
     one_of("inertia", inertia, ("file", "shapes"))
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
+    if density is not None:
+        positive_number("density", density)
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
     mistakes = Mistakes(str(path))
     free, control = base != "fixed", joints or {}
-    robot = read(Path(path), ignored, limit, mistakes, free=free, subtree=subtree)
+    dense = density is not None
+    robot = read(Path(path), ignored, limit, mistakes, free=free, dense=dense, subtree=subtree)
     roles, frictions = roles or {}, frictions or {}
     overlapping, pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]
     _check_links(robot, mistakes, roles=roles, frictions=frictions, disable_collisions=paired)
     jointed = joint_keywords(robot.joints, control, prefix, mistakes, mimic_limits=mimic_limits)
-    inertials = moving_inertials(robot, mistakes, free=free, inertia=inertia)
+    moving_inertials(robot, mistakes, free=free, inertia=inertia)
     with mistakes.listed():
         additions.check_names(scene, [{"name": prefix + name} for name in robot.links], jointed)
     files: dict[str, Path] = {}
@@ -152,30 +157,23 @@ def from_urdf(
     mistakes.check()
 
     def mesh_of(file: MeshFile) -> Compound:
-        return meshes.mesh(
+        return shape_of(
             files[file.filename],
             scale=file.scale,
             decompose=decompose,
             threshold=threshold,
             accuracy=accuracy,
             max_points=max_points,
-            **limit.rest(),
+            limit=limit,
         )
 
     loose = [name for name in robot.loose if name not in additions.driven_by(control)]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
     report = progress or (lambda done, total: None)
-    bodies: dict[str, dict[str, Any]] = {}
-    for name, link in robot.links.items():
-        limit.require(f"link {name!r} was made a body")
-        report(len(bodies), len(robot.links))
-        keywords: dict[str, Any] = {"shape": _shape(link, mesh_of), "mass": link.mass}
-        if name == robot.root and not free:
-            keywords["mass"] = 0.0
-        elif name in inertials:
-            keywords["inertial"] = inertials[name]
-        bodies[name] = {"name": prefix + name, **keywords}
-    report(len(bodies), len(bodies))
+    bodies = _bodies(robot, mesh_of, limit, report, prefix=prefix, free=free, density=density)
+    for name, inertial in moving_inertials(robot, mistakes, free=free, inertia=inertia).items():
+        bodies[name]["inertial"] = inertial
+    _warn_of_open(str(path), bodies, robot.opened)
     warn_of_links(Path(path), robot, bodies)
     kinematic = {"kinematic": True} if base == "kinematic" else {}
     bodies[robot.root] |= kinematic | _place_as_given(root @ robot.base, orientation)
@@ -236,8 +234,9 @@ def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None
     """One line of what is left out without having been named in `ignore`, and one of masses."""
     told = {name: count for name, count in robot.left_out.items() if name not in ignored}
     left = (
-        f"{path}: left out, as it moves nothing or has a namespace that the file does not "
-        f"declare: {counted(told)}; ignore={tuple(told)!r} says that this is meant."
+        f"{path}: left out, as it moves nothing, is there twice, is flat (thicker, it collides) or "
+        f"has a namespace that the file does not declare: {counted(told)}; ignore={tuple(told)!r} "
+        "says that this is meant."
     )
     warn([(left, left)] if told else [], left)
     stated = ", ".join(f"{name!r} {value}" for name, value in robot.stated.items())
@@ -259,148 +258,59 @@ def _check_links(robot: Robot, mistakes: Mistakes, **named: Iterable[str]) -> No
                 mistakes.add(f"{argument} has {name!r}, expected one of {known}")
 
 
-def _shape(link: Link, mesh_of: MeshOf) -> Any:
-    """One solid in the link's frame as itself, all else as a compound."""
+def _bodies(
+    robot: Robot,
+    mesh_of: MeshOf,
+    limit: Limit,
+    report: Update,
+    *,
+    prefix: str,
+    free: bool,
+    density: float | None,
+) -> dict[str, dict[str, Any]]:
+    """By link, the keywords of `Scene.add_body` for its shape and mass; all masses are known."""
+    shapes: dict[str, Any] = {}
+    for name, link in robot.links.items():
+        limit.require(f"link {name!r} was made a body")
+        report(len(shapes), len(robot.links))
+        shapes[name] = _shape(link, mesh_of, robot)
+    report(len(shapes), len(shapes))
+    dense = [name for name, link in robot.links.items() if link.dense]
+    robot.weigh({k: (density or 0.0) * mass_properties(shapes[k]).volume for k in dense})
+    fixed = () if free else (robot.root,)
+    masses = {name: 0.0 if name in fixed else link.mass for name, link in robot.links.items()}
+    return {k: {"name": prefix + k, "shape": shapes[k], "mass": masses[k]} for k in shapes}
+
+
+def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
+    """One solid in the link's frame as itself, all else as a compound, without what is flat.
+
+    The robot knows then which flat meshes are left out, and which links have open ones.
+    """
     if len(link.geometries) == 1 and not isinstance(link.geometries[0].shape, MeshFile):
         shape, pose = link.geometries[0]
         if np.array_equal(pose, np.eye(4)):
             return shape
-    placed = [
-        moved(mesh_of(shape) if isinstance(shape, MeshFile) else Compound([shape]), pose)
-        for shape, pose in link.geometries
-    ]
-    if len(placed) == 1:
-        return placed[0]
-    return Compound([part for compound in placed for part in compound.parts])
+    placed: list[Compound] = []
+    for shape, pose in link.geometries:
+        if not isinstance(shape, MeshFile):
+            placed.append(moved(Compound([shape]), pose))
+            continue
+        try:
+            own = mesh_of(shape)
+        except FlatMeshError:
+            robot.left_out[f"flat mesh {shape.filename} of {link.name!r}"] += 1
+            continue
+        if own.solid is None:
+            robot.opened.add(link.name)
+        placed.append(moved(own, pose))
+    return placed[0] if len(placed) == 1 else together(placed)
 
 
-def joint_keywords(
-    joints: Mapping[str, Joint],
-    control: Control,
-    prefix: str,
-    mistakes: Mistakes,
-    *,
-    mimic_limits: str,
-) -> list[dict[str, Any]]:
-    """Keywords of `Scene.add_joint`, in an order in which joints may be added.
-
-    `control` of a joint replaces what the file has. Lists unknown joints and keywords, and limits
-    that contradict each other.
-    """
-    with mistakes.listed():
-        additions.check_control(control, {name: _settable(joint) for name, joint in joints.items()})
-    followers: dict[str, list[tuple[Joint, Mimic]]] = {}
-    for joint in joints.values():
-        if joint.mimic:
-            followers.setdefault(joint.mimic.joint, []).append((joint, joint.mimic))
-    keywords = {}
-    for name, joint in joints.items():
-        if joint.mimic is None:
-            own = control.get(name, {})
-            # Those that follow resist here: the same power at the same motion.
-            following = followers.get(name, ())
-            damping = sum((m.multiplier**2 * j.damping for j, m in following), joint.damping)
-            friction = sum((abs(m.multiplier) * j.friction for j, m in following), joint.friction)
-            with mistakes.listed():
-                drive = _drive(joint, damping, friction, own)
-                keywords[name] = {**_joint_frames(joint, prefix), **drive, **own}
-    for joint in joints.values():
-        if joint.mimic and joint.mimic.joint in keywords:
-            leader, mimic, own = joint.mimic.joint, joint.mimic, control.get(joint.name, {})
-            with mistakes.listed():
-                if mimic_limits == "file" or "limits" in own:
-                    _check_reach(joint, mimic, own, keywords[leader]["limits"])
-                prefixed = Mimic(prefix + leader, mimic.multiplier, mimic.offset)
-                keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": prefixed}
-    return list(keywords.values())
-
-
-def _settable(joint: Joint) -> Sequence[str]:
-    """What `joints` may set of a joint."""
-    return () if joint.type == "fixed" else ("limits",) if joint.mimic else additions.CONTROL
-
-
-def _joint_frames(joint: Joint, prefix: str) -> dict[str, Any]:
-    """Which bodies a joint connects, where, and how they move."""
-    at = place(joint.origin)
-    keywords = {
-        "name": prefix + joint.name,
-        "parent": prefix + joint.parent,
-        "child": prefix + joint.child,
-        "type": "revolute" if joint.type == "continuous" else joint.type,
-        "origin": at["position"],
-        "orientation": at["orientation"],
-    }
-    if joint.type == "fixed":
-        return keywords
-    length = float(np.linalg.norm(joint.axis))
-    if length == 0.0:
-        raise ValueError(f"joint {joint.name!r} has the axis 0 0 0, expected a direction")
-    return {**keywords, "axis": joint.axis / length}
-
-
-def _drive(joint: Joint, damping: float, friction: float, own: Mapping[str, Any]) -> dict[str, Any]:
-    """Limits, start, and what resists."""
-    if joint.type == "fixed":
-        return {}
-    lower, upper = _given(joint.name, own["limits"]) if "limits" in own else _limits(joint)
-    return {
-        "limits": (lower, upper),
-        "start": min(max(0.0, lower), upper),
-        "damping": damping,
-        "friction": friction,
-        "torque_limit": _torque_limit(joint, own),
-    }
-
-
-def _torque_limit(joint: Joint, own: Mapping[str, Any]) -> float:
-    """The effort of the file; many exporters write 0 where they know none."""
-    if joint.effort != 0.0 or "torque_limit" in own or own.get("held"):
-        return joint.effort
-    if own.get("stiffness") or own.get("damping"):
-        way = f"joints={{{joint.name!r}: {{'torque_limit': 10.0, ...}}}}"
-        raise ValueError(
-            f'joint {joint.name!r} has effort="0" in the file, and joints drives it: with a torque '
-            f"limit of 0 it would not move; {way} says how strong it is, math.inf has no limit"
-        )
-    return math.inf  # what resists without a motor is not a motor's to limit
-
-
-def _given(name: str, limits: Any) -> tuple[float, float]:
-    values = np.asarray(limits, float)
-    if values.shape != (2,) or not values[0] < values[1]:
-        raise ValueError(f"joints[{name!r}] has the limits {limits!r}, expected (lower, upper)")
-    return float(values[0]), float(values[1])
-
-
-def _limits(joint: Joint) -> tuple[float, float]:
-    """Those of the file, if it is clear what they are."""
-    lower, upper = joint.limits or (0.0, 0.0)
-    if (joint.type == "continuous") != (lower < upper):
-        return (lower, upper) if lower < upper else UNLIMITED
-    has = f"limits from {lower} to {upper}" if joint.limits else "no limits"
-    raise ValueError(
-        f"joint {joint.name!r} is {joint.type} and has {has}; "
-        f"joints={{{joint.name!r}: {{'limits': (lower, upper)}}}} says which hold"
-    )
-
-
-def _check_reach(
-    joint: Joint, mimic: Mimic, own: Mapping[str, Any], source: tuple[float, float]
+def _warn_of_open(
+    path: str, bodies: Mapping[str, Mapping[str, Any]], opened: Collection[str]
 ) -> None:
-    """A joint that follows stays within its own limits wherever the other one may go."""
-    if "limits" in own:
-        lower, upper = _given(joint.name, own["limits"])
-    elif joint.limits is None or joint.type == "continuous":
-        return
-    else:
-        lower, upper = joint.limits
-    name = mimic.joint
-    least, most = sorted(mimic.multiplier * limit + mimic.offset for limit in source)
-    if least < lower - SLACK or most > upper + SLACK:
-        raise ValueError(
-            f"joint {joint.name!r} has limits from {lower} to {upper} and follows {name!r} from "
-            f"{least} to {most}; joints={{{name!r}: {{'limits': ...}}}} or "
-            f"joints={{{joint.name!r}: {{'limits': ...}}}} says which hold, mimic_limits='leader' "
-            "that those of the joints that lead do, for all"
-        )
+    """Warns of links whose mass properties are those of meshes, some of them `opened`."""
+    bare = (name for name, body in bodies.items() if body["mass"] and "inertial" not in body)
+    if names := [repr(name) for name in bare if name in opened]:
+        warn_of_open(["links", *names], f"{path} {names}")

@@ -16,6 +16,7 @@ from xml.parsers import expat
 from energymargin.limits import Limit
 from energymargin.plausibility import warn
 from energymargin.scenes.additions import Mistakes
+from energymargin.scenes.files import require_robot
 
 # How many numbers an attribute holds, if not one; words are no numbers.
 NUMBERS = {"xyz": (3,), "rpy": (3,), "size": (3,), "scale": (1, 3)}
@@ -30,9 +31,16 @@ MOVES_NOTHING = (
     *("joint_properties", "safety_controller", "calibration", "hardwareInterface", "verbose"),
     *("link/origin", "link/gravity", "self_collide", "audio_source", "link.type", "link.concave"),
     *("geometry.name", "mesh.name", "collision.concave", "joint.dont_collapse"),
+    *("sdf", "geometry.sdf", "collision.sdf"),
     *("friction_anchor", "contact_cfm", "contact_erp", "limit.acceleration", "limit.jerk"),
 )
 MIMIC = "joint/mimic"
+# By the root of a file of another format, the way out.
+OTHER_ROOTS = {
+    "mujoco": "; em.scenes.from_mjcf reads MJCF",
+    "sdf": "; sdformat_urdf makes URDF of SDF",
+    "COLLADA": "; em.mesh reads a mesh",
+}
 # Of Bullet.
 SURFACE = ("rolling_friction", "spinning_friction", "restitution", "stiffness", "damping")
 CONTACT = ("lateral_friction", "inertia_scaling", *SURFACE)
@@ -105,14 +113,17 @@ def checked(
     TimeoutError or Cancelled at the limit.
     """
     _require_places(ignore)
+    require_robot(path)
     root, declared = parsed(path, limit)
     if root.tag != "robot":
-        raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>")
+        way = OTHER_ROOTS.get(root.tag, "")
+        raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>{way}")
     if subtree is not None:
         keep_subtree(root, subtree)
     loose = tuple(joint.get("name", "") for joint in root.iterfind("joint[mimic]"))
     left_out: Counter[str] = Counter()
     _strip(root, "", {*LOOKS, *MOVES_NOTHING, *ignore}, declared, left_out)
+    _strip_repeated(root, left_out)
     _walk(root, "robot", mistakes)
     mistakes.check(features=False)
     if mistakes.features:
@@ -166,6 +177,20 @@ def _strip(
             element.remove(child)
 
 
+def _strip_repeated(element: ET.Element, left_out: Counter[str]) -> None:
+    """Takes out elements that say again what one before them says, where there is one at most."""
+    rule = GRAMMAR.get(element.tag, _Element())
+    said: set[bytes] = set()
+    for child in list(element):
+        text = ET.tostring(child)
+        if child.tag in (*rule.one, *rule.maybe) and text in said:
+            element.remove(child)
+            left_out[f"{element.tag}/{child.tag}"] += 1
+            continue
+        said.add(text)
+        _strip_repeated(child, left_out)
+
+
 def _prefix(name: str) -> str:
     return name.rpartition(":")[0] or "xml"
 
@@ -213,7 +238,8 @@ def _check_counts(element: ET.Element, rule: _Element, where: str, mistakes: Mis
     counts = Counter(child.tag for child in element)
     for tag in (*rule.one, *rule.maybe):
         if counts[tag] > 1 or (tag in rule.one and not counts[tag]):
-            mistakes.add(f"{where}: <{element.tag}> has {counts[tag]} <{tag}>, expected one")
+            way = f"; ignore=('{element.tag}/{tag}',) leaves them out" if tag in rule.maybe else ""
+            mistakes.add(f"{where}: <{element.tag}> has {counts[tag]} <{tag}>, expected one{way}")
     if element.tag == "geometry" and len(element) != 1:
         mistakes.add(f"{where}: <geometry> has {len(element)} shapes, expected one")
 

@@ -42,14 +42,16 @@ Found = Iterator[tuple[str, str, str]]
 def moving_inertials(
     robot: Robot, mistakes: Mistakes, *, free: bool, inertia: str
 ) -> dict[str, Inertial]:
-    """By link that moves, its inertia, unless the shapes have it (`inertia="shapes"`).
+    """By link that moves and has a mass, its inertia, unless the shapes have it (those of a
+    density, and all with `inertia="shapes"`).
 
     Lists the links whose inertia is missing or impossible. With "shapes" a link without shapes has
     that of a radius of gyration of GYRATION then, and the robot's `stated` says so.
     """
     found, wrong = {}, []
     for name, link in robot.links.items():
-        if (name == robot.root and not free) or (inertia == "shapes" and link.geometries):
+        of_shapes = link.dense or (inertia == "shapes" and link.geometries)
+        if (name == robot.root and not free) or of_shapes or link.mass == 0.0:
             continue
         try:
             found[name] = _inertial(link, link.inertia)

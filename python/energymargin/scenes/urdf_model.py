@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -48,7 +48,7 @@ class Geometry(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """One link; without mass it is a frame."""
+    """One link; without mass or density it is a frame."""
 
     name: str
     mass: float
@@ -59,6 +59,13 @@ class Link:
     geometries: tuple[Geometry, ...]
     contact: dict[str, float]
     """What Bullet's <contact> has, by tag."""
+    dense: bool = False
+    """Whether its mass is that of its shapes, of a density."""
+
+    @property
+    def frame(self) -> bool:
+        """Whether it is a frame alone."""
+        return self.mass == 0.0 and not self.dense
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +107,12 @@ class Robot:
     """Joints that follow no other, since their <mimic> is left out."""
     left_out: Counter[str] = field(default_factory=Counter)
     """Elements and attributes, by name."""
+    moved: list[str] = field(default_factory=list)
+    """Links that can move, parents first."""
     stated: dict[str, str] = field(default_factory=dict)
     """By link, the mass or the inertia that the file does not have."""
+    opened: set[str] = field(default_factory=set)
+    """Links with meshes that are not closed."""
 
     def meshes(self) -> dict[str, None]:
         """The names of all mesh files."""
@@ -109,7 +120,7 @@ class Robot:
         return {shape.filename: None for shape in shapes if isinstance(shape, MeshFile)}
 
     def merge_frames(self, limit: Limit, mistakes: Mistakes, *, free: bool) -> None:
-        """Leaves a mass to each link that can move.
+        """Merges links without mass into those that carry them.
 
         A `free` robot whose root has no mass has its base in the link that is fixed to the root, if
         there is one. Raises TimeoutError or Cancelled at the limit.
@@ -130,7 +141,7 @@ class Robot:
                     continue
                 origin = joint.origin if carrier == above else at @ joint.origin
                 new.append(joint.child)
-                if joint.type == "fixed" and self.links[joint.child].mass == 0.0:
+                if joint.type == "fixed" and self.links[joint.child].frame:
                     del self.joints[joint.name]
                     places[joint.child] = (carrier, origin)
                     continue
@@ -142,15 +153,13 @@ class Robot:
         self.merged = {name: places[name] for name in frames}
         self._carry(mistakes)
         moved = {joint.child for joint in self.joints.values()} | ({self.root} if free else set())
-        for name in places:  # parents first
-            if name in moved and self.links[name].mass == 0.0:
-                self._state_mass(name)
+        self.moved = [name for name in places if name in moved]  # parents first
 
     def _root_frames(self, below: dict[str, list[Joint]]) -> dict[str, Pose]:
         """Frames of a root without mass, and the link that carries them, which is the root then;
         each with its pose there."""
         places = {self.root: np.eye(4)}
-        while self.links[self.root].mass == 0.0:
+        while self.links[self.root].frame:
             fixed = [joint for joint in below[self.root] if joint.type == "fixed"]
             if len(fixed) != 1:
                 break
@@ -178,6 +187,14 @@ class Robot:
         for name, geometries in shapes.items():
             self.links[name] = replace(self.links[name], geometries=tuple(geometries))
 
+    def weigh(self, masses: Mapping[str, float]) -> None:
+        """Gives each link that can move a mass: that of its shapes, `masses`, or a small one."""
+        for name, mass in masses.items():
+            self.links[name] = replace(self.links[name], mass=mass, dense=mass > 0.0)
+        for name in self.moved:
+            if self.links[name].mass == 0.0:
+                self._state_mass(name)
+
     def _state_mass(self, name: str) -> None:
         """Gives a link a mass that changes nothing, or little if nothing hangs on it."""
         pairs = [(joint.parent, joint.child) for joint in self.joints.values()]
@@ -197,11 +214,13 @@ def read(
     mistakes: Mistakes,
     *,
     free: bool,
+    dense: bool,
     subtree: str | None = None,
 ) -> Robot:
     """The model of a file, or of one link and what hangs on it, without its frames.
 
-    Frames are merged into the links that carry them. What is wrong with links and joints that does
+    Frames are merged into the links that carry them. `dense`: links without a mass have that of
+    their shapes, where they have any. What is wrong with links and joints that does
     not keep the model from being made is in `mistakes`; so is what is not simulated.
 
     Raises FileNotFoundError, ValueError that names all that is wrong, or what is not simulated, and
@@ -209,6 +228,9 @@ def read(
     """
     element, left_out, loose = checked(path, ignore, limit, mistakes, subtree)
     links = _by_name("link", _link, element.findall("link"), mistakes)
+    if dense:
+        of_shapes = {k: link for k, link in links.items() if not link.mass and link.geometries}
+        links |= {name: replace(link, dense=True) for name, link in of_shapes.items()}
     joints = _by_name("joint", _joint, element.findall("joint"), mistakes)
     limit.require(f"{path} was read")
     mistakes.check(features=False)

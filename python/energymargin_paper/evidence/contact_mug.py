@@ -94,10 +94,11 @@ class Grasps:
 
     def __init__(self, folder: Path, name: str = "mug") -> None:
         """Reads them. Raises ImportError without h5py or trimesh, and OSError."""
-        import h5py
         import trimesh
 
-        with h5py.File(folder / f"{name}.h5") as file:
+        from energymargin import hdf5
+
+        with hdf5.opened(folder / f"{name}.h5") as file:
             self.scale = float(file["object/scale"][()])
             self.mass = float(file["object/mass"][()])
             self.poses: Vector = file["grasps/transforms"][:]

@@ -1,0 +1,185 @@
+"""Files of strangers reach no other file, and no more memory than they have bytes for."""
+
+import io
+import json
+import os
+import tarfile
+
+import h5py
+import numpy as np
+import pytest
+
+from energymargin import datasets, grasps, hdf5, recordings
+
+POSES = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (3, 1, 1))
+
+
+@pytest.fixture
+def private(tmp_path):
+    path = tmp_path / "private.txt"
+    path.write_bytes(b"PRIVATE KEY 1234567890")
+    return path
+
+
+def external(file, private):
+    file.create_dataset("grasps/secret", (3,), "S7", external=[(str(private), 0, 21)])
+
+
+def linked(file, private):
+    with h5py.File(private.with_suffix(".h5"), "w") as other:
+        other["secret"] = np.arange(3.0)
+    file["grasps/secret"] = h5py.ExternalLink(str(private.with_suffix(".h5")), "secret")
+
+
+def linked_group(file, private):
+    linked(file, private)
+    file["object"] = h5py.ExternalLink(str(private.with_suffix(".h5")), "/")
+
+
+def virtual(file, private):
+    linked(file, private)
+    del file["grasps/secret"]
+    layout = h5py.VirtualLayout((3,), float)
+    layout[:] = h5py.VirtualSource(str(private.with_suffix(".h5")), "secret", (3,))
+    file.create_virtual_dataset("grasps/secret", layout)
+
+
+def unstored(file, _private):
+    file.create_dataset("grasps/secret", (3, 10**12), "f8", chunks=(1, 1024))
+
+
+def deep(file, _private):
+    for _ in range(100):
+        file = file.create_group("a")
+
+
+REACHES = {
+    external: "'grasps/secret' has its data in another file",
+    linked: r"'grasps/secret' is a link to '.*private\.h5'",
+    linked_group: r" is a link to '.*private\.h5'",
+    virtual: "'grasps/secret' is put together from other files",
+    unstored: r"'grasps/secret' says that it has 24000000000000 bytes, of which 0 are stored",
+    deep: "is nested deeper than 32 groups",
+}
+
+
+def open_alone(path):
+    with hdf5.opened(path):
+        pass
+
+
+@pytest.mark.parametrize("make", REACHES)
+@pytest.mark.parametrize("read", [grasps.read, datasets.open, open_alone])
+def test_an_hdf5_file_that_reaches_out_of_itself_is_refused_by_name(tmp_path, private, make, read):
+    path = tmp_path / "grasps.h5"
+    with h5py.File(path, "w") as file:
+        file["grasps/transforms"] = POSES
+        make(file, private)
+    with pytest.raises(ValueError, match=REACHES[make]):
+        read(path)
+
+
+def test_texts_that_many_places_share_are_bounded(tmp_path, monkeypatch):
+    monkeypatch.setattr(hdf5, "MOST_TEXT", 1000)
+    with h5py.File(tmp_path / "grasps.h5", "w") as file:
+        file["grasps/transforms"] = POSES
+        file["grasps/name"] = ["a" * 400] * 3
+    with pytest.raises(ValueError, match="'/grasps/name' has more than 1000 bytes of text"):
+        grasps.read(tmp_path / "grasps.h5")
+
+
+def test_an_hdf5_file_with_soft_and_hard_links_in_itself_is_read(tmp_path):
+    with h5py.File(tmp_path / "grasps.h5", "w") as file:
+        file["grasps/transforms"] = POSES
+        file["grasps/width"] = np.arange(3.0)
+        file["grasps/soft"] = h5py.SoftLink("/grasps/width")
+        file["grasps/round"] = file["grasps"]
+        file["grasps/gzip"] = np.zeros(3)
+    read = grasps.read(tmp_path / "grasps.h5")
+    assert set(read.columns) == {"gzip", "width"}
+
+
+def lerobot_folder(tmp_path, shape=(1,)):
+    folder = tmp_path / "stranger"
+    (folder / "meta").mkdir(parents=True)
+    (folder / "data" / "chunk-000").mkdir(parents=True)
+    features = {"timestamp": {"shape": list(shape), "names": None}}
+    info = {"codebase_version": "v3.0", "fps": 10, "features": features}
+    (folder / "meta" / "info.json").write_text(json.dumps(info))
+    return folder
+
+
+def test_a_link_out_of_a_folder_of_lerobot_is_refused_by_name(tmp_path, private):
+    folder = lerobot_folder(tmp_path)
+    (folder / "data" / "chunk-000" / "secret.parquet").symlink_to(private)
+    with pytest.raises(
+        ValueError, match=r"secret\.parquet is a link to '.*private\.txt', which is"
+    ):
+        recordings.read_lerobot(folder)
+
+
+def test_a_link_out_of_a_folder_of_a_bag_is_refused_by_name(tmp_path, private):
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "a.mcap").symlink_to(private)
+    with pytest.raises(ValueError, match=r"a\.mcap is a link to '.*private\.txt', which is not in"):
+        recordings.bag_topics(tmp_path / "bag")
+
+
+def test_a_pipe_in_a_folder_of_a_stranger_is_refused_by_name(tmp_path):
+    folder = lerobot_folder(tmp_path)
+    os.mkfifo(folder / "data" / "chunk-000" / "file-000.parquet")
+    with pytest.raises(ValueError, match="is neither a file nor a folder"):
+        recordings.read_lerobot(folder)
+
+
+@pytest.mark.parametrize("shape", [(10**9,), (-1,), (0.5,), ("a",)])
+def test_the_shape_of_a_feature_is_bounded_before_it_is_used(tmp_path, shape):
+    folder = lerobot_folder(tmp_path, shape)
+    with pytest.raises(ValueError, match=r"'timestamp' has the shape .*, expected whole numbers"):
+        recordings.read_lerobot(folder)
+
+
+def tar(tmp_path, *members, kind="gz"):
+    path = tmp_path / f"shard.tar.{kind}"
+    with tarfile.open(path, f"w:{kind}") as file:
+        for name, content, *more in members:
+            info = tarfile.TarInfo(name)
+            info.size = len(content)
+            info.pax_headers = more[0] if more else {}
+            file.addfile(info, io.BytesIO(content))
+    return path
+
+
+GRASPS = json.dumps({"object": {}, "grasps": {"transforms": POSES.tolist()}}).encode()
+
+
+@pytest.mark.parametrize("kind", ["gz", "bz2", "xz", ""])
+def test_a_packed_tar_file_is_read(tmp_path, kind):
+    read = grasps.read(tar(tmp_path, ("mug.grasps.json", GRASPS), kind=kind), frame="grasp")
+    assert len(read) == 3
+
+
+@pytest.mark.parametrize(
+    ("members", "message"),
+    [
+        ([("mug.grasps.json", b" " * 2**20)], r"mug\.grasps\.json has 1048576 bytes, expected at"),
+        ([("a", b"", {"comment": "x" * 2**20})], "asks for .* bytes at once, expected at most"),
+        ([(f"{k}.grasps.json", b"{}") for k in range(101)], "has more than 100 members"),
+        ([("a", b" " * 2**19)] * 9, "has more than 4194304 bytes when it is unpacked"),
+    ],
+)
+def test_what_a_tar_file_of_a_stranger_unpacks_to_is_bounded(
+    tmp_path, monkeypatch, members, message
+):
+    for name, value in (("MOST_TEXT", 2**19), ("MOST_MEMBERS", 100), ("MOST_UNPACKED", 2**22)):
+        monkeypatch.setattr(f"energymargin.grasps.shards.{name}", value)
+    with pytest.raises(ValueError, match=message):
+        grasps.read(tar(tmp_path, *members), frame="grasp")
+
+
+def test_mappings_that_take_in_others_are_refused_in_yaml(tmp_path):
+    levels = [f"a{k}: &a{k} {{<<: [*a{k - 1}, *a{k - 1}]}}" for k in range(1, 60)]
+    text = "\n".join(["format: isaac_grasp", "a0: &a0 {x: 1}", *levels, "grasps: {}"])
+    (tmp_path / "grasps.yaml").write_text(text)
+    with pytest.raises(ValueError, match="has a mapping with <<"):
+        grasps.read(tmp_path / "grasps.yaml", frame="grasp")
