@@ -8,6 +8,7 @@ from bags import EPOCH, header, message, turned, write_bag
 from command_line import run_here
 from recorded import poses_of, push, write
 
+import energymargin as em
 from energymargin import datasets
 from energymargin.recordings import bag_topics, read_bag, read_csv
 
@@ -345,3 +346,45 @@ def test_a_turn_of_a_tool_that_hangs_is_that_of_its_x_axis():
     x, y, z, w = (quaternion[name] for name in "xyzw")
     axis = [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)]
     assert np.allclose(axis, [np.cos(0.3), np.sin(0.3), 0.0])
+
+
+def stamped(columns, clocks):
+    """Messages of both bodies, logged at the wall's time, stamped by a clock of their own."""
+    found = []
+    for body, clock in clocks.items():
+        for k, t in enumerate((columns["time"] - columns["time"][0]).tolist()):
+            own = message(POSE, clock(t), *at(columns, body, k))
+            found.append((TOPICS[body], POSE, EPOCH + t, own))
+    return found
+
+
+def test_a_stamp_of_0_that_the_others_go_on_from_is_a_time(path, columns):
+    write_bag(path, stamped(columns, {body: lambda t: t for body in TOPICS}))
+    recording = read_bag(path, **TOPICS)
+    assert len(recording.times) == 60
+
+
+def test_stamps_of_0_before_a_simulations_clock_begins_are_left_out_and_told(path, columns):
+    write_bag(
+        path, stamped(columns, {body: lambda t: t + 10 if t > 0.2 else 0.0 for body in TOPICS})
+    )
+    with pytest.warns(em.PlausibilityWarning, match=r"7 messages of '/box/pose' have a stamp of 0"):
+        recording = read_bag(path, **TOPICS)
+    assert len(recording.times) == 53
+    with pytest.raises(ValueError, match=r"stamp of 0, .* repair=False forbids"):
+        read_bag(path, **TOPICS, repair=False)
+
+
+def test_topics_whose_times_have_nothing_in_common_are_refused(path, columns):
+    write_bag(path, stamped(columns, {"object": lambda t: t + 10, "effector": lambda t: EPOCH + t}))
+    with pytest.raises(ValueError, match=r"nothing in common, .* is one of them in simulated time"):
+        read_bag(path, **TOPICS)
+
+
+def test_topics_whose_clocks_differ_are_told(path, columns):
+    write_bag(
+        path,
+        stamped(columns, {"object": lambda t: EPOCH + t, "effector": lambda t: EPOCH + t - 0.7}),
+    )
+    with pytest.warns(em.PlausibilityWarning, match=r"0 s after .* 0\.7 s: do their clocks differ"):
+        read_bag(path, **TOPICS)

@@ -114,6 +114,25 @@ def test_elements_that_have_the_documented_names_need_no_columns(tmp_path):
         read_lerobot(tmp_path / "own")
 
 
+def test_times_that_are_not_those_of_the_frames_a_second_are_told(tmp_path):
+    write_lerobot(tmp_path / "pusht")
+    info = tmp_path / "pusht" / "meta" / "info.json"
+    info.write_text(info.read_text().replace('"fps": 33', '"fps": 10'))
+    with pytest.warns(em.PlausibilityWarning, match=r"33.* frames a second, and .* says fps 10"):
+        read_lerobot(tmp_path / "pusht", COLUMNS)
+
+
+def test_times_in_single_precision_since_1970_are_refused_as_such(tmp_path):
+    write_lerobot(tmp_path / "pusht")
+    for file in (tmp_path / "pusht" / "data").glob("*/*.parquet"):
+        table = parquet.read_table(file)
+        late = (table["timestamp"].to_numpy() + 1.7e9).astype(np.float32)
+        place = table.column_names.index("timestamp")
+        parquet.write_table(table.set_column(place, "timestamp", pyarrow.array(late)), file)
+    with pytest.raises(ValueError, match=r"in single precision, which at 17\d+ s has steps of 128"):
+        read_lerobot(tmp_path / "pusht", COLUMNS)
+
+
 def test_the_scores_of_an_import_become_columns_of_a_copy(folder):
     words = ("--problem", "P.json", "--columns", "columns.json", "-o", "D.h5")
     done = run_here("import", "pusht", *words, cwd=folder)

@@ -19,6 +19,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from energymargin.cli.terminal import plain
 from energymargin.interrupts import delayed_interrupts, raise_if_interrupted
 
 LEFT = (TimeRemainingColumn(), "left")
@@ -61,7 +62,7 @@ def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[
     outer = next((bar for bar in reversed(_drawn) if bar.console is console), None)
     columns = (BarColumn(), MofNCompleteColumn(), "{task.fields[unit]}", _Rate(), *LEFT)
     bar = outer or _Bar("{task.description}", *columns, console=console)
-    row = bar.add_task(title, total=None, unit=unit, visible=outer is None)
+    row = bar.add_task(plain(title), total=None, unit=unit, visible=outer is None)
     try:
         yield lambda done, total: bar.show(row, completed=done, total=total, visible=True)
     finally:
@@ -83,6 +84,6 @@ def share_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
     )
     row = bar.add_task("", total=1.0)
     try:
-        yield lambda what, share: bar.show(row, description=what, completed=share)
+        yield lambda what, share: bar.show(row, description=plain(what), completed=share)
     finally:
         bar.end()

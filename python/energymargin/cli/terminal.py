@@ -9,8 +9,18 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, NoReturn
 
-from rich.console import Console
+from rich.console import (
+    Console,
+    ConsoleOptions,
+    ConsoleRenderable,
+    RenderableType,
+    RenderHook,
+    RenderResult,
+)
+from rich.control import Control
 from rich.markup import escape
+from rich.measure import Measurement
+from rich.segment import Segment
 
 from energymargin.interrupts import on_interrupt
 from energymargin.plausibility import HOW_TO_IGNORE
@@ -20,8 +30,44 @@ BAD_INPUT = 2
 TIMED_OUT = 124
 INTERRUPTED = 130
 
+# What makes a terminal do something other than show text, or show it in another order: control
+# characters but for new lines and tabs, and marks of direction.
+_COMMANDS = {
+    code: None
+    for codes in (range(9), range(11, 32), range(127, 160), range(0x202A, 0x202F))
+    for code in codes
+} | dict.fromkeys((0x200E, 0x200F, 0x61C, *range(0x2066, 0x206A)))
+
+
+def plain(text: str) -> str:
+    """The text without characters that command a terminal."""
+    return text.translate(_COMMANDS)
+
+
+class _Plain:
+    """What is to be printed, without characters that command a terminal: names are of files."""
+
+    def __init__(self, content: RenderableType) -> None:
+        self._content = content
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for segment in console.render(self._content, options):
+            text, style, control = segment
+            yield segment if control else Segment(plain(text), style)
+
+    def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
+        return Measurement.get(console, options, self._content)
+
+
+class _PlainText(RenderHook):
+    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
+        return [one if isinstance(one, Control) else _Plain(one) for one in renderables]
+
+
 out = Console()
 err = Console(stderr=True)
+for _console in (out, err):
+    _console.push_render_hook(_PlainText())
 
 
 def say(text: str) -> None:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.errors import needs_extra
+from energymargin.plausibility import warn
 from energymargin.recordings import cleaning, reading
 from energymargin.recordings.folders import require_own_files
 from energymargin.recordings.reading import FrameTable, Rules, SourceFile
@@ -38,6 +39,8 @@ UNIT = 1e-3  # by so much a quaternion of single precision is not of length one
 FLAT = 0.1  # length of the x axis seen from above, from which on its heading is known
 CLEARLY = 1.1  # times as rare; else the frames are the object's
 NANOSECONDS = 1_000_000_000
+LATE = 3.0  # usual steps between a stamp of 0 and the next one, up to which 0 is a time
+MOST_LAG = 0.5  # s, by which two topics' messages may differ in how late they were recorded
 HINT = "Poses are in m and quaternions (REP 103)"
 
 TRANSFORM = "geometry_msgs/msg/TransformStamped"
@@ -58,6 +61,7 @@ class _Sighting(NamedTuple):
     """A pose in space."""
 
     nanoseconds: int
+    """Of the header; 0 if that has none."""
     frame: str
     """The child frame of a transform."""
     pose: tuple[float, ...]
@@ -65,6 +69,8 @@ class _Sighting(NamedTuple):
     parent: str
     number: int
     """Number of the message on its topic, from 1 on."""
+    logged: int
+    """When the message was recorded [ns]."""
 
 
 def read_bag(
@@ -85,7 +91,8 @@ def read_bag(
 
     The frames are those of the body that is seen more rarely. Where the other one then was lies on
     the line between its messages before and after. Velocities are those of a smoothing spline.
-    Times are those of the headers, or of the log if they have none. Needs the extra [ros].
+    Times are those of the headers, or of the log if a topic's have none. Messages whose stamp is 0
+    before a simulation's clock begins are left out with a warning. Needs the extra [ros].
 
     Args:
         path: a file of ROS 2 (MCAP or sqlite3) or ROS 1 (.bag), or the folder of a bag.
@@ -112,7 +119,9 @@ def read_bag(
     wanted = {"object": _topic("object", object), "effector": _topic("effector", effector)}
     if wanted["object"] == wanted["effector"]:
         raise ValueError(f"object and effector are both {object!r}, expected two bodies")
-    return reading.recording_of(_table(source, _sightings(source, wanted), rules), rules, place)
+    return reading.recording_of(
+        _table(source, _sightings(source, wanted, repair=repair), rules), rules, place
+    )
 
 
 def is_bag(path: Path) -> bool:
@@ -159,7 +168,7 @@ def _reader(source: SourceFile) -> Iterator[AnyReader]:
 
 
 def _sightings(
-    source: SourceFile, wanted: dict[str, tuple[str, str]]
+    source: SourceFile, wanted: dict[str, tuple[str, str]], *, repair: bool
 ) -> dict[str, list[_Sighting]]:
     """Those of both bodies, each pose once, in the order of their times and in the same frame."""
     topics = bag_topics(source.path)
@@ -172,7 +181,11 @@ def _sightings(
                 f"{what}, expected one of {', '.join(POSES)}; its topics are {known}"
             )
     seen = _read(source, {topic for topic, _ in wanted.values()})
-    found = {body: _of_frame(source, *named, seen[named[0]]) for body, named in wanted.items()}
+    found = {
+        body: _timed(source, named[0], _of_frame(source, *named, seen[named[0]]), repair=repair)
+        for body, named in wanted.items()
+    }
+    _require_one_clock(source, {wanted[body][0]: own for body, own in found.items()})
     parents = sorted({one.parent for own in found.values() for one in own})
     if len(parents) > 1:
         raise source.error(
@@ -196,9 +209,9 @@ def _read(source: SourceFile, topics: set[str]) -> dict[str, list[_Sighting]]:
                 pose = (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w)
                 stamp = one.header.stamp.sec * NANOSECONDS + one.header.stamp.nanosec
                 frame = one.child_frame_id if connection.msgtype in (TRANSFORM, SEVERAL) else ""
-                key, number = (stamp or logged, frame, pose), numbers[connection.topic]
-                sighting = _Sighting(*key, one.header.frame_id, number)
-                found[connection.topic].setdefault(key, sighting)
+                number = numbers[connection.topic]
+                sighting = _Sighting(stamp, frame, pose, one.header.frame_id, number, logged)
+                found[connection.topic].setdefault((stamp or logged, frame, pose), sighting)
     return {topic: list(sightings.values()) for topic, sightings in found.items()}
 
 
@@ -214,6 +227,55 @@ def _of_frame(
             f"as '{topic}:{frames[0] if frames else 'box'}'"
         )
     return [one for one in sightings if one.frame == own]
+
+
+def _timed(
+    source: SourceFile, topic: str, seen: list[_Sighting], *, repair: bool
+) -> list[_Sighting]:
+    """Sightings with the time of their header, or all with that of the log if no header has one.
+
+    A stamp of 0 that the others go on from is a time. Other stamps of 0 are of messages before a
+    simulation's clock began: they are left out with a warning, or refused without `repair`.
+    """
+    stamped = [one for one in seen if one.nanoseconds]
+    if not stamped:
+        return [one._replace(nanoseconds=one.logged) for one in seen]
+    steps = np.diff([one.nanoseconds for one in stamped])
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    count = len(seen) - len(stamped)
+    if count == 1 and not seen[0].nanoseconds and stamped[0].nanoseconds <= LATE * usual:
+        return seen
+    if count:
+        text = f"{count} messages of {topic!r} have a stamp of 0, as before a simulation's clock "
+        if not repair:
+            raise source.error(f"{text}begins, and repair=False forbids to leave them out")
+        warn([(topic, f"{source.path}: {text}begins: they are left out.")], str(source.path))
+    return stamped
+
+
+def _require_one_clock(source: SourceFile, seen: dict[str, list[_Sighting]]) -> None:
+    """Raises ValueError if the times of two topics have nothing in common, and warns if they were
+    recorded with clocks that differ."""
+    times = [[one.nanoseconds / NANOSECONDS for one in own] for own in seen.values()]
+    (first, second), topics = times, [*map(repr, seen)]
+    spans = [
+        f"those of {topic} are from {min(own):.10g} to {max(own):.10g} s"
+        for topic, own in zip(topics, times, strict=True)
+    ]
+    told = f"{' and '.join(spans)}: is one of them in simulated time (use_sim_time)"
+    apart = max(min(second) - max(first), min(first) - max(second))
+    if apart > 0.0:
+        raise source.error(f"the times of two topics have nothing in common, {told}?")
+    lags = [
+        float(np.median([one.logged - one.nanoseconds for one in own])) / NANOSECONDS
+        for own in seen.values()
+    ]
+    if abs(lags[0] - lags[-1]) > MOST_LAG:
+        text = (
+            f"{source.path}: messages of {topics[0]} were recorded {lags[0]:.3g} s after their "
+            f"stamps and those of {topics[-1]} {lags[-1]:.3g} s: do their clocks differ?"
+        )
+        warn([(text, text)], str(source.path))
 
 
 def _table(source: SourceFile, seen: dict[str, list[_Sighting]], rules: Rules) -> FrameTable:

@@ -8,6 +8,7 @@ in them, and meta/episodes, which has the length of each episode. A feature is a
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.errors import needs_extra
+from energymargin.plausibility import warn
 from energymargin.recordings import cleaning, reading
 from energymargin.recordings.csv_files import HEADERS, Columns, frame_table
 from energymargin.recordings.folders import require_own_files
@@ -26,6 +28,7 @@ from energymargin.recordings.recording import Recording
 INFO = Path("meta", "info.json")
 EPISODE, FRAME, TIME, SUCCESS = "episode_index", "frame_index", "timestamp", "next.success"
 OWN = {FRAME: "frame", TIME: "time"}
+MOST_OFF = 0.1  # share by which times may differ from the frames a second that are said
 MOST_ELEMENTS = 10_000  # of a feature; an image's side, too
 MOST_NUMBERS = 200_000_000  # that are read of a file: 1.6 GB
 HINT = "Are units others (mm, deg)? columns= says so"
@@ -74,14 +77,32 @@ def read_lerobot(
     except ValueError as error:
         raise ValueError(f"{folder / INFO}: {error}; it has {', '.join(places)}") from None
     used = {known[number]: places[known[number]] for number, _ in fields.values()}
-    origin, found = reading.frame_origin(layout.origin), []
+    origin, found, rate = reading.frame_origin(layout.origin), [], _rate(folder)
     for episode, values in read_episodes(folder, used).items():
         source = SourceFile(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
         own = {name: size * values[known[number]] for name, (number, size) in fields.items()}
         lines = np.arange(len(own["time"]))
+        _compare_rate(source, rate, own["time"])
         table = frame_table(source, lines, {**own, **layout.constants})
         found.append(reading.recording_of(table, rules, origin))
     return found
+
+
+def _rate(folder: Path) -> float:
+    """Frames a second as meta/info.json says; 0 if it does not."""
+    rate = json.loads((folder / INFO).read_text(encoding="utf-8")).get("fps")
+    return float(rate) if isinstance(rate, (int, float)) and math.isfinite(rate) else 0.0
+
+
+def _compare_rate(source: SourceFile, rate: float, times: NDArray[np.float64]) -> None:
+    """Warns if the times of an episode are not those of the frames a second that are said."""
+    step = cleaning.usual_step(times)
+    if rate > 0.0 and 0.0 < step < math.inf and abs(step * rate - 1.0) > MOST_OFF:
+        text = (
+            f"{source.path}: its times are {step:.4g} s apart, {1.0 / step:.4g} frames a second, "
+            f"and {INFO} says fps {rate:g}: the times hold. Which of them is right?"
+        )
+        warn([(str(source.path.parent), text)], text)
 
 
 def is_lerobot(path: Path) -> bool:

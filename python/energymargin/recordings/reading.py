@@ -28,6 +28,7 @@ LONGEST_GAP = 0.1  # s; three frames at 33 Hz, in which a push of 5 cm/s goes 5 
 MOST_REPAIRED = 0.25  # of the frames
 LEAST_STEP = 0.5  # of the median step of time, between frames that are filled in
 
+COARSE = 0.1  # of a frame's step, by which times may be rounded
 STEPS = (5e-4, 0.5)  # s; a frame's
 FARTHEST = (50.0, 50.0, 4 * math.pi)  # m and rad, of x, y and yaw
 FASTEST = (10.0, 10.0, 20.0)  # m/s and rad/s
@@ -160,6 +161,7 @@ def _require_enough(table: FrameTable, count: int, what: str) -> None:
 
 def _require_clock(table: FrameTable, smoothing: float) -> None:
     """Raises ValueError unless frames and times rise, in steps of a camera, and for long enough."""
+    _require_precise(table)
     require_rising(table.source, "frame", table.frames.astype(float), table.lines)
     require_rising(table.source, "time", table.times, table.lines)
     step, length = cleaning.usual_step(table.times), float(np.ptp(table.times))
@@ -171,6 +173,19 @@ def _require_clock(table: FrameTable, smoothing: float) -> None:
     if smoothing > length:
         raise ValueError(
             f"smoothing is {smoothing:g}, expected at most the recording's {length:g} s"
+        )
+
+
+def _require_precise(table: FrameTable) -> None:
+    """Raises ValueError on times in single precision that are too late for it, as since 1970."""
+    times = table.times
+    rounded = float(np.spacing(np.float32(np.abs(times).max())))
+    length = float(np.ptp(times)) / (len(times) - 1)
+    if (times == times.astype(np.float32)).all() and rounded > COARSE * max(length, STEPS[0]):
+        raise table.source.error(
+            f"its times are in single precision, which at {times[0]:.10g} s has steps of "
+            f"{rounded:.3g} s, and its frames are {length:.3g} s apart: expected double precision, "
+            "or times since the first frame"
         )
 
 
