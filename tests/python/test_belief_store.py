@@ -153,6 +153,48 @@ def test_the_viewer_shows_a_low_quantile_beside_the_mean(dataset, path):
     assert f">{mean['capture']:.3f}<" in table and f">{low['capture']:.3f}<" in table
 
 
+def test_a_run_with_a_horizon_stands_beside_one_of_its_own_belief_alone(dataset, tmp_path):
+    """Whatever was scored before, and however many metrics the others have."""
+    path, ahead = tmp_path / "scores.db", em.datasets.Future(1, plan="hold")
+    other = Uncertainty(friction={"table": 0.1})
+    beliefs = [None, KNOWN, other]
+
+    def score(metrics, belief, particles=3, **asked):
+        model = {} if belief is None else {"uncertainty": belief, "particles": particles}
+        keywords = {"nodes": 90, "rollouts": 5, "executor": em.executors.Threads(1)}
+        score_dataset(dataset, path, metrics, **keywords, **model, **asked)
+
+    for belief in beliefs:
+        score(["probability"], belief, future=ahead)
+    with ScoreStore(path) as store:
+        assert [store.beside(run) for run in store.runs()] == [None] * 3
+    score(["force", "capture"], other)
+    score(["capture"], None)
+    score(["force", "capture"], KNOWN, particles=4)
+    with ScoreStore(path) as store:
+        beside = [store.beside(run) for run in store.runs()[:3]]
+        assert [run and run.number for run in beside] == [5, None, 4]
+        assert set(store.scores(store.run(2))) == {"probability"}
+    score(["capture"], KNOWN)
+    with ScoreStore(path) as store:
+        beside = [store.beside(run) for run in store.runs()[:3]]
+        assert [run and run.number for run in beside] == [5, 7, 4]
+        known = store.run(7).labelled_scores().scores["capture"]
+        assert store.scores(store.run(2))["capture"].tolist() == known.tolist()
+        assert [store.beside(run) for run in store.runs()[3:]] == [None] * 4
+
+
+def test_a_picture_of_a_belief_shows_the_model_without_its_errors_and_says_so(tmp_path):
+    data, scores, page = (tmp_path / name for name in ("p.h5", "p-scores.db", "p.html"))
+    dataset = em.datasets.generate("push", trajectories=12, frames=6, seed=1)
+    dataset.save(data)
+    score_dataset(dataset, scores, ["capture"], uncertainty=KNOWN, **ASKED)
+    report.write(scores, page, options=report.Options(draws=20, pictures=1))
+    text = Document(page).text
+    assert "changed since" not in text
+    assert "The picture shows the model without its errors, whose score is" in text
+
+
 def run_command(*words):
     return CliRunner().invoke(app, [*map(str, words)])
 

@@ -18,6 +18,7 @@ from PIL import Image
 
 from energymargin import plots, tasks
 from energymargin._core import CaptureProbability, ForceScore, Problem
+from energymargin.beliefs.uncertainty import Sampling
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation.curves import CAPTURED, Wrongness
 from energymargin.metrics import with_unit
@@ -107,17 +108,23 @@ def _card(
         try:
             repeated = repeater.repeat(number, one.metric)
             images = pictures(repeated, repeater.plane)
-            why = _notes(float(subject.scores(one.metric)[number]), repeated)
+            why = _notes(float(subject.scores(one.metric)[number]), repeated, subject.run.sampling)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
             why = f"No picture: {error}."
     return Card(title, f"{where}. {_why(one, place)}", images, view, why)
 
 
-def _notes(stored: float, repeated: RepeatedSearch) -> str:
+def _notes(stored: float, repeated: RepeatedSearch, sampling: Sampling | None) -> str:
     """What is to be known of a picture, and of the score in the file."""
     warnings = () if repeated.search is None else repeated.search.warnings
     notes = [f"{text[0].upper()}{text[1:]}." for text in warnings]
-    if repeated.score != stored:
+    if sampling is not None:
+        notes.insert(
+            0,
+            f"The picture shows the model without its errors, whose score is {repeated.score:.4g}; "
+            f"the file has {stored:.4g}, the mean of draws of the belief.",
+        )
+    elif repeated.score != stored:
         notes.insert(
             0,
             "Not the tree of the score in the file: searched again it gives "

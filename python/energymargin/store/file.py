@@ -54,15 +54,13 @@ class ScoreStore(Database, Summarized):
         raise ValueError(f"run is {number}, and {self.path} has {there}")
 
     def beside(self, run: Run) -> Run | None:
-        """The run about the states as they are that has the dataset and settings of this one, which
-        has a horizon; of several one that is up to date, with most metrics; None if there is
-        none."""
-        known = {**run.settings, "search": None}
+        """The run about the states as they are that has the dataset, belief and settings of this
+        one, which has a horizon; of several one that is up to date, with most metrics; None if
+        there is none."""
         alike = [
             other
             for other in self.runs()
-            if (other.dataset, other.future) == (run.dataset, None)
-            and {**other.settings, "search": None} == known
+            if other.future is None and other.common_settings == run.common_settings
         ]
         best = max(alike, key=lambda one: (one.up_to_date, len(one.metrics)), default=None)
         return None if run.future is None else best

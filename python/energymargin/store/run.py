@@ -106,6 +106,13 @@ class Run(Summarized):
         """Whether this energymargin gives the same scores."""
         return all(algorithm_of(json.loads(own)) == other for _, _, own, other in self._questions)
 
+    @property
+    def common_settings(self) -> dict[str, Any]:
+        """What the scores of runs that stand beside each other share: dataset, belief and settings,
+        but for the search."""
+        belief = {} if self.sampling is None else self.sampling.all()
+        return {"dataset": self.dataset, **self.settings, **belief, "search": None}
+
     @cached_property
     def several(self) -> bool:
         """Whether there are labels of at least one of several objects."""
