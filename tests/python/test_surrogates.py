@@ -214,6 +214,85 @@ def test_another_scene_is_refused_and_a_state_of_its_own_is_not(surrogate, datas
         surrogate.require(problem.replace(horizon=0.1, plan=None))
 
 
+def test_the_problems_that_it_learned_from_are_its_own_in_any_state(surrogate, dataset):
+    """Also where they touch other things: contacts are of a state."""
+    ahead = em.datasets.Future(2)
+    states = dataset.trajectories[5].states
+    for problem in dataset.problems(range(0, 400, 7), future=ahead):
+        surrogate.require(problem)
+        surrogate.require(problem.with_state(problem.state))
+        surrogate.require(problem.with_state(states[3]))
+
+
+def test_a_damaged_file_says_so_or_says_nothing(surrogate, dataset, tmp_path):
+    """Bits that have changed, a part of it, and a part that is not there."""
+    path, random = tmp_path / "balance.npz", np.random.default_rng(0)
+    surrogate.save(path)
+    whole, known = path.read_bytes(), estimates(surrogate, dataset.trajectories[70])
+    refused = 0
+    for case in range(120):
+        content = bytearray(whole)
+        if case % 3 == 0:
+            content[random.integers(len(whole))] ^= 1 << int(random.integers(8))
+        elif case % 3 == 1:
+            del content[random.integers(len(whole)) :]
+        else:  # near the end, where the archive has its table
+            content[-random.integers(1, 1500)] = random.integers(256)
+        path.write_bytes(content)
+        try:
+            loaded = em.Surrogate.load(path)
+        except ValueError as error:
+            refused += 1
+            assert str(error).startswith(f"{path} is no surrogate, or damaged: ")
+        else:
+            found = estimates(loaded, dataset.trajectories[70])
+            assert np.array_equal(found.value, known.value, equal_nan=True)
+    assert refused > 40
+
+
+def without(about, name):
+    return {key: value for key, value in about.items() if key != name}
+
+
+CHANGES = {
+    "no facts": lambda arrays, about: (arrays, without(about, "facts")),
+    "no source": lambda arrays, about: (arrays, without(about, "source")),
+    "a list": lambda arrays, about: (arrays, [about]),
+    "names that are none": lambda arrays, about: (arrays, about | {"names": 3}),
+    "fewer names": lambda arrays, about: (
+        arrays,
+        about | {"given": [], "names": about["names"][:9]},
+    ),
+    "another layout": lambda arrays, about: (arrays, about | {"layout": {"bodies": 1}}),
+    "other quality": lambda arrays, about: (arrays, about | {"quality": [1, 2]}),
+    "no trees": lambda arrays, about: (without(arrays, "splits"), about),
+    "more": lambda arrays, about: (arrays | {"more": np.zeros(3)}, about),
+    "trees of text": lambda arrays, about: (arrays | {"values": np.array("a")}, about),
+    "thresholds for others": lambda arrays, about: (
+        arrays | {"thresholds": arrays["thresholds"][:-1]},
+        about,
+    ),
+    "splits of no tree": lambda arrays, about: (
+        arrays | {"splits": arrays["splits"] + 10**6},
+        about,
+    ),
+    "scales of others": lambda arrays, about: (arrays | {"scale": arrays["scale"][:-2]}, about),
+    "widths of none": lambda arrays, about: (arrays | {"widths": np.zeros(0)}, about),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_file_that_lacks_what_belongs_together_says_so(surrogate, tmp_path, change):
+    path = tmp_path / "balance.npz"
+    surrogate.save(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    arrays, about = change(without(arrays, "text"), json.loads(str(arrays["text"])))
+    np.savez(path, **arrays | {"text": np.array(json.dumps(about))})
+    with pytest.raises(ValueError, match=r"balance\.npz is no surrogate, or damaged: "):
+        em.Surrogate.load(path)
+
+
 def test_bad_input_is_named(surrogate, dataset, folder, tmp_path):
     states = dataset.trajectories[0].states
     with pytest.raises(ValueError, match="time is missing"):

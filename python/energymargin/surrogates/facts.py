@@ -13,7 +13,7 @@ from energymargin._core import Problem
 Facts = dict[str, Any]
 """By its place in a problem file, as "scene.bodies.object.mass": a value that all have."""
 
-OTHER = ("format", "version", "state", "plan")  # of the file, or of one state
+OTHER = ("format", "version", "state", "contacts", "plan")  # of the file, or of one state
 NEAR = 0.01  # of a number: a horizon of frames is rounded to steps
 LONG = 200  # characters of a list, as of a hull's vertices, that is kept as its digest
 

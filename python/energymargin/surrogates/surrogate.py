@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
-import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,8 @@ class Surrogate(Record, Summarized):
     """Probability with which the score of a state of a new trajectory is within its interval: of
     probabilities near 0 or 1, and of others, each by themselves."""
     source: dict[str, Any] = field(repr=False)
-    """The run: its task, parameters, settings, future, the dataset's digest, the algorithm."""
+    """The run: its task, parameters, settings, future, belief, the dataset's digest, the
+    algorithm."""
     facts: Facts = field(repr=False)
     """What all problems have in common that it learned from."""
     quality: Quality
@@ -150,6 +152,7 @@ class Surrogate(Record, Summarized):
             source={
                 **{name: getattr(run, name) for name in SOURCE},
                 "future": str(run.future),
+                "belief": str(run.sampling),
                 "algorithm": algorithm(),
             },
             facts=common_facts(problems),
@@ -227,29 +230,44 @@ class Surrogate(Record, Summarized):
         another file, on one of another version, or whose scores this energymargin no longer gives,
         and if that function is missing; OSError if it cannot be read.
         """
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                arrays = dict(file)
+        content = io.BytesIO(Path(path).read_bytes())
+        with _damage_in_words(path), np.load(content, allow_pickle=False) as file:
+            arrays = dict(file)
             about = json.loads(str(arrays.pop("text")))
             kind, version = about.pop("format"), about.pop("version")
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            raise ValueError(f"{path} is no surrogate, or damaged: {error}") from error
+            learned = about["source"]["algorithm"] if kind == FORMAT else ""
         if (kind, version) != (FORMAT, VERSION):
             raise ValueError(
-                f"{path} is {kind}, version {version}, expected {FORMAT}, version {VERSION}: learn "
-                "again"
+                f"{path} is {shown(kind)}, version {shown(version)}, expected {FORMAT!r}, version "
+                f"{VERSION}: learn again"
             )
-        if (learned := about["source"]["algorithm"]) != algorithm():
+        if learned != algorithm():
             raise ValueError(
-                f"{path} learned from scores of algorithm {learned}, and this energymargin gives "
-                f"those of {algorithm()}: score the dataset and learn again"
+                f"{path} learned from scores of algorithm {learned}, and this energymargin "
+                f"gives those of {algorithm()}: score the dataset and learn again"
             )
-        layout, quality = Layout(**about.pop("layout")), Quality(**about.pop("quality"))
-        about |= {name: tuple(about[name]) for name in ("names", "given")}
-        if features is None and about["names"] != (*layout.names, *about["given"]):
+        with _damage_in_words(path):
+            layout, quality = Layout(**about.pop("layout")), Quality(**about.pop("quality"))
+            about |= {name: tuple(about[name]) for name in ("names", "given")}
+            own = layout.names
+            model = Model(**arrays)
+            model(np.zeros((1, len(about["names"]))))  # so all its arrays belong together
+        if features is None and about["names"] != (*own, *about["given"]):
             raise ValueError(f"{path} has features of its own: give load(..., features=FUNCTION)")
-        parts: dict[str, Any] = {"layout": layout, "quality": quality, "model": Model(**arrays)}
-        return Surrogate(**about, **parts, features_of=features or layout.features)
+        parts: dict[str, Any] = {"layout": layout, "quality": quality, "model": model}
+        with _damage_in_words(path):
+            return Surrogate(**about, **parts, features_of=features or layout.features)
+
+
+@contextmanager
+def _damage_in_words(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Turns whatever numpy, zipfile and wrong fields raise into a ValueError that names the
+    file."""
+    try:
+        yield
+    except Exception as error:
+        text = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"{path} is no surrogate, or damaged: {text}") from error
 
 
 def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]]:
