@@ -46,6 +46,7 @@ from energymargin._core import (
 from energymargin.errors import (
     DivergedError as DivergedError,
     EnergyMarginError as EnergyMarginError,
+    ExecutorError as ExecutorError,
 )
 from energymargin.scores import (
     capture_probability as capture_probability,

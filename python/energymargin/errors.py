@@ -47,3 +47,19 @@ class DivergedError(EnergyMarginError, RuntimeError):
             "most 1 % of them, or one of several: take a shorter step of the scene or a weaker "
             "disturbance, or leave it out"
         )
+
+
+class ExecutorError(EnergyMarginError, RuntimeError):
+    """The Executor that was given cannot work any more."""
+
+    def __init__(self, why: str) -> None:
+        """`why`: what the executor said."""
+        super().__init__(why)
+
+    def __str__(self) -> str:
+        """What happened, and what to do."""
+        return (
+            f"the executor that was given is broken, or was shut down: {self.args[0]}; what was "
+            "done before is kept: ask again with a new one, or with Processes(), which replaces "
+            "those that die"
+        )

@@ -8,6 +8,7 @@ alone, and is given up.
 from __future__ import annotations
 
 import pickle
+import threading
 import time
 from abc import abstractmethod
 from collections import deque
@@ -27,7 +28,7 @@ from energymargin.searches import algorithm
 POLL = 0.05  # s; how long a stop may stay unnoticed
 TAKE = 0.1  # s; how long items are taken before the workers get them
 LAST = 0.1  # s; how long a stop waits for results that are finished
-AHEAD = 2  # chunks for each worker: one at work, one that waits
+GRACE = 0.1  # s; so long after the limit of a call a worker elsewhere ends what it has begun
 MOST = 1000  # items of a chunk
 CHUNKS_A_SECOND = 200  # of a large cluster, whose scheduler has no time for more
 NEWEST = 0.2  # weight of the newest chunk in how long an item takes
@@ -40,8 +41,8 @@ Result = TypeVar("Result")
 Function = Callable[[Sequence[Item], Cancel], Sequence[Result]]
 """Results of some items. Once the cancel is set it returns early, with those that are finished, or
 raises."""
-Done = tuple[Sequence[Any], float]
-"""Results of a chunk, and for how long a worker was at it [s]."""
+Done = tuple[Sequence[Any], float, bool]
+"""Results of a chunk, for how long a worker was at it [s], and whether it was cancelled."""
 
 
 class Workers(Closing):
@@ -49,6 +50,8 @@ class Workers(Closing):
 
     chunk: ClassVar[float] = 1.0
     """Work of a chunk [s]: so much is lost with a worker, and beside it sending costs little."""
+    ahead: ClassVar[int] = 2
+    """Chunks for each worker: one at work, one that waits."""
     deaths: tuple[type[Exception], ...] = (BrokenExecutor,)
     """What is raised in place of a chunk's results if its worker died."""
 
@@ -73,8 +76,11 @@ class Workers(Closing):
         return self._executor
 
     @abstractmethod
-    def submit(self, function: Function[Any, Any], items: Sequence[Any]) -> Future[Done]:
-        """Puts `work(function, items)` at the end of the queue."""
+    def submit(
+        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
+    ) -> Future[Done]:
+        """Puts `work(function, items)` at the end of the queue; `left`: time until the limit of
+        the call [s], None without one."""
 
     def stop(self) -> None:
         """Drops what waits, and ends what runs as soon as that can be."""
@@ -95,10 +101,12 @@ class RemoteWorkers(Workers):
     """Workers in other processes, which get each chunk as bytes: a cluster's scheduler needs no
     energymargin to hand it on."""
 
-    def submit(self, function: Function[Any, Any], items: Sequence[Any]) -> Future[Done]:
+    def submit(
+        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
+    ) -> Future[Done]:
         """As Workers.submit. Raises ValueError on what cannot be sent."""
         try:
-            call = pickle.dumps(_RemoteWork(function, items))
+            call = pickle.dumps(_RemoteWork(function, items, left))
         except (AttributeError, TypeError, ValueError, pickle.PicklingError) as error:
             raise ValueError(
                 f"what is asked cannot be sent to another process ({error}): use threads"
@@ -109,26 +117,40 @@ class RemoteWorkers(Workers):
 class _RemoteWork:
     """A call of `work` in another process: `pickle.loads` runs it there."""
 
-    def __init__(self, function: Function[Any, Any], items: Sequence[Any]) -> None:
-        self._arguments = (algorithm(), function, items)
+    def __init__(
+        self, function: Function[Any, Any], items: Sequence[Any], left: float | None = None
+    ) -> None:
+        self._arguments = (algorithm(), function, items, left)
 
     def __reduce__(self) -> tuple[Callable[..., Done], tuple[Any, ...]]:
         return _work_elsewhere, self._arguments
 
 
-def _work_elsewhere(release: str, function: Function[Any, Any], items: Sequence[Any]) -> Done:
+def _work_elsewhere(
+    release: str, function: Function[Any, Any], items: Sequence[Any], left: float | None
+) -> Done:
     if algorithm() != release:
         raise RuntimeError(
             f"a worker has release {algorithm()} of energymargin, and this is {release}; install "
             "the same release there"
         )
-    return work(function, items, Cancel())
+    cancel = Cancel()
+    if left is None:
+        return work(function, items, cancel)
+    end = threading.Timer(min(left + GRACE, threading.TIMEOUT_MAX), cancel.set)
+    end.daemon = True
+    end.start()
+    try:
+        return work(function, items, cancel)
+    finally:
+        end.cancel()
 
 
 def work(function: Function[Any, Any], items: Sequence[Any], cancel: Cancel) -> Done:
     """What a worker does with a chunk."""
     start = time.perf_counter()
-    return function(items, cancel), time.perf_counter() - start
+    results = function(items, cancel)
+    return results, time.perf_counter() - start, cancel.is_set
 
 
 def run(
@@ -153,7 +175,7 @@ def run(
     with held_interrupts() as interrupted:
         try:
             while flow.busy and not (interrupted.is_set() or limit.reached):
-                flow.hand_out()
+                flow.hand_out(limit)
                 deliver(flow.results())
         finally:
             deliver(flow.stop())
@@ -184,6 +206,7 @@ class _Flow(Generic[Item, Result]):
     _suspects: list[_Chunk[Item]] = field(default_factory=list)  # whose worker has died
     _ended: SimpleQueue[Future[Done]] = field(default_factory=SimpleQueue)
     _error: Exception | None = None
+    _cancelled: bool = False  # a chunk was, so items of it may have no results
     _deaths: int = 0  # in a row
     _seconds: float | None = None  # of an item
 
@@ -191,15 +214,16 @@ class _Flow(Generic[Item, Result]):
     def busy(self) -> bool:
         """Whether there is work to hand out, or a result to come."""
         left = self._running or self._suspects or self._items or not self._all_came
-        return bool(left) or self._error is not None
+        return bool(left) or self._error is not None or self._cancelled
 
-    def hand_out(self) -> None:
+    def hand_out(self, limit: Limit) -> None:
         """Hands out work as far as there is room. Raises the error of a chunk once the results of
         all others were returned."""
         if self._error is not None:
             raise self._error
         for chunk in self._chunks():
-            future = self._workers.submit(self._function, chunk.items)
+            left = limit.rest()["timeout"]
+            future = self._workers.submit(self._function, chunk.items, left)
             self._running[future] = chunk
             future.add_done_callback(self._ended.put)
 
@@ -222,9 +246,9 @@ class _Flow(Generic[Item, Result]):
         wait(self._running, LAST)
         results: list[Result] = []
         for future in [future for future in self._running if _went_well(future)]:
-            found, _ = future.result()
+            found, _, cancelled = future.result()
             results += found
-            if len(found) == len(self._running[future].items):
+            if not cancelled or len(found) == len(self._running[future].items):
                 del self._running[future]
         return results
 
@@ -235,7 +259,7 @@ class _Flow(Generic[Item, Result]):
                 yield self._suspects.pop()
             return
         slots = self._workers.slots
-        room = AHEAD * slots - len(self._running)
+        room = self._workers.ahead * slots - len(self._running)
         if room <= 0:
             return
         size = self._size(max(self._workers.chunk, slots / CHUNKS_A_SECOND))
@@ -263,13 +287,14 @@ class _Flow(Generic[Item, Result]):
     def _results_of(self, future: Future[Done]) -> Sequence[Result]:
         chunk = self._running.pop(future)
         try:
-            results, seconds = future.result()
+            results, seconds, cancelled = future.result()
         except Exception as error:
             if self._workers.is_death(error):
                 return self._again(chunk, " ".join(str(error).split()))
             self._error = self._workers.explained(error)
             return []
         self._deaths = 0
+        self._cancelled |= cancelled and len(results) < len(chunk.items)
         newest = seconds / len(chunk.items)
         before = newest if self._seconds is None else self._seconds
         self._seconds = before + NEWEST * (newest - before)

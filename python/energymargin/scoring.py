@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, warn_of_steps
 from energymargin.checks import shown, whole_number
-from energymargin.errors import EnergyMarginError
+from energymargin.errors import EnergyMarginError, ExecutorError
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work, given_up, score_chunk
@@ -63,9 +63,10 @@ def score(
 
     Ctrl-C stops within 0.2 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
-    computed, and ScoreError at the end if the simulation of a problem failed. Warns, as
-    PlausibilityWarning, if more than 1 % of all steps did not converge, or of their time is lost;
-    `warnings` of the table has what speaks against each problem's scores.
+    computed, and ScoreError at the end, with the table of the others, if the simulation of a
+    problem failed, or its executor broke. Warns, as PlausibilityWarning, if more than 1 % of all
+    steps did not converge, or of their time is lost; `warnings` of the table has what speaks
+    against each problem's scores.
     """
     limit = Limit(timeout, cancel)
     if isinstance(problems, (Problem, Mapping)) or not hasattr(problems, "__getitem__"):
@@ -88,8 +89,12 @@ def score(
     numbers = _indices(indices, len(problems))
     work = [Work(n, one, tuple(metrics)) for n, one in zip(numbers, problems, strict=True)]
     chunk = partial(score_chunk, settings)
-    with executor.workers() as workers:
-        complete = run(workers, chunk, [work], deliver, limit, give_up=given_up)
+    try:
+        with executor.workers() as workers:
+            complete = run(workers, chunk, [work], deliver, limit, give_up=given_up)
+    except ExecutorError as error:
+        complete, there = False, {row.index for row in done} | set(errors)
+        errors.update({index: str(error) for index in numbers if index not in there})
     table = _score_table(done, metrics, complete=complete)
     _warn_of_steps(table, dict(zip(numbers, problems, strict=True)))
     if errors:

@@ -5,15 +5,23 @@ import os
 import signal
 import threading
 import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sliding
 from clusters import Cluster, workers_of
 
 import energymargin as em
-from energymargin.executors import Dask, Processes, Threads
+from energymargin import parallel
+from energymargin.executors import Dask, Processes, Threads, processes
 
 NODES, SEED = 60, 5
 
@@ -111,6 +119,82 @@ def test_an_executor_of_the_standard_library_gives_the_same_bits(problems, table
     with ProcessPoolExecutor(2, mp_context=context) as executor:
         assert same(table, em.score(problems, nodes=NODES, seed=SEED, executor=executor))
         assert executor.submit(len, "abc").result() == 3  # it stays open
+
+
+class Watched(Executor):
+    """An executor of a user on one thread, which breaks after some calls."""
+
+    def __init__(self, calls):
+        self.calls, self.futures = calls, []
+
+    def submit(self, function, *arguments):
+        self.futures.append(Future())
+        if len(self.futures) > self.calls:
+            self.futures[-1].set_exception(BrokenExecutor("a process was killed"))
+        else:
+            self.futures[-1].set_result(function(*arguments))
+        return self.futures[-1]
+
+
+def test_a_users_executor_that_breaks_ends_the_call_with_what_is_done(problems):
+    asked, kept = {"nodes": 20, "seed": SEED}, []
+    with pytest.raises(em.ScoreError, match=r"that was given is broken.*killed") as why:
+        em.score(problems, ["capture"], executor=Watched(3), on_rows=kept.extend, **asked)
+    table = why.value.table
+    assert not table.complete and 3 <= len(table) < len(problems)
+    assert sorted(row.index for row in kept) == table.index.tolist()
+    assert sorted([*why.value.errors, *table.index.tolist()]) == list(range(len(problems)))
+    known = em.score(problems, ["capture"], threads=1, **asked)["capture"]
+    assert np.array_equal(table["capture"], known[table.index])
+
+
+def test_a_process_of_a_users_executor_that_dies_is_said_in_words(problems):
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context) as executor:
+        executor.submit(os._exit, 3)
+        for _ in range(2):  # while it breaks, and once it is broken
+            with pytest.raises(em.ScoreError, match="the executor that was given is broken"):
+                em.score(problems, ["capture"], nodes=20, executor=executor)
+        with pytest.raises(em.ExecutorError, match="what was done before is kept"):
+            em.rank({"a": timed(), "b": timed()}, rollouts=16, executor=executor)
+    with pytest.raises(em.ScoreError, match="was shut down"):
+        em.score(problems, ["capture"], nodes=20, executor=executor)
+
+
+def timed(horizon=1.0):
+    return sliding.problem(horizon=horizon)
+
+
+def test_after_a_timeout_a_users_executor_is_free():
+    """What waits is cancelled, and what runs is stopped, which would take minutes."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context) as executor:
+        executor.submit(len, "abc").result()
+        many = [timed(100.0)] * 20
+        table = em.score(many, ["probability"], rollouts=10**6, executor=executor, timeout=0.5)
+        assert not table.complete and len(table) == 0
+        assert executor.submit(len, "abc").result(timeout=30) == 3
+
+
+def test_what_a_limit_cut_is_not_taken_for_complete(monkeypatch):
+    """Also where a worker elsewhere sees the limit first."""
+    monkeypatch.setattr(parallel, "GRACE", -60.0)
+    executor = ThreadPoolExecutor(1)
+    many = [timed(100.0)] * 3
+    with executor:
+        table = em.score(many, ["probability"], rollouts=10**5, executor=executor, timeout=2.0)
+    assert not table.complete and len(table) < 3
+
+
+def test_there_are_no_more_processes_than_chunks(problems, monkeypatch):
+    started, start = [], processes._Process._start
+    monkeypatch.setattr(
+        processes._Process, "_start", lambda self: (started.append(self), start(self))
+    )
+    em.score(problems[:1], ["force"], executor=Processes(60))
+    assert len(started) == 1
+    em.score(problems[:3], ["force"], executor=Processes(60))
+    assert 2 <= len(started) <= 1 + 3
 
 
 def test_a_part_of_the_metrics_and_other_indices_are_handed_on(problems, table):

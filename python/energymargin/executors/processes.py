@@ -10,10 +10,12 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import Pipe
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
+from threading import Lock
 from typing import Any
 
 from energymargin.checks import core_count
@@ -43,14 +45,13 @@ class Processes:
 
 class _ProcessPool(ThreadPoolExecutor):
     """Threads, each of which waits for a process, which gets nothing from this one but chunks, and
-    ends with it. One that dies is replaced."""
+    ends with it. There are no more than chunks; one that dies is replaced."""
 
     def __init__(self, processes: int) -> None:
         super().__init__(processes)
         self._idle: SimpleQueue[_Process] = SimpleQueue()
-        self._all = {_Process() for _ in range(processes)}
-        for process in self._all:
-            self._idle.put(process)
+        self._all: list[_Process] = []
+        self._starting, self._ended = Lock(), False
 
     def submit(self, _loads: Any, /, *call: Any, **_: Any) -> Future[Any]:
         """Runs `pickle.loads` of the one argument, some bytes, in a process."""
@@ -59,12 +60,14 @@ class _ProcessPool(ThreadPoolExecutor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
         """Kills the processes."""
         super().shutdown(wait=False, cancel_futures=cancel_futures)
+        with self._starting:
+            self._ended = True
         for process in self._all:
             process.close()
         super().shutdown(wait=wait)
 
     def _answer(self, call: bytes) -> Any:
-        process = self._idle.get()
+        process = self._process()
         try:
             value, error = process.answer(call)
         finally:
@@ -72,6 +75,16 @@ class _ProcessPool(ThreadPoolExecutor):
         if error is not None:
             raise error
         return value
+
+    def _process(self) -> _Process:
+        """One that is idle, or else a new one: there are as many threads as processes at most."""
+        with suppress(Empty):
+            return self._idle.get_nowait()
+        with self._starting:
+            if self._ended:
+                raise BrokenExecutor("it was shut down")
+            self._all.append(_Process())
+            return self._all[-1]
 
 
 class _Process:

@@ -38,8 +38,10 @@ class _ThreadWorkers(Workers):
         super().__init__(partial(ThreadPoolExecutor, threads), threads)
         self._cancel = Cancel()
 
-    def submit(self, function: Function[Any, Any], items: Sequence[Any]) -> Future[Done]:
-        """As Workers.submit."""
+    def submit(
+        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
+    ) -> Future[Done]:
+        """As Workers.submit; `stop` ends what runs, whatever is `left`."""
         done: Future[Done] = Future()
         job = partial(_work_once, done, iter([True]), function, items, self._cancel)
         try:
