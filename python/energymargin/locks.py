@@ -21,22 +21,33 @@ class Lock(Closing):
         of the process that has the lock."""
         path = Path(os.path.realpath(path))
         self._path = path.with_name(f".{path.name}.lock")
+        try:
+            self._take(f"is {doing} {path}: let it finish, or stop it")
+        except OSError as error:  # as of a full disk
+            raise type(error)(error.errno, error.strerror, str(path)) from error
+
+    def _take(self, held: str) -> None:
         while True:
-            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
+            self._file = self._path.open("ab+", buffering=0)
             try:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                with open(self._file) as file:
-                    who = f"process {file.read()} is {doing} {path}"
-                raise ValueError(f"{who}: let it finish, or stop it") from None
+                with self._file:
+                    self._file.seek(0)
+                    raise ValueError(f"process {self._file.read().decode()} {held}") from None
             with suppress(FileNotFoundError):
-                if os.path.samestat(os.fstat(self._file), os.stat(self._path)):
+                if os.path.samestat(os.fstat(self._file.fileno()), os.stat(self._path)):
                     break
-            os.close(self._file)  # its last owner has just removed it
-        os.ftruncate(self._file, 0)
-        os.write(self._file, str(os.getpid()).encode())
+            self._file.close()  # its last owner has just removed it
+        try:
+            self._file.truncate(0)
+            self._file.write(str(os.getpid()).encode())
+        except OSError:
+            self.close()
+            raise
 
     def close(self) -> None:
-        """Gives it up."""
-        self._path.unlink(missing_ok=True)
-        os.close(self._file)
+        """Gives it up, once: its file may be another's then."""
+        if not self._file.closed:
+            with self._file:
+                self._path.unlink(missing_ok=True)

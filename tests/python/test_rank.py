@@ -185,7 +185,7 @@ def test_a_draw_that_one_candidate_cannot_have_is_made_again_for_all():
     again = Race(boxes, unknown, Question())
     looks_ = [again.trial(1, first, count) for first, count in ((0, 5), (5, 19))]
     assert np.array_equal(np.concatenate([_friction(one) for one in looks_]), _friction(whole[1]))
-    numbers = [[draw.particle for draw in trial] for trial in (*whole, looks_[0] + looks_[1])]
+    numbers = [[draw.particle for draw in trial] for trial in (*whole, [*looks_[0], *looks_[1]])]
     assert numbers[0] == numbers[1] == numbers[2] != list(range(24))
 
 

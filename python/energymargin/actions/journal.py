@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Problem
-from energymargin.actions.trials import Draws, Question, Trial, Trials
+from energymargin.actions.trials import Draws, Gathered, Question, Trial, Trials
 from energymargin.checks import check_type, shown
 from energymargin.disturbances import Disturbance, text_of
 from energymargin.executors import Executor
 from energymargin.limits import Limit
+from energymargin.locks import Lock
 from energymargin.replacing import replace_text
 
 DIGITS = 16  # of a checksum
@@ -42,35 +43,56 @@ class Journal(Trials):
         """`common`: all that the draws depend on beside question and trial. `on_draws`: called with
         draws that are read too.
 
-        Raises ValueError on another file, and on a line that has changed.
+        Raises ValueError on another file, on a line that has changed, and with the number of
+        another process that has it.
         """
         check_type("file", file, str | Path, "the name of a file, or None")
         self._path, self._common = Path(file), common
-        self._known = _evaluations(self._path)
-        super().__init__(executor, threads, on_draws)
+        self._digests: dict[int, str] = {}  # of the candidates that are run
+        self._lock = Lock(self._path, "writing evaluations into")
+        try:
+            self._known = _evaluations(self._path)
+            super().__init__(executor, threads, on_draws)
+        except BaseException:
+            self._lock.close()
+            raise
+
+    def close(self) -> None:
+        """As Trials.close; another process may have the file then."""
+        try:
+            super().close()
+        finally:
+            self._lock.close()
 
     def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """As Trials.run."""
-        digests = [self._digest(question, trial) for trial in trials]
-        new = [number for number, digest in enumerate(digests) if digest not in self._known]
-        for digest in digests:
-            if digest in self._known:
-                self._on_draws(self._known[digest])
-        found = super().run(question, [trials[number] for number in new], limit)
-        with self._path.open("a", encoding="utf-8") as file:
-            for number, draws in zip(new, found, strict=True):
-                if draws is not None:
-                    self._known[digests[number]] = draws
-                    columns = [draws.values.tolist(), draws.times.tolist(), draws.steps]
-                    file.write(_line([digests[number], *columns]))
-        return [self._known.get(digest) for digest in digests]
+        self._digests = {trial.candidate: self._digest(question, trial) for trial in trials}
+        known = [digest for digest in self._digests.values() if digest in self._known]
+        for digest in known:
+            self._on_draws(self._known[digest])
+        new = [trial for trial in trials if self._digests[trial.candidate] not in known]
+        super().run(question, new, limit)
+        return [self._known.get(digest) for digest in self._digests.values()]
+
+    def _keep(self, done: Gathered) -> None:
+        """Writes it at once. Raises OSError with the file's name, as of a full disk."""
+        draws, digest = done.whole, self._digests[done.trial.candidate]
+        assert draws is not None
+        columns = [draws.values.tolist(), draws.times.tolist(), draws.steps]
+        try:
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(_line([digest, *columns]))
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from error
+        self._known[digest] = draws
 
     def _digest(self, question: Question, trial: Trial) -> str:
         """The particles of a candidate follow from the first one, their numbers and `common`."""
         first = trial[0]
         disturbance = _disturbance_text(question.disturbance)
         asked = (question.metric, question.seed, question.nodes, question.search, disturbance)
-        particles = tuple(draw.particle for draw in trial if draw.particle is not None)
+        own = [] if trial.particles is None else [trial.particles[k] for k in trial.numbers]
+        particles = tuple(one.number for one in own)
         draws = (first.number, len(trial), particles, _problem_text(first.problem))
         return hashlib.sha256(repr((*self._common, *asked, *draws)).encode()).hexdigest()
 

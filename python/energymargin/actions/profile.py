@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World
-from energymargin.actions.trials import Disturbance, Draw, Draws, Question, Trials
+from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
 from energymargin.checks import check_type, function_or_none, whole_number, yes_or_no
 from energymargin.executors import Executor
 from energymargin.limits import Limit
@@ -209,7 +209,7 @@ def margin_profile(
     found: list[list[Draws | None]] = []
     with Trials(executor, threads, count) as trials:
         for question, draws in questions:
-            each = [[Draw(k, j, one) for j in range(draws)] for k, one in enumerate(problems)]
+            each = [Trial(k, range(draws), one) for k, one in enumerate(problems)]
             found.append(trials.run(question, each, limit))
             if None in found[-1]:
                 break

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +15,9 @@ from energymargin.actions.trials import (
     EFFORT,
     OF_INTERVALS,
     Disturbance,
-    Draw,
     Draws,
     Question,
+    Trial,
     Trials,
     check_uncertainty,
 )
@@ -299,23 +298,32 @@ class Race:
         self._out: list[int] = []
         self._count = 0  # draws of those that race
         self._particles: list[CommonParticle] = []
-        self._more: Iterator[CommonParticle] | None = None
+        self._more: Iterator[CommonParticle | None] | None = None
         if uncertainty is not None and field:
             beliefs = [Belief(problem, uncertainty=uncertainty) for problem in self._problems]
             self._more = common_particles(beliefs, question.seed)
 
-    def trial(self, candidate: int, first: int, count: int) -> list[Draw]:
+    def trial(self, candidate: int, first: int, count: int) -> Trial:
         """So many draws of a candidate from number `first` on."""
+        self._prepare(first + count, Limit())
         numbers = range(first, first + count)
-        if self._more is None:
-            return [Draw(candidate, number, self._problems[candidate]) for number in numbers]
-        self._particles += islice(self._more, max(first + count - len(self._particles), 0))
-        own = [(number, self._particles[number]) for number in numbers]
-        return [Draw(candidate, j, one.problems[candidate], one.number) for j, one in own]
+        particles = None if self._more is None else self._particles
+        return Trial(candidate, numbers, self._problems[candidate], particles)
+
+    def _prepare(self, count: int, limit: Limit) -> bool:
+        """Draws so many particles, if there is an uncertainty; False if the limit came."""
+        while self._more is not None and len(self._particles) < count:
+            if limit.reached:
+                return False
+            particle = next(self._more)
+            self._particles += [] if particle is None else [particle]
+        return True
 
     def draw(self, wanted: int, trials: Trials, limit: Limit) -> bool:
         """Takes the draws up to number `wanted` of those that race; False if the limit came."""
         first = self._count
+        if not self._prepare(wanted, limit):
+            return False
         asked = [self.trial(i, first, wanted - first) for i in self._racing]
         found = [one for one in trials.run(self._question, asked, limit) if one is not None]
         if len(found) < len(asked):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.beliefs import Uncertainty
+from energymargin.beliefs.belief import CommonParticle
 from energymargin.checks import check_type, function_of, one_of, shown
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, too_many_diverged
@@ -33,6 +34,7 @@ OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
 
 OF_INTERVALS = 0.95
+PIECE = 1000  # draws that are made at a time
 
 Disturbance = disturbances.Disturbance | Callable[[Any, Any], Any]
 """As of `capture_probability`."""
@@ -122,8 +124,36 @@ class Draw(NamedTuple):
     """With an uncertainty the number of its particle."""
 
 
-Trial = Sequence[Draw]
-"""Draws of one candidate, in a row."""
+@dataclass(frozen=True, eq=False)
+class Trial(Sequence[Draw]):
+    """Draws of one candidate in a row. There may be many, so they are made when asked for."""
+
+    candidate: int
+    numbers: range
+    problem: Problem
+    """Of every draw without an uncertainty."""
+    particles: Sequence[CommonParticle] | None = None
+    """With one, by the number of the draw."""
+
+    def __len__(self) -> int:
+        """How many."""
+        return len(self.numbers)
+
+    @overload
+    def __getitem__(self, place: int) -> Draw: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[Draw]: ...
+    def __getitem__(self, place: int | slice) -> Draw | list[Draw]:
+        """One, or some."""
+        if isinstance(place, slice):
+            return list(map(self._draw, self.numbers[place]))
+        return self._draw(self.numbers[place])
+
+    def _draw(self, number: int) -> Draw:
+        if self.particles is None:
+            return Draw(self.candidate, number, self.problem)
+        one = self.particles[number]
+        return Draw(self.candidate, number, one.problems[self.candidate], one.number)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -201,24 +231,43 @@ class Trials(Closing):
 
         Raises KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
         """
-        found: dict[int, dict[int, Draws]] = {trial[0].candidate: {} for trial in trials}
+        gathered = {trial.candidate: Gathered(trial) for trial in trials}
+        pieces = (trial[k : k + PIECE] for trial in trials for k in range(0, len(trial), PIECE))
 
         def deliver(results: Sequence[tuple[Draw, Draws]]) -> None:
             for first, draws in results:
-                found[first.candidate][first.number] = draws
                 self._on_draws(draws)
+                if gathered[first.candidate].add(first.number, draws):
+                    self._keep(gathered[first.candidate])
 
-        run(self._workers, partial(draw_chunk, question), trials, deliver, limit, give_up=_given_up)
-        whole: list[Draws | None] = []
-        for trial in trials:
-            parts = found[trial[0].candidate]
-            draws = Draws.joined([parts[first] for first in sorted(parts)])
-            whole.append(draws if len(draws.values) == len(trial) else None)
-        return whole
+        run(self._workers, partial(draw_chunk, question), pieces, deliver, limit, give_up=_given_up)
+        return [one.whole for one in gathered.values()]
+
+    def _keep(self, done: Gathered) -> None:
+        """Called with each trial that is whole."""
 
     def close(self) -> None:
         """Ends the workers."""
         self._workers.close()
+
+
+@dataclass(eq=False)
+class Gathered:
+    """What came of a trial so far."""
+
+    trial: Trial
+    parts: dict[int, Draws] = field(default_factory=dict)
+    """By the number of their first draw."""
+    count: int = 0
+    whole: Draws | None = None
+
+    def add(self, first: int, draws: Draws) -> bool:
+        """Whether it is whole now."""
+        self.parts[first] = draws
+        self.count += len(draws.values)
+        if self.count == len(self.trial):
+            self.whole = Draws.joined([self.parts[number] for number in sorted(self.parts)])
+        return self.whole is not None
 
 
 def _given_up(draw: Draw, why: str) -> NoReturn:
