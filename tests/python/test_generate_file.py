@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ import energymargin as em
 from energymargin import datasets, tasks
 from energymargin.datasets.generation import trajectories_kept
 from energymargin.datasets.shards import Request, ShardFolder, folder_of
+from energymargin.executors import Processes, Threads
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file
@@ -252,3 +254,25 @@ def test_a_shard_whose_worker_died_is_made_again_until_it_has_ended_three(mortal
 def test_an_executor_makes_the_same_bytes(whole, tmp_path):
     assert generate(tmp_path / "there.h5", executor=em.executors.Processes(2)) == COUNT
     assert (tmp_path / "there.h5").read_bytes() == whole
+
+
+@pytest.mark.parametrize("executor", [Threads(1), Processes(1)])
+def test_processes_beside_an_executor_are_refused(executor):
+    with pytest.raises(ValueError, match="processes is 4, expected 1 or None with an executor"):
+        datasets.generate("topple", trajectories=1, frames=2, processes=4, executor=executor)
+
+
+def test_a_billion_trajectories_is_not_listed_before_the_first():
+    cancel = em.Cancel()
+    tracemalloc.start()
+    try:
+        dataset = datasets.generate(
+            "topple",
+            **{"trajectories": 10**9, "frames": 2, "cancel": cancel},
+            progress=lambda _done, _total: cancel.set(),
+        )
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert 1 <= len(dataset.trajectories) < 10**5
+    assert peak < 2**26

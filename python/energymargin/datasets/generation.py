@@ -167,8 +167,9 @@ def _make_missing(
         progress(done, total)
     make = partial(generate_shard, folder.request, task if executor is None else None)
     with (executor or Threads(1)).workers() as workers:
-        for span in missing:  # a shard is of trajectories in a row
-            run(workers, make, [range(*span)], deliver, limit, give_up=_given_up, most=size)
+        for first, last in missing:  # a shard is of trajectories in a row
+            shards = (range(k, min(k + size, last)) for k in range(first, last, size))
+            run(workers, make, shards, deliver, limit, give_up=_given_up, most=size)
 
 
 def _executor(
@@ -177,6 +178,8 @@ def _executor(
     """Where the missing trajectories are made, in shards of at most `size`; None: in this
     process."""
     if executor is not None:
+        if processes not in (None, 1):
+            raise ValueError(f"processes is {processes}, expected 1 or None with an executor")
         _require_registered(task, "there is an executor")
         return chosen_executor(executor)
     if processes is None:
