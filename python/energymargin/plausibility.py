@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 MOST_KNOWN = 10_000  # warnings that are remembered, so that each warns once
 
@@ -19,23 +21,47 @@ class PlausibilityWarning(UserWarning):
 
 
 _known: set[tuple[str, str]] = set()
+Kept = list[tuple[tuple[str, str], str | None]]
+"""Warnings, each with its fingerprint, as arguments of `warn`."""
+_kept: ContextVar[Kept | None] = ContextVar("kept", default=None)
 
 
-def warn(found: Iterable[tuple[str, str]], fingerprint: str) -> None:
+@contextmanager
+def kept_warnings() -> Iterator[Kept]:
+    """In the `with` block, and in this thread alone, `warn` puts warnings into this list.
+
+    `warnings.catch_warnings` would change what all threads of the process warn of.
+    """
+    kept: Kept = []
+    token = _kept.set(kept)
+    try:
+        yield kept
+    finally:
+        _kept.reset(token)
+
+
+def warn(found: Iterable[tuple[str, str]], fingerprint: str | None) -> None:
     """Issues each warning, a subject and a text, once for each fingerprint.
 
-    `fingerprint` is that of the scene, so that many states of one scene warn once. The warning
-    points at the user's line.
+    `fingerprint` is that of the scene, so that many states of one scene warn once; with None each
+    call warns. The warning points at the user's line.
     """
+    kept = _kept.get()
+    if kept is not None:
+        kept += [(one, fingerprint) for one in found]
+        return
     for about, text in found:
-        if (fingerprint, about) in _known:
+        if fingerprint is not None and (fingerprint, about) in _known:
             continue
         sentence = text + (" " if text.endswith(("?", ".")) else ". ")
         level = levels_to_user()
         warnings.warn(sentence + HOW_TO_IGNORE, PlausibilityWarning, stacklevel=level)
         if len(_known) >= MOST_KNOWN:
             _known.clear()
-        _known.add((fingerprint, about))  # not before: one that a filter makes an error comes again
+        if fingerprint is not None:
+            _known.add(
+                (fingerprint, about)
+            )  # not before: one that a filter makes an error comes again
 
 
 def levels_to_user() -> int:

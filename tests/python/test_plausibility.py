@@ -1,7 +1,9 @@
 """What is legal and looks wrong is a warning, once for a scene; what is right is silent."""
 
+import ast
 import json
 import math
+import threading
 import warnings
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from command_line import run_here
 from made_tasks import MADE
 
 import energymargin as em
-from energymargin.plausibility import warn
+from energymargin.plausibility import kept_warnings, warn
 
 ROOT = Path(__file__).parents[2]
 UPRIGHT, W_FIRST = (0, 0, 0, 1), (1, 0, 0, 0)
@@ -298,3 +300,56 @@ def test_golden_problems_tasks_and_robots_of_the_repository_do_not_warn():
                     task.problem(state, trajectory.params)
         for path in (ROOT / "data").glob("*.urdf"):
             em.World(em.scenes.from_urdf(path, role="effector"))
+
+
+def test_calls_in_threads_leave_the_filters_of_warnings_as_they_are():
+    """And a warning in another thread is seen while a call keeps its own."""
+    before, begun, go_on = list(warnings.filters), threading.Event(), threading.Event()
+    kept = []
+
+    def keep():
+        with kept_warnings() as own:
+            em.World(problem(mass=1e6, start={"position": (0, 0, 0.02)}).scene)
+            kept.append(list(own))
+            begun.set()
+            go_on.wait(60)
+
+    threads = [threading.Thread(target=keep) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    assert begun.wait(60)
+    with pytest.warns(em.PlausibilityWarning):
+        em.World(problem(shape=em.Box((50.0,) * 3), height=25.0).scene)
+    go_on.set()
+    for thread in threads:
+        thread.join()
+    assert all(kept) and list(warnings.filters) == before
+
+
+BELIEVED = em.beliefs.Uncertainty(mass={"object": 0.1})
+
+
+def test_particles_that_are_drawn_in_threads_leave_the_filters_as_they_are():
+    import sliding
+
+    before = list(warnings.filters)
+    belief = em.Belief(sliding.problem(), uncertainty=BELIEVED)
+    threads = [threading.Thread(target=belief.particles, args=(50 + k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert list(warnings.filters) == before
+
+
+def test_no_module_changes_the_warnings_of_all_threads():
+    found = [
+        f"{file.name}:{node.lineno}"
+        for file in sorted((ROOT / "python" / "energymargin").rglob("*.py"))
+        for node in ast.walk(ast.parse(file.read_text()))
+        if getattr(node, "attr", getattr(node, "id", "")) in ALL_THREADS
+    ]
+    assert found == []
+
+
+ALL_THREADS = {"catch_warnings", "simplefilter", "filterwarnings", "resetwarnings"}

@@ -27,6 +27,7 @@ from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
 from energymargin.cli.view import serve
 from energymargin.interrupts import on_interrupt
+from energymargin.plausibility import kept_warnings
 from energymargin.replacing import replace_text
 from energymargin.summary import summary
 from energymargin.table_text import markdown_table
@@ -157,7 +158,6 @@ def grasps(
         from energymargin.disturbances import Uniform
         from energymargin.grasps import GraspObject, score
         from energymargin.grasps.files import WRITERS
-        from energymargin.grasps.scoring import quiet
         from energymargin.grasps.trials import STEP
 
         _import_extras(outputs, view)
@@ -185,7 +185,7 @@ def grasps(
     with (
         _cancelled_by_interrupt() as cancel,
         _arguments_as_options(OF_OBJECT),
-        quiet(),
+        kept_warnings(),
         bar("Scoring", "grasps") as progress,
     ):
         scores = score(
@@ -386,7 +386,6 @@ def _view(scores: GraspScores, which: str) -> None:
     """Shows a grasp, by its name or one of CHOICES, until Ctrl-C: once the hand has closed, or else
     open."""
     from energymargin.grasps.scores import grasp_of
-    from energymargin.grasps.scoring import quiet
     from energymargin.grasps.trials import NO_GRIP
     from energymargin.viewer import view
 
@@ -395,7 +394,7 @@ def _view(scores: GraspScores, which: str) -> None:
         scores.grasps, names.index(which) if which in names else getattr(scores, which)
     )
     draw = trials.draw(-1)
-    with quiet():
+    with kept_warnings():
         closed = trials.grip(grasp, draw)
     if closed.ending:
         why = f"the hand of {names[grasp.number]} {NO_GRIP[closed.ending]}"

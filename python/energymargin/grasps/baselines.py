@@ -13,9 +13,9 @@ from energymargin.checks import check_type
 from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
-from energymargin.grasps.scoring import quiet
 from energymargin.grasps.trials import TOUCHING, Closed, Grasp, Trials, clearance
 from energymargin.grasps.wrenches import wrench_space
+from energymargin.plausibility import kept_warnings
 from energymargin.scenes.corners import shape_parts
 from energymargin.scenes.poses import pose
 from energymargin.scores import force_score
@@ -60,7 +60,7 @@ def baselines(
     table = {name: np.full(n, np.nan) for name in BASELINES}
     surface, area = surface_of(trials.object.shape)
     for k in range(n):
-        with quiet():
+        with kept_warnings():
             found = _features(trials, grasp_of(scores.grasps, k), surface, area)
         for name, value in found.items():
             table[name][k] = value

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -31,7 +29,7 @@ from energymargin.grasps.scores import MISSING, GraspScores, grasp_of
 from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, Outcome, Trials
 from energymargin.limits import Limit
 from energymargin.parallel import run
-from energymargin.plausibility import PlausibilityWarning
+from energymargin.plausibility import kept_warnings, warn
 from energymargin.scores import UNIFORM
 
 ROLLOUTS = 30
@@ -142,12 +140,11 @@ def score(
             return GraspRow(grasp.number, error=why)
 
         function = partial(score_grasps, trials, count, nodes)
-        with quiet(), on.workers() as workers:
+        with on.workers() as workers:
             run(workers, function, [left], deliver, limit, give_up=give_up)
     if done == 0:
         limit.require("a grasp has its score")
-    for text in scores.warnings:
-        warnings.warn(text, PlausibilityWarning, stacklevel=2)
+    warn([(text, text) for text in scores.warnings], None)
     return scores
 
 
@@ -156,7 +153,7 @@ def score_grasps(
 ) -> list[GraspRow]:
     """The rows of some grasps; once it is cancelled, those that are finished."""
     rows: list[GraspRow] = []
-    with quiet() if threading.current_thread() is threading.main_thread() else nullcontext():
+    with kept_warnings():  # which each of many trials would repeat
         for grasp in grasps:
             if cancel.is_set:
                 break
@@ -196,11 +193,3 @@ def _put(scores: GraspScores, row: GraspRow) -> None:
     scores.endings[k] = [ENDINGS.index(ending) for ending in endings]
     scores.times[k], scores.redrawn[k], scores.back[k] = times, redrawn, back
     scores.steps[k], scores.unconverged[k], scores.lost_time[k] = map(sum, sums)
-
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Without the warnings that each of many trials would repeat."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PlausibilityWarning)
-        yield
