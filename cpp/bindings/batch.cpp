@@ -41,7 +41,7 @@ using Pickle = py::typing::Tuple<py::object, py::ellipsis>;
 
 Pickle pickle(const ScoreRow& row) {
   return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error, curves_of(row), row.steps,
-                        row.unconverged, row.lost_time, pairs_of(row.warnings));
+                        row.unconverged, row.lost_time, pairs_of(row.warnings), row.diverged);
 }
 
 ScoreRow unpickle(const Pickle& state) {
@@ -56,6 +56,7 @@ ScoreRow unpickle(const Pickle& state) {
   row.unconverged = state[7].cast<long long>();
   row.lost_time = state[8].cast<double>();
   for (auto& [about, text] : state[9].cast<WarningPairs>()) row.warnings.push_back({about, text});
+  row.diverged = state[10].cast<int>();
   return row;
 }
 
@@ -73,6 +74,7 @@ void bind_row(py::module_& module) {
       .def_property_readonly("curves", &curves_of,
                              "(times [s], probability of being captured throughout until each), shape (T,) both, of "
                              "\"probability\" and \"probability/any\".")
+      .def_readonly("diverged", &ScoreRow::diverged, "Rollouts of its searches that diverged.")
       .def(py::pickle(&pickle, &unpickle));
   def_quality(type, "those of each score; ");
 }
@@ -86,8 +88,8 @@ BatchHolder make_batch(const std::vector<std::string>& metrics, const Given<int>
   options.threads = given("threads", threads);
   Keywords{others}("nodes_per_edge", options.nodes_per_edge)("least_likelihood", options.least_likelihood)(
       "search", options.search)("stop_at_escape", options.stop_at_escape)("rollouts", options.rollouts)(
-      "strength", options.disturbance.strength)("objects", options.disturbance.objects)("common_random_numbers",
-                                                                                        options.common_random_numbers)
+      "most_diverged", options.most_diverged)("strength", options.disturbance.strength)(
+      "objects", options.disturbance.objects)("common_random_numbers", options.common_random_numbers)
       .end();
   return BatchHolder(new Batch(options));
 }

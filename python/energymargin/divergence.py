@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from energymargin._core import CaptureProbability, too_many_diverged
 
-__all__ = ["ANY", "is_unknown", "too_many_diverged"]
+__all__ = ["ANY", "MOST", "is_unknown", "too_many_diverged"]
 
+MOST = 0.01
+"""The `most_diverged` of a direct call."""
 ANY = 1.0
 """The `most_diverged` of a stream, which asks `is_unknown` of each probability."""
 

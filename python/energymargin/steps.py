@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Problem
 from energymargin.checks import share, whole_number
 from energymargin.disturbances import Disturbance, Uniform
+from energymargin.divergence import ANY, is_unknown
+from energymargin.errors import DivergedError
 from energymargin.reprs import Record
 from energymargin.scores import capture_probability
 from energymargin.table_text import DASH, markdown_table
@@ -34,19 +36,19 @@ class TriedStep(Record):
     """Rollouts of each problem that stay captured with this step and not with the finest one."""
     worse: NDArray[np.int64]
     """Those that stay captured with the finest one alone."""
-    rollouts: int
-    """Of each problem."""
+    pairs: NDArray[np.int64]
+    """Rollouts of each problem that count, as they diverge with neither step, shape (P,)."""
     refused: str = ""
-    """Why it does not fit the problems; empty: it does."""
+    """Why it does not fit the problems, as their rollouts diverge with it; empty: it does."""
 
     @property
     def differences(self) -> NDArray[np.float64]:
         """Probability of each problem less that of the finest step, shape (P,)."""
-        return (self.better - self.worse) / self.rollouts
+        return (self.better - self.worse) / self.pairs
 
     def interval(self) -> tuple[float, float]:
         """95 % interval of the mean difference, of pairs (Agresti and Min 2005)."""
-        return _interval(self.better.sum(), self.worse.sum(), self.rollouts * len(self.better))
+        return _interval(self.better.sum(), self.worse.sum(), self.pairs.sum())
 
     def holds(self, error: float) -> bool:
         """Whether the mean is off by no more, and no problem is by its own interval."""
@@ -58,7 +60,7 @@ class TriedStep(Record):
         return near and -error <= low and high <= error
 
     def _interval_of(self, problem: int) -> tuple[float, float]:
-        return _interval(self.better[problem], self.worse[problem], self.rollouts)
+        return _interval(self.better[problem], self.worse[problem], self.pairs[problem])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,8 +104,10 @@ def longest_step(
     same step. Each is asked with each step under the same disturbances (`seed`), `rollouts` times;
     so a difference is one of steps. A step holds if the 95 % interval of its mean difference lies
     within `error`, and that of no problem lies beyond. Then
-    `problem.with_step(choice.step)` asks with it. Raises ValueError on no problems, different
-    steps, and a problem without a horizon, and Cancelled.
+    `problem.with_step(choice.step)` asks with it. A step with which more than one rollout of a
+    problem, and more than 1 % of them, diverge is too long. Raises ValueError on no problems,
+    different steps, and a problem without a horizon; DivergedError where the finest step diverges;
+    and Cancelled.
     """
     asked = [problems] if isinstance(problems, Problem) else list(problems)
     steps = {problem.scene.step for problem in asked}
@@ -122,23 +126,35 @@ def longest_step(
         threads=threads,
         cancel=cancel,
         warn=False,
+        undisturbed=False,
+        most_diverged=ANY,
     )
     nothing = np.zeros(len(asked), int)
 
-    def captured(step: float) -> NDArray[np.bool_]:
-        """Whether each rollout of each problem stays captured, shape (P, rollouts)."""
-        return np.array([np.isinf(ask(each.with_step(step)).exit_times) for each in asked])
+    def exits(step: float) -> NDArray[np.float64]:
+        """When each rollout of each problem leaves [s], as `exit_times`, shape (P, rollouts)."""
+        found = [ask(each.with_step(step)) for each in asked]
+        for number, one in enumerate(found):
+            if is_unknown(one):
+                subject = f"problem {number} with a step of {step:.6g} s"
+                raise DivergedError(subject, one.diverged, rollouts)
+        return np.array([one.exit_times for one in found])
+
+    def compared(step: float, found: NDArray[np.float64]) -> TriedStep:
+        counts = ~np.isnan(found) & ~np.isnan(finest)
+        kept, finer = counts & np.isinf(found), counts & np.isinf(finest)
+        captured = np.isinf(found).sum(1) / (~np.isnan(found)).sum(1)
+        worse = (finer & ~kept).sum(1)
+        return TriedStep(step, captured, (kept & ~finer).sum(1), worse, counts.sum(1))
 
     def tried(step: float) -> TriedStep:
         try:
-            kept = captured(step)
-        except ValueError as refusal:
-            return TriedStep(step, np.zeros(0), nothing, nothing, rollouts, str(refusal))
-        better, worse = (kept & ~finest).sum(1), (finest & ~kept).sum(1)
-        return TriedStep(step, kept.mean(1), better, worse, rollouts)
+            return compared(step, exits(step))
+        except (ValueError, DivergedError) as refusal:
+            return TriedStep(step, np.zeros(0), nothing, nothing, nothing, str(refusal))
 
     step = steps.pop()
-    finest = captured(FINEST * step)
+    finest = exits(FINEST * step)
     found: list[TriedStep] = []
     for part in LADDER:
         found.append(tried(part * step))
@@ -146,8 +162,7 @@ def longest_step(
             break
     settled = found[-1].holds(error)
     chosen = found[-1].step if settled else FINEST * step
-    last = TriedStep(FINEST * step, finest.mean(1), nothing, nothing, rollouts)
-    return StepChoice(chosen, error, settled, (*found, last))
+    return StepChoice(chosen, error, settled, (*found, compared(FINEST * step, finest)))
 
 
 def _interval(better: int, worse: int, pairs: int) -> tuple[float, float]:

@@ -182,3 +182,68 @@ def test_a_figure_shows_particles_scores_and_shares():
     ]
     with pytest.raises(ValueError, match="expected one of em"):
         em.plots.figure_belief(belief, 0.5)
+
+
+class Light(stats.rv_continuous):
+    """A mass of 1 kg, of which this share of the draws has a tenth."""
+
+    def _ppf(self, q, share):
+        return np.where(q > 1 - share, 0.1, 1.0)
+
+
+def damped(share):
+    """A belief about a body whose controller damps 1 kg, and makes .1 kg diverge."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("object", em.Sphere(0.05), mass=0.1, position=(1, 1, 1), role="object")
+    scene.add_body("hand", em.Sphere(0.05), mass=1.0, role="effector")
+    gains, named = [[1.2 / scene.step]], {"observed": ["hand.vx"], "corrected": ["hand.fx"]}
+    plan = em.Feedback(gains, period=scene.step, **named)
+    inside = em.regions.Ball("object", (1, 1, 1), 1.5)
+    own = em.Problem(
+        scene,
+        scene.pack(hand={"velocity": (0.1, 0, 0)}),
+        **{"captured": inside, "force": (0.1,) * 3, "torque": (0, 0, 0), "duration": 0.1},
+        **{"horizon": 8.0, "plan": plan},
+    )
+    return em.Belief(own, mass={"hand": Light(a=0, shapes="share")(share)})
+
+
+def test_one_rollout_that_diverges_is_left_out_and_counted():
+    with np.errstate(all="raise"):
+        score = em.score_belief(damped(1 / 30), ["probability"], rollouts=30)["probability"]
+        assert score.diverged == 1 and np.isnan(score.values).sum() == 1
+        assert score.mean == np.nanmean(score.values) == score.kept.sum() / 29
+        assert score.curve[1][-1] == score.mean
+        known = stats.binomtest(round(score.kept.sum()), 29).proportion_ci()
+        assert score.interval() == pytest.approx((known.low, known.high))
+        assert np.isfinite([score.stderr, score.shares["mass of hand"].value]).all()
+
+
+@pytest.mark.parametrize(("share", "words"), [(0.1, r"[2-5] of 30"), (0.5, r"1[0-9] of 30")])
+def test_a_belief_of_which_more_than_one_in_a_hundred_diverges_has_no_probability(share, words):
+    with pytest.raises(em.ScoreError, match=rf"{words} rollouts of the belief's probability div"):
+        em.score_belief(damped(share), ["probability"], rollouts=30)
+
+
+def test_draws_are_prepared_in_pieces_and_the_clock_is_looked_at(monkeypatch):
+    """The limit comes while the first of a hundred thousand draws are made."""
+    cancel, drawn = em.Cancel(), []
+    made = em.Belief.particle
+
+    def particle(self, point):
+        drawn.append(point)
+        if len(drawn) == 200:
+            cancel.set()
+        return made(self, point)
+
+    monkeypatch.setattr(em.Belief, "particle", particle)
+    keywords = {"rollouts": 100_000, "threads": 1, "cancel": cancel}
+    try:
+        found = em.score_belief(drifting(), ["probability"], **keywords)
+        assert not found.complete and 0 < len(found["probability"].values) <= len(drawn)
+    except em.Cancelled:
+        pass  # before the first rollout was finished
+    assert len(drawn) < 2000
+    monkeypatch.undo()
+    whole = drifting().particles(40, seed=em.stream(0, 0))
+    assert np.array_equal(np.array(drawn[:40]), whole.points)

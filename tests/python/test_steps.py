@@ -127,3 +127,42 @@ def test_a_cancel_ends_it():
     cancel.set()
     with pytest.raises(em.Cancelled):
         em.longest_step(thrown(1.0), cancel=cancel)
+
+
+def diverging_from(step, rollouts):
+    """Pushes with which so many rollouts diverge if steps are that long: on one thread."""
+    left = {}
+
+    def pushes(random, times):
+        wrenches = np.zeros((len(times), 6))
+        length = round(1 / (times[1] - times[0]))
+        left[length] = left.get(length, rollouts) - 1
+        if times[1] - times[0] > 0.9 * step and left[length] >= 0:
+            wrenches[:] = 1e308
+        return wrenches
+
+    return pushes
+
+
+def test_a_step_that_diverges_is_too_long():
+    choice = em.longest_step(
+        thrown(HEIGHT + 0.2), rollouts=200, threads=1, disturbance=diverging_from(4 * STEP, 3)
+    )
+    assert choice.settled and choice.step == pytest.approx(2 * STEP)
+    assert ["3 of 200 rollouts" in one.refused for one in choice.tried[:2]] == [True, True]
+    assert "diverged" in str(choice)
+
+
+def test_a_rollout_in_a_hundred_that_diverges_is_left_out_of_its_pair():
+    choice = em.longest_step(
+        thrown(HEIGHT + 0.2), rollouts=200, threads=1, disturbance=diverging_from(4 * STEP, 2)
+    )
+    assert choice.step == pytest.approx(8 * STEP)
+    assert choice.tried[0].pairs.tolist() == [198] and choice.tried[0].captured.tolist() == [1.0]
+
+
+def test_a_finest_step_that_diverges_has_no_answer():
+    with pytest.raises(em.DivergedError, match=r"200 of 200 rollouts of problem 0 with a step of"):
+        em.longest_step(
+            thrown(HEIGHT + 0.2), rollouts=200, threads=1, disturbance=diverging_from(0.0, 200)
+        )

@@ -38,6 +38,7 @@ struct ScoreRow : StepCounts {
   std::string error;     //!< what went wrong, in the first search that fails; empty if all is well
   std::map<std::string, Curve> curves{};  //!< of "probability" and "probability/any", where they were asked for
   std::vector<Warning> warnings{};        //!< what speaks against its scores
+  int diverged = 0;                       //!< rollouts of its searches that diverged
 };
 
 //! What to compute, and how.
@@ -52,6 +53,7 @@ struct BatchOptions {
   std::optional<Search> search{};  //!< of the efforts, as EffortOptions
   bool stop_at_escape = false;     //!< the same
   int rollouts = 30;               //!< of the probabilities, as ProbabilityOptions
+  double most_diverged = 0.01;     //!< the same
   std::uint64_t seed = 0;
   int threads = 1;
   disturbances::Uniform disturbance{};  //!< of the probabilities

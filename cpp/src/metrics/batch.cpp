@@ -51,6 +51,7 @@ const Metric* find_metric(const std::string& name) {
 template <typename Result>
 void add_quality(const Result& result, ScoreRow& row) {
   row += result;
+  row.diverged += result.diverged;
   row.warnings.insert(row.warnings.end(), result.warnings.begin(), result.warnings.end());
 }
 
@@ -97,6 +98,7 @@ void add_probability(const Problem& problem, const SearchMetrics& metrics, const
   ProbabilityOptions probability;
   probability.disturbance = options.disturbance;
   probability.rollouts = options.rollouts;
+  probability.most_diverged = options.most_diverged;
   probability.seed = options.common_random_numbers ? options.seed : seed;
   probability.limit = options.limit;
   probability.undisturbed = false;

@@ -2015,6 +2015,11 @@ class ScoreRow:
         (times [s], probability of being captured throughout until each), shape (T,) both, of "probability" and "probability/any".
         """
     @property
+    def diverged(self) -> int:
+        """
+        Rollouts of its searches that diverged.
+        """
+    @property
     def error(self) -> str | None:
         """
         The error of the first search that failed, or None.

@@ -7,7 +7,6 @@ random (a scrambled Sobol sequence), so that few of them cover the belief evenly
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from energymargin._core import Problem, World
 from energymargin.beliefs.uncertainty import ERRORS, Source, Uncertainty
 from energymargin.checks import check_type, whole_number
-from energymargin.plausibility import PlausibilityWarning
+from energymargin.plausibility import kept_warnings
 from energymargin.reprs import Record
 from energymargin.scenes import moved_apart
 from energymargin.scenes.corners import shape_parts
@@ -30,10 +29,21 @@ from energymargin.scenes.corners import shape_parts
 LEFT = 0.01
 TRIES = 100  # draws for each particle
 FOR_MEAN = 1024  # points
+BLOCK = 1024  # points that are made at a time, a power of 2
 HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0
 OPEN = (HALF_STEP, 1 - HALF_STEP)  # the ends of the unit interval: no quantile is infinite
 
 Question = Callable[[NDArray[np.float64]], Problem]
+
+
+class Drawn(NamedTuple):
+    """One draw of a belief."""
+
+    problem: Problem
+    moved: bool
+    """Whether its bodies were moved apart."""
+    point: NDArray[np.float64]
+    """Where it was drawn in the unit cube, shape (D,)."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,6 +61,13 @@ class Particles(Record):
     redrawn: int
     """Draws that could not be, and for which another was taken: bodies that found no place, a
     friction or mass below 0."""
+
+    @staticmethod
+    def of(draws: Sequence[Drawn | None], sources: list[Source]) -> Particles:
+        """Those of some draws, of which one at least can be."""
+        problems, moved, points = zip(*filter(None, draws), strict=True)
+        redrawn = len(draws) - len(problems)
+        return Particles(list(problems), np.array(points), sources, sum(moved), redrawn)
 
     def __len__(self) -> int:
         """N."""
@@ -130,23 +147,22 @@ class Belief:
 
         Raises ValueError if hardly any draw can be, as where every pose overlaps the scene.
         """
+        return Particles.of(list(self.draws(count, seed=seed)), self.sources)
+
+    def draws(self, count: int, *, seed: int = 0) -> Iterator[Drawn | None]:
+        """The draws of `particles`, one after the other; None of one that cannot be."""
         count = whole_number("count", count, 1)
-        made: list[tuple[Problem, bool, NDArray[np.float64]]] = []
-        points, redrawn = _points(self.dimension, count, seed), 0
-        while len(made) < count:
+        points, made, redrawn = _points(self.dimension, count, seed), 0, 0
+        while made < count:
             point = next(points)
             found = self.particle(point)
-            if found is not None:
-                made.append((*found, point))
-                continue
-            redrawn += 1
+            made, redrawn = made + (found is not None), redrawn + (found is None)
             if redrawn >= TRIES * count:
                 raise ValueError(
-                    f"{redrawn} of {redrawn + len(made)} draws of the belief have no place or a "
+                    f"{redrawn} of {redrawn + made} draws of the belief have no place or a "
                     "friction or mass below 0, expected smaller errors"
                 )
-        problems, moved, drawn = zip(*made, strict=True)
-        return Particles(list(problems), np.array(drawn), self.sources, sum(moved), redrawn)
+            yield None if found is None else Drawn(*found, point)
 
     @property
     def dimension(self) -> int:
@@ -208,7 +224,7 @@ def _points(dimension: int, count: int, seed: int) -> Iterator[NDArray[np.float6
     from scipy.stats import qmc
 
     engine = qmc.Sobol(dimension, scramble=True, seed=np.random.default_rng(seed))
-    size = 2 ** math.ceil(math.log2(count))
+    size = min(2 ** math.ceil(math.log2(count)), BLOCK)
     while True:
         yield from np.clip(engine.random(size), *OPEN)
 
@@ -275,8 +291,7 @@ def _with_changes(problem: Problem, changes: list[tuple[Source, float]]) -> Prob
         else:
             scene = scene.with_body(source.body)  # a copy
             scene.set_friction(source.body, source.other, value)
-    with warnings.catch_warnings():  # what is odd in the problem was told when that was made
-        warnings.simplefilter("ignore", PlausibilityWarning)
+    with kept_warnings():  # what is odd in the problem was told when that was made
         changed: Problem = problem.replace(scene=scene, contacts=None)
     return changed
 
@@ -293,8 +308,9 @@ class CommonParticle(NamedTuple):
     """With it, one of each belief."""
 
 
-def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonParticle]:
-    """Particles of beliefs in which the same is uncertain, without end.
+def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonParticle | None]:
+    """Particles of beliefs in which the same is uncertain, without end; None of a draw that cannot
+    be.
 
     Raises ValueError on beliefs in which something else is uncertain, and if hardly any draw can be
     for all of them.
@@ -311,9 +327,9 @@ def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonPar
     while number - made < TRIES * (made + AT_FIRST):
         point = np.clip(random.random(beliefs[0].dimension), *OPEN)
         found = [belief.particle(point) for belief in beliefs]
-        if None not in found:
-            made += 1
-            yield CommonParticle(number, tuple(one[0] for one in found if one is not None))
+        there = tuple(one[0] for one in found if one is not None)
+        made += len(there) == len(found)
+        yield CommonParticle(number, there) if len(there) == len(found) else None
         refused += [one is None for one in found]
         number += 1
     raise ValueError(

@@ -34,7 +34,8 @@ class BeliefScore(Record):
 
     metric: str
     values: NDArray[np.float64]
-    """Score of each particle, shape (N,); a probability's are 1 or 0, from one rollout each."""
+    """Score of each particle, shape (N,); a probability's are 1 or 0, from one rollout each, and
+    NaN of a rollout that diverged, which does not count."""
     particles: Particles
     """Those N."""
     seconds: float
@@ -43,17 +44,32 @@ class BeliefScore(Record):
     """Times [s] and the probability until each, (T,); None for other scores."""
 
     @property
+    def diverged(self) -> int:
+        """Rollouts of a probability that diverged."""
+        return len(self.values) - int(self._counts.sum())
+
+    @property
+    def _counts(self) -> NDArray[np.bool_]:
+        """Which particles count, shape (N,)."""
+        return ~np.isnan(self.values) | (self.metric not in TIMED)
+
+    @property
+    def kept(self) -> NDArray[np.float64]:
+        """The values that count, shape (N - diverged,)."""
+        return self.values[self._counts]
+
+    @property
     def mean(self) -> float:
         """Over the belief: the probability itself; inf if a particle has no escape."""
-        return float(self.values.mean())
+        return float(self.kept.mean())
 
     @property
     def stderr(self) -> float | None:
         """Standard error of the mean, as of independent draws: quasi-random ones are at least as
         good as a rule. None of a single particle or an infinite mean."""
-        if len(self.values) < 2 or not np.isfinite(self.values).all():
+        if len(self.kept) < 2 or not np.isfinite(self.kept).all():
             return None
-        return float(self.values.std(ddof=1) / np.sqrt(len(self.values)))
+        return float(self.kept.std(ddof=1) / np.sqrt(len(self.kept)))
 
     @property
     def has_quantiles(self) -> bool:
@@ -94,8 +110,8 @@ class BeliefScore(Record):
         from scipy import stats
 
         if self.metric in TIMED:
-            inside = round(float(self.values.sum()))
-            found = stats.binomtest(inside, len(self.values)).proportion_ci(confidence)
+            inside = round(float(self.kept.sum()))
+            found = stats.binomtest(inside, len(self.kept)).proportion_ci(confidence)
             return float(found.low), float(found.high)
         if self.stderr is None:
             infinite = int((~np.isfinite(self.values)).sum())
@@ -112,7 +128,7 @@ class BeliefScore(Record):
         the largest is the one that is most worth measuring."""
         sources = self.particles.sources
         inputs = [len(source.inputs) for source in sources]
-        found = shares(self.particles.points, inputs, self.values)
+        found = shares(self.particles.points[self._counts], inputs, self.kept)
         return {source.name: share for source, share in zip(sources, found, strict=True)}
 
 

@@ -9,16 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import count, takewhile
+from itertools import count, islice, takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from energymargin._core import Cancel, stream
-from energymargin.beliefs.belief import Belief, Particles
+from energymargin._core import Cancel, Problem, stream
+from energymargin.beliefs.belief import Belief, Drawn, Particles
 from energymargin.beliefs.scores import BeliefScore, BeliefScores
-from energymargin.beliefs.uncertainty import MOST_PARTICLES, PARTICLES
+from energymargin.beliefs.uncertainty import MOST_PARTICLES, PARTICLES, Source
 from energymargin.checks import whole_number
+from energymargin.divergence import ANY, too_many_diverged
+from energymargin.errors import DivergedError
 from energymargin.executors import Executor, Row
 from energymargin.executors.choice import chosen_executor
 from energymargin.executors.rows import Work, given_up, score_chunk
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 
 # Particle j of problem i has the stream of index i + j * 2^32: the first has that of the problem.
 PARTICLE = 2**32
+PIECE = 16  # draws between two looks at the clock
 
 
 class Sharing:
@@ -72,29 +75,37 @@ class _Gathered:
 
     asked: Work
     """Its problem, and what is asked of it."""
-    particles: Particles
+    sources: list[Source]
     sharing: Sharing
+    count: int
+    """How many particles it will have."""
+    draws: list[Drawn | None] = field(default_factory=list)
     rows: dict[int, Row] = field(default_factory=dict)
     """By the number of the particle."""
 
     @property
     def complete(self) -> bool:
         """Whether every particle has its scores."""
-        return len(self.rows) == len(self.particles)
+        return len(self.rows) == self.count
 
     def scores(self) -> BeliefScores:
         """Those of the particles up to the first one that is missing."""
         there = [self.rows[number] for number in takewhile(self.rows.__contains__, count())]
-        metrics = self.asked.metrics if there else ()
-        return BeliefScores({m: self._score(m, there) for m in metrics}, self.complete)
+        if not there:
+            return BeliefScores({}, complete=False)
+        particles = Particles.of(self.draws, self.sources)
+        found = {m: self._score(m, there, particles) for m in self.asked.metrics}
+        return BeliefScores(found, self.complete)
 
-    def _score(self, metric: str, there: Sequence[Row]) -> BeliefScore:
+    def _score(self, metric: str, there: Sequence[Row], particles: Particles) -> BeliefScore:
         rows = there[: self.sharing.count(metric)]
-        curves = [row.curves[metric] for row in rows if metric in row.curves]
+        values = np.array([row.scores.get(metric, np.nan) for row in rows])
+        kept = [row for row, value in zip(rows, values, strict=True) if not np.isnan(value)]
+        curves = [row.curves[metric] for row in kept if metric in row.curves]
         return BeliefScore(
             metric,
-            np.array([row.scores.get(metric, np.nan) for row in rows]),
-            self.particles.first(len(rows)),
+            values,
+            particles.first(len(rows)),
             sum(row.times.get(metric, 0.0) for row in rows),
             (curves[0][0], np.mean([curve for _, curve in curves], axis=0)) if curves else None,
         )
@@ -108,6 +119,7 @@ class _Gathered:
         scores = self.scores()
         return Row(
             index,
+            error=_too_many_diverged(scores),
             scores={metric: score.mean for metric, score in scores.items()},
             particles={metric: score.values for metric, score in scores.items()},
             times={metric: score.seconds for metric, score in scores.items()},
@@ -115,8 +127,17 @@ class _Gathered:
             steps=sum(row.steps for row in rows),
             unconverged=sum(row.unconverged for row in rows),
             lost_time=sum(row.lost_time for row in rows),
+            diverged=sum(row.diverged for row in rows),
             warnings=tuple(dict.fromkeys(text for row in rows for text in row.warnings)),
         )
+
+
+def _too_many_diverged(scores: BeliefScores) -> str | None:
+    """What is wrong if so many rollouts diverged that a probability says nothing."""
+    for metric, score in scores.items():
+        if too_many_diverged(score.diverged, len(score.values)):
+            return str(DivergedError(f"the belief's {metric}", score.diverged, len(score.values)))
+    return None
 
 
 class ParticleSource:
@@ -138,12 +159,15 @@ class ParticleSource:
         self._beliefs: dict[int, _Gathered] = {}
 
     def __iter__(self) -> Iterator[list[Work]]:
-        """The particles of one belief after the other."""
+        """The particles of one belief after the other, a few at a time."""
         for batch in self._batches:
             if not batch:
                 yield []
             for asked in batch:
-                yield list(self._work(asked))
+                try:
+                    yield from self._drawn(asked)
+                except ValueError as error:
+                    self._failed.append(Row(asked.index, error=str(error)))
 
     def gathered(self, rows: Sequence[Row]) -> list[Row]:
         """The rows of beliefs that are complete by these rows of particles, or failed."""
@@ -163,19 +187,24 @@ class ParticleSource:
         every = {index: belief.scores() for index, belief in self._beliefs.items()}
         return {index: scores for index, scores in every.items() if scores}
 
-    def _work(self, asked: Work) -> Iterator[Work]:
+    def _drawn(self, asked: Work) -> Iterator[list[Work]]:
         whole_number("index", asked.index, 0, PARTICLE - 1)
         most = max(map(self._sharing.count, asked.metrics))
-        try:
-            seed = stream(self._sharing.whole.seed, asked.index)
-            particles = self._belief(asked.index).particles(most, seed=seed)
-        except ValueError as error:
-            self._failed.append(Row(asked.index, error=str(error)))
-            return
-        self._beliefs[asked.index] = _Gathered(asked, particles, self._sharing)
-        for number, problem in enumerate(particles.problems):
-            metrics = tuple(m for m in asked.metrics if number < self._sharing.count(m))
-            yield Work(asked.index + number * PARTICLE, problem, metrics)
+        belief = self._belief(asked.index)
+        draws = belief.draws(most, seed=stream(self._sharing.whole.seed, asked.index))
+        gathered = _Gathered(asked, belief.sources, self._sharing, most)
+        self._beliefs[asked.index], numbers = gathered, count()
+        while piece := list(islice(draws, PIECE)):
+            gathered.draws += piece
+            yield [self._work(asked, next(numbers), one.problem) for one in piece if one]
+
+    def _work(self, asked: Work, number: int, problem: Problem) -> Work:
+        metrics = tuple(m for m in asked.metrics if number < self._sharing.count(m))
+        return Work(asked.index + number * PARTICLE, problem, metrics)
+
+
+particle_chunk = partial(score_chunk, most_diverged=ANY)
+"""As score_chunk; a rollout that diverged has NaN."""
 
 
 def score_belief(
@@ -207,8 +236,10 @@ def score_belief(
         cancel: the same once it is set, with Cancelled.
         loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
 
-    Raises ValueError on bad arguments, fewer nodes than particles, and common random numbers, which
-    would be one number for all particles; ScoreError if the simulation of a particle failed.
+    Rollouts that diverge do not count: `diverged` of each score says how many. Raises ValueError on
+    bad arguments, fewer nodes than particles, and common random numbers, which would be one number
+    for all particles; ScoreError if the simulation of a particle failed, or more than one rollout
+    and more than 1 % of them diverged.
     """
     limit = Limit(timeout, cancel)
     chosen = chosen_settings(settings, **loose)
@@ -254,9 +285,11 @@ def score_beliefs(
         if progress is not None and rows:
             progress(done, total)
 
-    chunk = partial(score_chunk, sharing.settings)
+    chunk = partial(particle_chunk, sharing.settings)
     with executor.workers() as workers:
         run(workers, chunk, source, deliver, limit, give_up=given_up)
+    found = source.found()
+    errors.update({index: text for index, s in found.items() if (text := _too_many_diverged(s))})
     if errors:
         raise ScoreError(errors, len(beliefs))
-    return source.found()
+    return found

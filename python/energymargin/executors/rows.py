@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
+from energymargin.divergence import MOST
 from energymargin.metrics import METRICS
 from energymargin.parallel import POLL
 from energymargin.reprs import Record
@@ -39,6 +40,8 @@ class Row(Record):
     """Simulation steps whose contact solver did not converge."""
     lost_time: float = 0.0
     """Time in which nothing moved, as bodies would have passed through each other [s]."""
+    diverged: int = 0
+    """Rollouts of all of them that diverged."""
     warnings: tuple[str, ...] = ()
     """What speaks against the scores."""
     error: str | None = None
@@ -82,9 +85,12 @@ def given_up(work: Work, why: str) -> Row:
     return Row(work.index, error=why)
 
 
-def score_chunk(settings: SearchSettings, work: Sequence[Work], cancel: Cancel) -> Sequence[Row]:
-    """The rows of a chunk, on one thread; once it is cancelled, those that are finished."""
-    run = ScoreRun(list(METRICS), threads=1, **settings.all())
+def score_chunk(
+    settings: SearchSettings, work: Sequence[Work], cancel: Cancel, *, most_diverged: float = MOST
+) -> Sequence[Row]:
+    """The rows of a chunk, on one thread; once it is cancelled, those that are finished. A
+    probability of which more than this share of the rollouts diverge is an error."""
+    run = ScoreRun(list(METRICS), threads=1, most_diverged=most_diverged, **settings.all())
     for metrics, group in groupby(work, key=lambda one: one.metrics):
         same = list(group)
         run.add([one.problem for one in same], [one.index for one in same], list(metrics))

@@ -68,7 +68,7 @@ def _draw_particles(
 def _draw_scores(ax: Axes, score: BeliefScore, known: float | None) -> None:
     """The share of particles with at most a score."""
     values = np.sort(score.values[np.isfinite(score.values)])
-    shares = np.arange(1, len(values) + 1) / len(score.values)
+    shares = np.arange(1, len(values) + 1) / len(score.kept)
     ax.step(values, shares, where="post", color="0.2", linewidth=1.5)
     marks = {"mean": score.mean}
     if score.has_quantiles:

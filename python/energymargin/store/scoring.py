@@ -14,7 +14,7 @@ import numpy as np
 from energymargin import datasets, parallel
 from energymargin._core import Cancel, Problem
 from energymargin.beliefs.belief import Belief
-from energymargin.beliefs.scoring import ParticleSource, Sharing
+from energymargin.beliefs.scoring import ParticleSource, Sharing, particle_chunk
 from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError, left_out_text
@@ -148,16 +148,17 @@ def score_run(
     missing = _MissingScores(dataset, run, scored, advance)
     batches: Iterable[Sequence[Work]] = missing
     gathered: Callable[[Sequence[Row]], Sequence[Row]] = list
+    chunk = partial(score_chunk, settings)
     if (sampling := run.sampling) is not None:
         sharing = Sharing(sampling.particles, settings)
         belief = partial(dataset.belief, uncertainty=sampling.uncertainty, future=run.future)
         particles = ParticleSource(missing, belief, sharing, keep=False)
-        batches, settings, gathered = particles, sharing.settings, particles.gathered
+        batches, gathered = particles, particles.gathered
+        chunk = partial(particle_chunk, sharing.settings)
 
     def deliver(rows: Sequence[Row]) -> None:
         missing.deliver(gathered(rows))
 
-    chunk = partial(score_chunk, settings)
     with executor.workers() as workers:
         complete = parallel.run(workers, chunk, batches, deliver, limit, give_up=given_up)
     run.store.require_in_place()
