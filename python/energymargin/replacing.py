@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from io import BytesIO
 from pathlib import Path
+from typing import Any
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What a write raises without the name of its file."""
 
 
 @contextmanager
@@ -15,19 +21,32 @@ def replaced(path: Path) -> Iterator[Path]:
     is at `path` stays.
 
     The new file is `.NAME.HOST.PID` meanwhile. What a killed process of this machine left, the next
-    call for this path removes. Raises OSError at once if `path` cannot be written.
+    call for this path removes. Raises OSError at once if `path` cannot be written, and with its
+    name where the new file cannot, as on a full disk.
     """
     temporary = path.with_name(f".{path.name}.{socket.gethostname()}.{os.getpid()}")
     try:
-        try:
-            _remove_leftovers(path)
-            temporary.touch()
-        except OSError as error:
-            raise type(error)(error.errno, error.strerror, str(path)) from error
+        _remove_leftovers(path)
+        temporary.touch()
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        ours = str(error.filename) in (str(temporary), str(path.parent))
+        if not (ours or (error.filename is None and error.errno in FULL)):
+            raise  # of another file
+        raise type(error)(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def replace_figure(path: Path, figure: Any, **options: Any) -> None:
+    """The file shows a figure of matplotlib, by its suffix; raises OSError if `path` cannot be
+    written."""
+    drawn = BytesIO()  # what draws may say a full disk in words of its own
+    figure.savefig(drawn, format=path.suffix.removeprefix(".").lower(), **options)
+    with replaced(path) as file:
+        file.write_bytes(drawn.getvalue())
 
 
 def replace_text(path: Path, text: str) -> None:

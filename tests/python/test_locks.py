@@ -2,14 +2,12 @@
 
 import gc
 import os
-import resource
-import signal
 import subprocess
 import sys
-from contextlib import contextmanager
 
 import pytest
 import sliding
+from full_disks import full_disk
 
 import energymargin as em
 from energymargin.locks import Lock
@@ -21,19 +19,6 @@ lock = Lock(pathlib.Path(sys.argv[1]), "scoring into")
 print("has it", flush=True)
 sys.stdin.read()
 """
-
-
-@contextmanager
-def full_disk():
-    """No file can be written any more."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    as_ever = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-        signal.signal(signal.SIGXFSZ, as_ever)
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from energymargin.cli.options import chosen_executor
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import out, say
+from energymargin.replacing import replace_figure
 from energymargin.searches import SearchSettings
 from energymargin.summary import summary
 
@@ -75,8 +76,9 @@ def demo(
     # Slow to load, which Ctrl-C would wait for.
     from energymargin.plots.datasets import figure_along, figure_trees
 
-    figure_trees(dataset, settings.nodes, settings.seed).savefig(output / "qualitative.png")
-    figure_along(dataset, labelled).savefig(output / "scores.png")
+    trees = figure_trees(dataset, settings.nodes, settings.seed)
+    replace_figure(output / "qualitative.png", trees)
+    replace_figure(output / "scores.png", figure_along(dataset, labelled))
     draw_grips(scores, output)
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
     say(f"In {escape(str(output))}/: {', '.join(written)}")

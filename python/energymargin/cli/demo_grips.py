@@ -9,6 +9,7 @@ import numpy as np
 
 from energymargin.bars import bar
 from energymargin.executors import Executor
+from energymargin.replacing import replace_figure
 
 if TYPE_CHECKING:
     from energymargin.grasps import GraspScores
@@ -57,9 +58,9 @@ def draw_grips(scores: GraspScores, folder: Path) -> None:
         f"{scores.probabilities[best]:.2f}, 95 % interval {low:.2f} to {high:.2f}"
     )
     figure.set_size_inches(7.0, 2.9)
-    figure.savefig(folder / "grip.png", dpi=150)
+    replace_figure(folder / "grip.png", figure, dpi=150)
     chart = Figure(figsize=(8.0, 3.6), layout="constrained")
     axes = plot_grasps(scores, chart.subplots())
     axes.set(title="A hand lifts a mallet by its handle", xlabel="where the hand grips")
     axes.tick_params(axis="x", rotation=20)
-    chart.savefig(folder / "grips.png", dpi=150)
+    replace_figure(folder / "grips.png", chart, dpi=150)

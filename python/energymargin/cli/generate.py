@@ -13,6 +13,7 @@ from energymargin.bars import bar
 from energymargin.cli.options import PICTURE_NODES, cluster, parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, say
+from energymargin.replacing import replace_figure
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -80,7 +81,7 @@ def generate(
         if picture is not None:
             from energymargin.plots.datasets import figure_trees
 
-            figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
+            replace_figure(picture, figure_trees(dataset, PICTURE_NODES, seed))
         say_written(dataset, output)
         if len(dataset.trajectories) < trajectories:
             say(

@@ -28,7 +28,7 @@ from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
 from energymargin.cli.view import serve
 from energymargin.interrupts import on_interrupt
 from energymargin.plausibility import kept_warnings
-from energymargin.replacing import replace_text
+from energymargin.replacing import replace_figure, replace_text
 from energymargin.summary import summary
 from energymargin.table_text import markdown_table
 
@@ -349,7 +349,7 @@ def _write(
 
             figure = plot_grasps(scores).get_figure(root=True)
             assert figure is not None
-            figure.savefig(path)
+            replace_figure(path, figure)
     if grasps is not None and not (scores.counted > 0).any():
         warn(f"{grasps} is not written: no grasp has a score")
     elif grasps is not None:

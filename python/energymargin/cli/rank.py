@@ -13,7 +13,7 @@ from energymargin.cli.fields import options_of
 from energymargin.cli.options import chosen_executor, chosen_sampling
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, out, say, warn
-from energymargin.replacing import replace_text
+from energymargin.replacing import replace_figure, replace_text
 from energymargin.searches import SearchSettings
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def rank(
 
             figure = plot_ranking(ranking).get_figure(root=True)
             assert figure is not None
-            figure.savefig(output)
+            replace_figure(output, figure)
         else:
             replace_text(output, ranking.to_csv() if output.suffix == ".csv" else table)
         say(f"Wrote {escape(str(output))}")

@@ -72,13 +72,13 @@ def write_rerun(
         replaced(Path(output)) as file,
         rerun.RecordingStream("energymargin", recording_id=title) as stream,
     ):
-        stream.save(file)
+        memory = stream.memory_recording()  # its own writer of files says nothing of a full disk
         _log_scene(rerun, stream, scene, recorded.times, recorded.states)
         for name, numbers in {"captured": recorded.captured.astype(float), **values}.items():
             there, path = np.isfinite(numbers), f"scores/{name}" if name in values else name
             columns = rerun.Scalars.columns(scalars=numbers[there])
             _send(rerun, stream, path, recorded.times[there], columns)
-        stream.disconnect()  # all of it is in the file then
+        file.write_bytes(memory.drain_as_bytes())
     return trajectory
 
 

@@ -42,6 +42,7 @@ class Database(Closing):
                 raise FileNotFoundError(errno.ENOENT, "no such folder", str(self.path.parent))
         if self.path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(self.path))
+        is_new = not self.path.exists()
         with self._named():
             self.database = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
         try:
@@ -51,6 +52,8 @@ class Database(Closing):
             self._lock = Lock(self.path, "scoring into") if create else None
         except BaseException:
             self.close()
+            if is_new and self.path.exists() and not self.path.stat().st_size:  # on a full disk
+                self.path.unlink()
             raise
 
     @contextmanager

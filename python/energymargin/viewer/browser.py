@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from energymargin.errors import needs_extra
+from energymargin.replacing import replaced
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -68,7 +69,8 @@ def screenshot(url: str, path: Path, size: tuple[int, int]) -> None:
             picture = _at_rest(page)
         except Error as error:
             raise RuntimeError(f"the browser gave up: {str(error).splitlines()[0]}") from error
-    path.write_bytes(picture)
+    with replaced(path) as file:
+        file.write_bytes(picture)
 
 
 def _at_rest(page: Page) -> bytes:
