@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from energymargin import datasets, grasps, hdf5, recordings
+from energymargin.meshes import mesh
 
 POSES = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (3, 1, 1))
 
@@ -183,3 +184,33 @@ def test_mappings_that_take_in_others_are_refused_in_yaml(tmp_path):
     (tmp_path / "grasps.yaml").write_text(text)
     with pytest.raises(ValueError, match="has a mapping with <<"):
         grasps.read(tmp_path / "grasps.yaml", frame="grasp")
+
+
+def collada(more, doctype=""):
+    return (
+        f'<?xml version="1.0"?>{doctype}<COLLADA xmlns="http://www.collada.org/2005/11/'
+        f'COLLADASchema" version="1.4.1"><asset/>{more}</COLLADA>'
+    )
+
+
+DOUBLED = "".join(
+    f'<node id="n{k}"><instance_node url="#n{k - 1}"/><instance_node url="#n{k - 1}"/></node>'
+    for k in range(1, 40)
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (collada("", '<!DOCTYPE x [<!ENTITY a "0 1 2 ">]>'), "it declares a DOCTYPE"),
+        (collada('<float_array count="4000000000">0</float_array>'), "has the count 4000000000"),
+        (collada(f'<node id="n0"><instance_geometry url="#g"/></node>{DOUBLED}'), "stand for more"),
+        (collada('<node id="a"><instance_node url="#a"/></node>'), "its node 'a' holds itself"),
+        ("PK\x03\x04", "it is no XML, expected a DAE file that is not packed"),
+        (collada("<a>"), "it is no whole XML"),
+    ],
+)
+def test_a_dae_file_stays_as_small_as_it_is(tmp_path, text, message):
+    (tmp_path / "m.dae").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        mesh(tmp_path / "m.dae")

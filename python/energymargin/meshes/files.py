@@ -15,6 +15,7 @@ from energymargin.bars import Update
 from energymargin.checks import positive_number
 from energymargin.errors import EnergyMarginError, needs_extra
 from energymargin.limits import Limit
+from energymargin.meshes.collada_checks import check_collada
 from energymargin.meshes.solids import joined, merged, points_within, solids, winding_numbers
 from energymargin.meshes.surfaces import closed_surfaces
 from energymargin.plausibility import warn
@@ -261,6 +262,8 @@ def _geometries(path: Path, scale: Points) -> list[tuple[Points, Faces]]:
     of_obj = ("split_objects", "split_groups", "skip_materials")
     options: Any = dict.fromkeys(of_obj if path.suffix.lower() == ".obj" else (), True)
     try:
+        if path.suffix.lower() == ".dae":
+            check_collada(path)
         scene = trimesh.load_scene(path, process=False, **options)
         meshes = [piece for piece in scene.dump() if isinstance(piece, trimesh.Trimesh)]
         unit = trimesh.units.unit_conversion(scene.units, "meters") if scene.units else 1.0

@@ -1,0 +1,70 @@
+"""Checks of a DAE file, which may be a stranger's, before it is read: it stays as small as it is.
+
+XML has entities that stand for others, a DAE file nodes that stand for others, again and again.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.parsers import expat
+
+MOST_INSTANCES = 10_000  # of nodes and geometries, when those that stand for others are written out
+INSTANCES = ("instance_node", "instance_geometry", "instance_controller")
+
+
+def check_collada(path: Path) -> None:
+    """Raises ValueError on entities, on counts beyond the file, on nodes that hold themselves, and
+    on too many instances."""
+    data = path.read_bytes()
+    if not data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        raise ValueError("it is no XML, expected a DAE file that is not packed")
+    nodes: dict[str, list[str]] = {"": []}  # by node, those and the geometries that it holds
+    inner = [""]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        count = attributes.get("count", "0")
+        if count.isdecimal() and int(count) > len(data):
+            raise ValueError(f"<{tag}> has the count {count}, expected at most {len(data)}")
+        if tag in INSTANCES and (of := attributes.get("url", "").removeprefix("#")):
+            nodes[inner[-1]].append(of)
+        if tag == "node":
+            name = attributes.get("id") or f"node {len(nodes)}"
+            nodes[inner[-1]].append(name)
+            nodes.setdefault(name, [])
+            inner.append(name)
+
+    def end(tag: str) -> None:
+        if tag == "node":
+            inner.pop()
+
+    def refuse(*_: object) -> None:
+        raise ValueError("it declares a DOCTYPE, expected no entities")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise ValueError(f"it is no whole XML: {error}") from error
+    _check_instances(nodes)
+
+
+def _check_instances(nodes: dict[str, list[str]]) -> None:
+    """Raises ValueError if nodes hold themselves, or too much."""
+    sizes: dict[str, int] = {}
+    for name in nodes:
+        waiting = [name]
+        while waiting:
+            at = waiting[-1]
+            parts = nodes.get(at, [])
+            new = [part for part in parts if part not in sizes and part in nodes]
+            if at in sizes or not new:
+                sizes[at] = 1 + sum(sizes.get(part, 1) for part in parts)
+                waiting.pop()
+            elif new[0] in waiting:
+                raise ValueError(f"its node {new[0]!r} holds itself")
+            else:
+                waiting.append(new[0])
+            if sizes.get(at, 0) > MOST_INSTANCES:
+                raise ValueError(f"its nodes stand for more than {MOST_INSTANCES} instances")
