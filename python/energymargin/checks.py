@@ -38,6 +38,15 @@ def whole_number(name: str, value: int, least: int, most: int | None = None) -> 
     raise ValueError(f"{name} is {value!r}, expected a whole number {expected}")
 
 
+def seed_number(value: int) -> int:
+    """`value`, if it is a seed: a whole number from 0 to 2^64 - 1; else a ValueError. None is no
+    seed but where a function says what it means."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if whole and 0 <= value < 2**64:
+        return int(value)
+    raise ValueError(f"seed is {shown(value)}, expected a whole number from 0 to 2^64 - 1")
+
+
 def core_count(name: str, count: int | None) -> int:
     """`count`, or for None all cores that this process may use; a ValueError if it is below 1."""
     return len(os.sched_getaffinity(0)) if count is None else whole_number(name, count, 1)

@@ -22,7 +22,14 @@ from energymargin._core import (
     force_score,
     stream,
 )
-from energymargin.checks import not_negative_number, one_of, share, whole_number, yes_or_no
+from energymargin.checks import (
+    not_negative_number,
+    one_of,
+    seed_number,
+    share,
+    whole_number,
+    yes_or_no,
+)
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.metrics import (
     ANY,
@@ -115,7 +122,7 @@ class SearchSettings:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
         checked = {
             "nodes": whole_number("nodes", self.nodes, 1, MOST_NODES),
-            "seed": whole_number("seed", self.seed, 0, 2**64 - 1),
+            "seed": seed_number(self.seed),
             "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
             "least_likelihood": share("least_likelihood", self.least_likelihood),
             "search": None if self.search is None else one_of("search", self.search, SEARCHES),

@@ -1,6 +1,7 @@
 """Datasets of any size: open files that are read in blocks."""
 
 import gc
+import math
 from dataclasses import replace
 
 import h5py
@@ -67,6 +68,12 @@ def test_the_problems_asked_for_are_those_of_all(whole, opened):
 @pytest.mark.parametrize("numbers", [[3, 3], [5, 4], [-1], [30]])
 def test_numbers_of_states_that_do_not_rise_or_are_not_there_are_refused(opened, numbers):
     with pytest.raises(ValueError, match=r"numbers has .*, expected numbers of states that rise"):
+        opened.problems(numbers)
+
+
+@pytest.mark.parametrize("numbers", [[1.9], [True], ["1"], [math.nan]])
+def test_numbers_of_states_that_are_not_whole_are_refused(opened, numbers):
+    with pytest.raises(ValueError, match=r"numbers are .*, expected whole numbers of states"):
         opened.problems(numbers)
 
 

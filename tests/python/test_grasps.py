@@ -200,6 +200,9 @@ def test_a_lighter_grip_by_belief_loses_more():
     unsure = score(grasps(), GRIPPER, cube(0.9), rollouts=10, disturbance=STILL, belief=vague)
     assert firm.probabilities[0] == 1
     assert 0 < unsure.probabilities[0] < 1
+    for time in (float("nan"), -1.0):
+        with pytest.raises(ValueError, match=r"time is .*, expected a finite number of at least 0"):
+            unsure.held_until(time)
     low, high = unsure.interval()[0]
     assert low < unsure.probabilities[0] < high
 

@@ -26,7 +26,7 @@ from energymargin.actions.racing import Duel, duel
 from energymargin.actions.ranking import Race, Ranking, Standing
 from energymargin.actions.trials import Disturbance, Draws, Question, Trials, check_uncertainty
 from energymargin.beliefs import Uncertainty
-from energymargin.checks import function_or_none, one_of, whole_number, yes_or_no
+from energymargin.checks import function_or_none, one_of, seed_number, whole_number, yes_or_no
 from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor
@@ -210,7 +210,7 @@ def improve(
     limit = Limit(timeout, cancel)
     of_search = Limit(None if timeout is None else SHARE_OF_SEARCH * timeout, cancel)
     box = Parameters(parameters)
-    seed, nodes = whole_number("seed", seed, 0, 2**64 - 1), whole_number("nodes", nodes, 1)
+    seed, nodes = seed_number(seed), whole_number("nodes", nodes, 1)
     question = Question(metric, disturbance, seed, nodes, search)
     one_of("method", method, METHODS)
     budget = whole_number("budget", budget, 1)

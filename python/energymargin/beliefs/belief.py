@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Problem, World
 from energymargin.beliefs.uncertainty import ERRORS, Source, Uncertainty
-from energymargin.checks import check_type, whole_number
+from energymargin.checks import check_type, seed_number, whole_number
 from energymargin.plausibility import kept_warnings
 from energymargin.reprs import Record
 from energymargin.scenes import moved_apart
@@ -217,7 +217,7 @@ class Belief:
 
 def _points(dimension: int, count: int, seed: int) -> Iterator[NDArray[np.float64]]:
     """Points of a scrambled Sobol sequence in the open unit cube, each (D,), without end."""
-    seed = whole_number("seed", seed, 0)
+    seed = seed_number(seed)
     if dimension == 0:
         while True:
             yield np.zeros(0)

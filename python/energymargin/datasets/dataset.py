@@ -23,7 +23,7 @@ from energymargin import tasks
 from energymargin._core import Problem
 from energymargin.beliefs.belief import Belief
 from energymargin.beliefs.uncertainty import Uncertainty
-from energymargin.checks import check_type, whole_number
+from energymargin.checks import check_type, shown, whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import files
 from energymargin.datasets.columns import COLUMNS, ROW, Block, BodyNames, as_blocks
@@ -210,7 +210,10 @@ class Dataset(Closing, Summarized):
             yield t, [k for _, k in places]
 
     def _rising(self, numbers: Sequence[int]) -> NDArray[np.int64]:
-        wanted = np.asarray(numbers, dtype=np.int64)
+        found = np.asarray(numbers)
+        if found.size and found.dtype.kind not in "iu":
+            raise ValueError(f"numbers are {shown(numbers)}, expected whole numbers of states")
+        wanted = found.astype(np.int64)
         bad = (wanted < 0) | (wanted >= self.size)
         if bad.any() or (np.diff(wanted) <= 0).any():
             what = f"{wanted[bad][0]} among them" if bad.any() else "some that do not rise"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.checks import whole_number
+from energymargin.checks import seed_number, whole_number
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, bootstrap_weights, intervals, ranked
 from energymargin.evaluation.labelled import (
     AMONG,
@@ -286,6 +286,7 @@ def evaluate(
     Raises ValueError on numbers out of range, and on `clipped` of scores with a clock.
     """
     whole_number("draws", draws, 1)
+    seed = seed_number(seed)
     whole_number("last", last, 1)
     for horizon in frames:
         whole_number("frames", horizon, 0)

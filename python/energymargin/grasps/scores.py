@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Problem
-from energymargin.checks import check_shape, share
+from energymargin.checks import check_shape, not_negative_number, share
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.trials import ENDINGS, Grasp, Trials
 from energymargin.reprs import Record
@@ -124,7 +124,11 @@ class GraspScores(Record, Summarized):
         return tuple(found)
 
     def held_until(self, time: float) -> NDArray[np.float64]:
-        """Share of the trials in which it was held until a time [s] after closing, (n,)."""
+        """Share of the trials in which it was held until a time [s] after closing, (n,).
+
+        Raises ValueError on a time that is neither inf nor a finite number of at least 0.
+        """
+        time = time if time == np.inf else not_negative_number("time", time)
         held = ((self.endings == HELD) | (self.times > time)).sum(axis=1)
         return np.where(self.counted > 0, held / np.maximum(self.counted, 1), np.nan)
 

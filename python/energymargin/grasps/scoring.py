@@ -15,7 +15,7 @@ import numpy as np
 
 from energymargin._core import Cancel
 from energymargin.actions.profile import margin_profile
-from energymargin.checks import check_type, one_of, positive_number, whole_number
+from energymargin.checks import check_type, one_of, positive_number, seed_number, whole_number
 from energymargin.disturbances import Disturbance
 from energymargin.executors import Executor
 from energymargin.executors.choice import chosen_executor
@@ -115,7 +115,7 @@ def score(
         belief,
         disturbance,
         colliding,
-        whole_number("seed", seed, 0),
+        seed_number(seed),
         positive_number("step", step),
     )
     trials.check(grasps)

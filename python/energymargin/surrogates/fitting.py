@@ -100,7 +100,7 @@ def grown(
         l2_regularization=1.0,
         monotonic_cst=monotone,
         early_stopping=False,
-        random_state=seed,
+        random_state=seed % 2**32,  # all that scikit-learn takes
     )
     with threadpool_limits(1):  # the same bits on any machine, and faster with so few states
         if bounded:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
-from energymargin.checks import numbers_of, share, shown
+from energymargin.checks import numbers_of, seed_number, share, shown
 from energymargin.datasets import Dataset
 from energymargin.metrics import is_likelihood
 from energymargin.replacing import replaced
@@ -139,7 +139,7 @@ class Surrogate(Record, Summarized):
             monotone=[signs.get(name, 0) for name in names],
             mirrored=[names.index(name) for name in flipped],
             coverage=coverage,
-            seed=seed,
+            seed=seed_number(seed),
         )
         held = np.full(len(scores), np.nan)
         held[known[is_test]] = model.value(unmirrored(table[known[is_test]], model.mirrored))

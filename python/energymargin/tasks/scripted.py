@@ -22,7 +22,7 @@ from energymargin._core import (
     World,
     regions,
 )
-from energymargin.checks import one_of, positive_number, whole_number
+from energymargin.checks import one_of, positive_number, seed_number, whole_number
 from energymargin.limits import Limit
 from energymargin.reprs import Record
 from energymargin.tasks.base import (
@@ -236,7 +236,7 @@ class ScriptedTask(Task):
         once `cancel` is set.
         """
         limit = Limit(timeout, cancel)
-        random = np.random.default_rng(whole_number("seed", seed, 0))
+        random = np.random.default_rng(seed_number(seed))
         frames = whole_number("frames", frames, 2, self.steps + 1)
         params = self.draw(random)
         world = World(self.scene(params))
@@ -294,7 +294,7 @@ class ScriptedTask(Task):
                 f"times is {np.asarray(times).tolist()}, expected to rise from after {time:g} s "
                 f"to at most {self.length:g} s, the task's length"
             )
-        drive = self.drive(params, np.random.default_rng(whole_number("seed", seed, 0)))
+        drive = self.drive(params, np.random.default_rng(seed_number(seed)))
         return _simulate(
             World(self.scene(params)) if world is None else world,
             state,
