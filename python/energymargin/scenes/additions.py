@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin._core import Scene, World
+from energymargin._core import Compound, Scene, World
 from energymargin.errors import EnergyMarginError
 from energymargin.limits import Limit
 from energymargin.plausibility import warn
@@ -34,6 +34,7 @@ OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 POSES = 50  # of a robot's joints, at random: links that overlap in all of them always do
 DRIVING = ("held", "stiffness", "target_velocity", "mimic")
 OVERLAPPING = "overlapping"
+NAMED = 3  # bodies in a warning
 Pair = tuple[str, str]
 
 
@@ -198,6 +199,7 @@ def added(
     `overlapping`: all that overlap at the start never collide. The scene's report tells of each.
     """
     check_names(scene, new.bodies + new.planes, new.joints)
+    _warn_of_no_shape(new.bodies)
     made = new.add_to(Scene() if scene is None else _empty(scene), limit)
     moving = [joint for joint in new.joints if joint["type"] != "fixed"]
     driving = (tendon["joints"] for tendon in new.tendons if any(map(tendon.get, DRIVING)))
@@ -296,6 +298,18 @@ def base_of(body: str, carriers: dict[str, str]) -> str:
         carriers[body] = carriers.get(carriers[body], carriers[body])
         body = carriers[body]
     return body
+
+
+def _warn_of_no_shape(bodies: Sequence[Mapping[str, Any]]) -> None:
+    """Warns of a robot that passes through everything."""
+    shapes = [body["shape"] for body in bodies]
+    if shapes and all(isinstance(shape, Compound) and not shape.parts for shape in shapes):
+        names = ", ".join(repr(body["name"]) for body in bodies[:NAMED])
+        text = f"none of the file's {len(bodies)} bodies collides with anything: {names}" + (
+            ", ..." if len(bodies) > NAMED else ""
+        )
+        why = "has it visuals alone, or geoms with contype and conaffinity of 0?"
+        warn([(text, f"{text}; {why}")], text)
 
 
 def _warn_of_overlaps(kind: str, depths: Mapping[Pair, str], prefix: str) -> None:
