@@ -26,6 +26,8 @@ def replaced(path: Path) -> Iterator[Path]:
     """
     temporary = path.with_name(f".{path.name}.{socket.gethostname()}.{os.getpid()}")
     try:
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         _remove_leftovers(path)
         temporary.touch()
         yield temporary
@@ -45,14 +47,18 @@ def replace_figure(path: Path, figure: Any, **options: Any) -> None:
     written."""
     drawn = BytesIO()  # what draws may say a full disk in words of its own
     figure.savefig(drawn, format=path.suffix.removeprefix(".").lower(), **options)
-    with replaced(path) as file:
-        file.write_bytes(drawn.getvalue())
+    replace_bytes(path, drawn.getvalue())
 
 
 def replace_text(path: Path, text: str) -> None:
     """The text, in UTF-8, is the file's; raises OSError if `path` cannot be written."""
+    replace_bytes(path, text.encode())
+
+
+def replace_bytes(path: Path, content: bytes) -> None:
+    """The bytes are the file's; raises OSError if `path` cannot be written."""
     with replaced(path) as file:
-        file.write_text(text, encoding="utf-8")
+        file.write_bytes(content)
 
 
 def _remove_leftovers(path: Path) -> None:

@@ -464,7 +464,10 @@ def _sentence(text: str) -> str:
 
 # Grasps
 
-_DRAWN = "in {:.0%} of the trials the hand began in the object or the table: poses were redrawn"
+_MOVED = (
+    "in {:.0%} of the trials the hand was in the object or the table and got another pose: it may "
+    "look better than it is"
+)
 
 
 def grasp_scores(scores: GraspScores) -> Summary:
@@ -505,12 +508,12 @@ def trials(asked: Trials) -> Summary:
 
 def _grasp_notes(scores: GraspScores) -> list[str]:
     """What there is to know about the table."""
-    n, made = len(scores.grasps), scores.endings != -1
+    n, made = len(scores.grasps), (scores.endings != -1).sum()
     missing = int((scores.endings == -1).any(axis=1).sum()) - len(scores.errors)
-    drawn = made & (scores.redrawn > 0)
+    moved = scores.colliding.sum() if scores.trials.colliding != "lost" else 0
     return [
         _against_labels(scores),
-        _DRAWN.format(drawn.sum() / made.sum()) if drawn.any() else "",
+        _MOVED.format(moved / made) if moved else "",
         *scores.warnings,
         f"not complete: {missing} of {n} grasps were not scored" if missing else "",
     ]

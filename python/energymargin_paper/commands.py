@@ -18,7 +18,7 @@ from rich.markup import escape
 from energymargin.cli.fields import changed, described, in_words, keyword, option
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
-from energymargin.replacing import replace_text
+from energymargin.replacing import replace_figure, replace_text
 from energymargin.settings import flag_of
 from energymargin_paper.pages import FILE, Head
 from energymargin_paper.pieces import PIECES
@@ -104,7 +104,7 @@ def make(
 def _draw(study: Study[Any, Any], result: Any, folder: Path) -> None:
     try:
         for name, figure in study.figures(result):
-            figure.savefig(folder / name)
+            replace_figure(folder / name, figure)
     except ImportError as error:
         say(f"No picture, which needs pip install 'energymargin[plots]': {escape(str(error))}")
 

@@ -131,7 +131,7 @@ def test_a_shake_with_a_belief_is_asked_by_words_alone(folder):
     ]
     belief = '{"pose": [0.002, 0.002, 0.002, 0.02, 0.02, 0.02], "friction": 0.05, "force": 2}'
     words += ["--belief", belief, "--where", "name=middle", "--effort", 20, "-o", "lift.md"]
-    command = ["grasps", "three.csv", *FEW, "--friction", "0.8", "--colliding", "fail"]
+    command = ["grasps", "three.csv", *FEW, "--friction", "0.8", "--colliding", "lost"]
     done = run_here(*command, *words, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "1 grasp, 2 trials of 1.5 s each" in done.stdout and " J" in done.stdout

@@ -1,9 +1,14 @@
 """Grasps that are scored: closed forms, draws, what is lost and how, files of scores."""
 
+import threading
+import time
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
+from mesh_files import written
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
@@ -13,15 +18,18 @@ from energymargin.grasps import (
     GraspSet,
     HandFile,
     Motion,
+    ObjectFacts,
     ParallelGripper,
     Protocol,
     score,
 )
 from energymargin.grasps.hands import preset
 from energymargin.grasps.scores import grasp_of
+from energymargin.grasps.scoring import score_grasps
 from energymargin.grasps.trials import Trials
 
 GRIPPER = ParallelGripper(opening=0.08, force=10.0, palm=(0.1, 0.04, 0.04))
+AGAIN = {"colliding": "redraw"}
 STILL = em.disturbances.Uniform(0.0)
 SIDE = 0.04
 HOLD = Protocol([Motion("hold", 1.0)])
@@ -85,7 +93,7 @@ def test_a_hand_that_closes_on_nothing_does_not_grip_and_one_inside_the_object_c
     assert scores.losses(0) == {"not gripped": 2}
     assert scores.steps[0] > 0  # those in which the hand closes
     assert np.isnan(scores.times).all()
-    for colliding in ("redraw", "retreat", "fail"):
+    for colliding in ("lost", "redraw", "retreat"):
         with pytest.warns(
             em.PlausibilityWarning,
             match=r"order of .*0.1 x 0.04 x 0.04 m, fit into an opening of 0.08 m\?",
@@ -94,15 +102,16 @@ def test_a_hand_that_closes_on_nothing_does_not_grip_and_one_inside_the_object_c
         assert set(inside.losses(0)) <= {"collided", "not gripped"}
 
 
-def test_a_hand_in_the_table_is_moved_back_along_its_approach_or_fails():
+def test_a_hand_in_the_table_is_moved_back_along_its_approach_or_lost():
     low = grasps(moved(z=-0.018))  # fingertips reach 1 cm below the frame, the table is 2 cm below
     with pytest.warns(em.PlausibilityWarning, match="in 2 of 2 trials the hand was inside"):
         back = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="retreat")
     assert back.probabilities[0] == 1
     assert np.allclose(back.back, 0.008, atol=1e-9)
-    with pytest.warns(em.PlausibilityWarning, match="found no place"):
-        failed = score(low, GRIPPER, cube(), "lift", rollouts=2, colliding="fail")
-    assert failed.losses(0) == {"collided": 2}
+    with pytest.warns(em.PlausibilityWarning, match="in 2 of 2 trials the hand was inside"):
+        lost = score(low, GRIPPER, cube(), "lift", rollouts=2)
+    assert lost.losses(0) == {"collided": 2}
+    assert (back.colliding[0], lost.colliding[0]) == (2, 2)
 
 
 @pytest.mark.parametrize(("gap", "back"), [(6e-3, 0.0), (3e-3, 0.0), (-2e-3, 0.018)])
@@ -147,13 +156,28 @@ def test_a_hand_that_diverges_as_it_closes_says_so_and_one_that_is_stopped_does_
         weightless.run(grasp, 0, stopped)
 
 
-def test_draws_that_collide_are_drawn_again():
+def test_draws_that_collide_are_lost_or_drawn_again_and_counted_either_way():
     wide = GraspObject(em.Box((0.07, 0.04, 0.04)), 0.2)
-    belief = GraspBelief(pose=[0.005, 0, 0, 0, 0, 0])
-    scores = score(grasps(), GRIPPER, wide, belief=belief, rollouts=8)
-    assert scores.redrawn.any()
-    assert not scores.back.any()
-    assert "collided" not in scores.losses(0)
+    asked = {"belief": GraspBelief(pose=[0.005, 0, 0, 0, 0, 0]), "rollouts": 8}
+    lost, drawn = (score(grasps(), GRIPPER, wide, **asked, **k) for k in ({}, AGAIN))
+    assert drawn.redrawn.any() and not drawn.back.any() and "collided" not in drawn.losses(0)
+    assert lost.losses(0)["collided"] == lost.colliding[0] == drawn.colliding[0] > 0
+    assert lost.probabilities[0] <= 1 - lost.colliding[0] / 8 < drawn.probabilities[0]
+    assert lost.table()["colliding"] == drawn.table()["colliding"] == [str(lost.colliding[0])]
+    assert drawn.table()["redrawn"] == [str(drawn.redrawn.sum())] and "redrawn" not in lost.table()
+    assert f"{lost.colliding[0]},0" in lost.to_csv() and f",{drawn.redrawn.sum()}" in drawn.to_csv()
+    assert "got another pose" in drawn.to_markdown() and "got another" not in lost.to_markdown()
+
+
+@pytest.mark.parametrize("position", [0.0, 0.002, 0.005, 0.01])
+def test_a_grasp_that_begins_in_the_object_holds_no_better_the_less_well_it_is_known(position):
+    # A finger begins 1 cm in the cube; 1 mm is no collision, so 9 mm to the other side free it.
+    aside, belief = grasps(moved(x=0.03)), GraspBelief(pose=[position, 0, 0, 0, 0, 0])
+    with pytest.warns(em.PlausibilityWarning, match="trials the hand was inside"):
+        scores = score(aside, GRIPPER, cube(), belief=belief, rollouts=20, step=1 / 240)
+    free = [next(belief.poses(k, 0))[0] < -0.009 for k in range(20)]
+    assert scores.colliding[0] == 20 - sum(free)
+    assert scores.probabilities[0] <= np.mean(free) < 0.5
 
 
 # Draws
@@ -239,6 +263,94 @@ def test_scores_go_on_where_they_ended(tmp_path):
         score(three, GRIPPER, cube(0.8), **asked, store=path)
 
 
+PUSHED = Protocol([Motion("hold", 1.0)], radius=0.01, force=4.0, torque=4.0)
+SEARCHED = {"protocol": PUSHED, "rollouts": 1, "effort": 200, "step": 1 / 240, "threads": 2}
+
+
+@pytest.mark.parametrize("shares", [(0.05, 0.3), (0.15, 0.6), (0.4, 0.8)])
+def test_efforts_that_were_stopped_half_way_are_searched_again(tmp_path, shares):
+    four, path = grasps(*(moved(y=0.004 * k) for k in range(4))), tmp_path / "scores.h5"
+    begun = time.monotonic()
+    whole = score(four, GRIPPER, cube(), **SEARCHED)
+    took = time.monotonic() - begun
+    for share in shares:
+        cancel = em.Cancel()
+        timer = threading.Timer(share * took, cancel.set)
+        timer.start()
+        with suppress(em.Cancelled):
+            score(four, GRIPPER, cube(), **SEARCHED, store=path, cancel=cancel)
+        timer.join()
+    rest = score(four, GRIPPER, cube(), **SEARCHED, store=path)
+    assert rest.complete and np.isfinite(whole.efforts).all()
+    for name in ("efforts", "times", "endings", "likely", "steps"):
+        assert np.array_equal(getattr(rest, name), getattr(whole, name), equal_nan=True), name
+
+
+def test_a_grasp_that_is_stopped_in_its_search_has_no_row():
+    cancel, trials = em.Cancel(), Trials(GRIPPER, cube(), PUSHED, step=1 / 240)
+    timer = threading.Timer(1.0, cancel.set)  # trials take less, so many nodes more
+    timer.start()
+    assert score_grasps(trials, 1, 10**7, [grasp_of(grasps(), 0)], cancel) == []
+    timer.join()
+
+
+class Failing(ParallelGripper):
+    """A hand that cannot be made for an opening of 7 cm, for a while."""
+
+    fails = True
+
+    def add_to(self, scene, *, force, opening):
+        if self.fails and opening == 0.07:
+            raise RuntimeError("out of memory")
+        return super().add_to(scene, force=force, opening=opening)
+
+
+def test_an_error_that_is_cured_is_gone_from_the_file(tmp_path, monkeypatch):
+    three = grasps(moved(), moved(z=0.01), moved(y=0.005), openings=np.array([0.08, 0.07, 0.08]))
+    asked = {"rollouts": 2, "store": tmp_path / "scores.h5", "step": 1 / 240}
+    with pytest.warns(em.PlausibilityWarning, match="1 grasps"):
+        failed = score(three, Failing(0.08), cube(), **asked)
+    assert failed.errors == {1: "out of memory"} and failed.complete
+    monkeypatch.setattr(Failing, "fails", False)
+    cured = score(three, Failing(0.08), cube(), **asked)
+    again = score(three, Failing(0.08), cube(), **asked)
+    for one in (cured, again):
+        assert one.errors == {} and one.complete and not np.isnan(one.probabilities).any()
+        assert "not complete" not in one.to_markdown()
+
+
+def test_an_error_of_before_does_not_make_a_resumed_file_complete(tmp_path):
+    three = grasps(moved(), moved(z=0.01), moved(y=0.005), openings=np.array([0.07, 0.08, 0.08]))
+    asked = {"rollouts": 2, "store": tmp_path / "scores.h5", "step": 1 / 240, "threads": 1}
+    with pytest.warns(em.PlausibilityWarning, match="1 grasps"):
+        score(three, Failing(0.08), cube(), **asked)
+    stopped = em.Cancel()
+    stopped.set()
+    assert not score(three, Failing(0.08), cube(), **asked, cancel=stopped).complete
+
+
+def test_a_file_with_a_bit_that_has_changed_is_refused(tmp_path):
+    path, asked = tmp_path / "scores.h5", {"rollouts": 2, "step": 1 / 240}
+    whole = score(grasps(), GRIPPER, cube(), **asked, store=path)
+    image = path.read_bytes()
+    for place in np.random.default_rng(0).integers(0, 8 * len(image), 60).tolist():
+        changed = bytearray(image)
+        changed[place // 8] ^= 1 << place % 8
+        path.write_bytes(changed)
+        with pytest.raises(ValueError, match="its checksum is another"):
+            score(grasps(), GRIPPER, cube(), **asked, store=path)
+    path.write_bytes(image[:-1])
+    with pytest.raises(ValueError, match="its checksum is another"):
+        score(grasps(), GRIPPER, cube(), **asked, store=path)
+    path.write_bytes(image)
+    assert np.array_equal(score(grasps(), GRIPPER, cube(), **asked, store=path).times, whole.times)
+
+
+def test_trials_that_no_memory_could_hold_take_none_before_they_are_made():
+    with pytest.raises(TimeoutError, match="before a grasp has its score"):
+        score(grasps(), GRIPPER, cube(), rollouts=10**12, timeout=0.3, threads=1)
+
+
 # Hands of files
 
 FINGERS = """<robot name="two">
@@ -304,6 +416,21 @@ def test_an_object_of_a_urdf_is_that_of_its_link(two_fingers, tmp_path):
     assert score(grasps(), GRIPPER, thing, rollouts=1, disturbance=STILL).probabilities[0] == 1
     with pytest.raises(ValueError, match="3 links that move, expected one"):
         GraspObject.load(two_fingers.path)
+
+
+@pytest.mark.parametrize("com", [None, (0.01, 0.0, 0.005)])
+@pytest.mark.parametrize("inertia", [None, ((2e-4, 0, 0), (0, 3e-4, 0), (0, 0, 4e-4))])
+def test_what_a_file_does_not_say_of_centre_and_inertia_is_that_of_the_shape(
+    tmp_path, com, inertia
+):
+    size = (0.04, 0.06, 0.02)
+    path = written(tmp_path, trimesh.creation.box(size))
+    thing = GraspObject.of(ObjectFacts(mesh=path, mass=0.3, com=com, inertia=inertia))
+    x, y, z = (0.3 * side**2 / 12 for side in size)
+    found = thing.inertial or em.mass_properties(thing.shape, 0.3)
+    assert np.allclose(thing.center, com or (0, 0, 0), atol=1e-9)
+    expected = (y + z, x + z, x + y) if inertia is None else (2e-4, 3e-4, 4e-4)
+    assert np.allclose(np.sort(found.moments), np.sort(expected))
 
 
 # What is refused

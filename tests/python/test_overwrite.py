@@ -89,6 +89,39 @@ def test_a_file_that_is_there_stays_without_overwrite_and_is_replaced_with_it(sc
         new.unlink()
 
 
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (["export", "s.db", "-o"], "mine.csv"),
+        (["export", "s.db", "--data", "topple.h5", "-o"], "mine.rrd"),
+        (["evaluate", "s.db", "-o"], "mine.csv"),
+        (["report", "s.db", "-o"], "mine.html"),
+        (["rank", "a.json", "b.json", "--rollouts", 10**9, "-o"], "mine.csv"),
+        (["generate", "topple", "--trajectories", 10**6, "-o"], "mine.h5"),
+        (["generate", "topple", "--trajectories", 10**6, "-o", "new.h5", "--picture"], "mine.png"),
+        (["learn", "s.db", "-o"], "mine.npz"),
+        (["view", "push", "--nodes", 10**9, "-o"], "mine.png"),
+        (["score", "topple.h5", "--nodes", 10**9, "-o"], "mine.db"),
+        (["grasps", "g.csv", "--hand", "panda", "-o"], "mine.h5"),
+        (["grasps", "g.csv", "--hand", "panda", "-o"], "mine.html"),
+        (["grasps", "g.csv", "--hand", "panda", "--write"], "mine.csv"),
+        (["demo", "--trajectories", 10**6, "-o"], "mine"),
+        (["reproduce", "bowl", "-o"], "mine"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_told_before_anything_is_computed(scored, words, name):
+    places = [f"/proc/{name}"]  # where nobody can make a file
+    if words[0] not in ("demo", "reproduce"):  # they write folders
+        places += ["folder.of/" + name]
+        (scored / places[1]).mkdir(parents=True, exist_ok=True)
+    before = sorted(scored.rglob("*"))
+    for place in places:
+        refused = run_here(*words, place, cwd=scored)
+        assert refused.returncode == 2 and name in refused.stderr, refused.stderr
+        assert len(refused.stderr.splitlines()) <= 3 and "Traceback" not in refused.stderr
+    assert sorted(scored.rglob("*")) == before
+
+
 def test_a_picture_of_the_viewer_is_refused_before_anything_is_searched(tmp_path):
     (tmp_path / "mine.png").write_text(OWN)
     refused = run_here("view", "push", "--nodes", 10**9, "-o", "mine.png", cwd=tmp_path)

@@ -80,7 +80,7 @@ def grasps(
     mesh_scale: float | None = None,
     accuracy: float | None = None,
     strength: float = 1.0,
-    colliding: Literal["redraw", "retreat", "fail"] = "redraw",
+    colliding: Literal["lost", "redraw", "retreat"] = "lost",
     step: float | None = None,
     seed: int = 0,
     effort: int | None = None,
@@ -140,8 +140,8 @@ def grasps(
         accuracy: The mesh's convex parts are nowhere farther from it [m].
     What a trial is:
         strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
-        colliding: What is done with a draw that puts the hand into the object: redraw its pose,
-            retreat along the approach, or fail, which counts as lost.
+        colliding: What is done with a draw that puts the hand into the object or the table: it
+            counts as lost, or redraw its pose, or retreat along the approach.
         step: Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much.
         seed: The same seed gives the same numbers, to the last bit.
     More figures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Collection
 from pathlib import Path
 
@@ -16,7 +17,8 @@ def require_free(
     path: Path, *, overwrite: bool, option: str = "-o", suffixes: Collection[str] = ()
 ) -> None:
     """Raises ValueError unless a command may write this file: its name ends with one of the
-    suffixes, if there are any, its folder exists, and it does not exist or is to be replaced."""
+    suffixes, if there are any, its folder exists, and it does not exist or is to be replaced.
+    Raises OSError if nothing can be written into its folder."""
     if suffixes and path.suffix not in suffixes:
         raise ValueError(f"{option} is {path}, expected a name with {' or '.join(suffixes)}")
     if not path.parent.is_dir():
@@ -25,6 +27,10 @@ def require_free(
         raise ValueError(f"{path} is a folder: choose another {option}, the name of a file")
     if os.path.lexists(path) and not overwrite:
         raise ValueError(f"{path} exists: choose another {option}, or give --overwrite")
+    try:
+        tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(path)) from error
 
 
 def require_own_folder(folder: Path, *, overwrite: bool) -> None:

@@ -12,15 +12,12 @@ trajectories alone say.
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import h5py
 import numpy as np
@@ -37,8 +34,8 @@ from energymargin.datasets.columns import (
     cuts,
     starts,
 )
+from energymargin.datasets.hdf5 import Sink, written
 from energymargin.errors import EnergyMarginError
-from energymargin.replacing import replaced
 from energymargin.trajectories import Trajectory
 
 FORMAT = "energymargin dataset"
@@ -53,8 +50,6 @@ _BLOCKS_CACHED = 4  # those that were read last
 
 _LIBRARY = ("v110", "v110")  # whose metadata has checksums
 _CACHE = 2**19  # bytes of chunks of a column that are not written yet; two chunks
-# bytes on disk, for what HDF5 still writes when it gives up a file; without them it never closes it
-_RESERVE = 2**22
 
 
 class FileError(EnergyMarginError, ValueError):
@@ -73,9 +68,9 @@ def write(
     Raises OSError if it cannot be written.
     """
     names = {"format": FORMAT, "version": VERSION, "task": task, "seed": seed}
-    with _written(path) as file:
+    with written(path, libver=_LIBRARY, rdcc_nbytes=_CACHE) as (file, sink):
         file.attrs.update(names, parameters=json.dumps(parameters))
-        _write_blocks(file, as_blocks(trajectories))
+        _write_blocks(file, sink, as_blocks(trajectories))
 
 
 @contextmanager
@@ -164,7 +159,7 @@ class Recorded(Sequence[Trajectory]):
         return block
 
 
-def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
+def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[Block]) -> None:
     kinds = {"trajectories": ROW, **{name: kind for name, (_, kind) in COLUMNS.items()}}
     columns = {}
     for name, kind in kinds.items():
@@ -180,6 +175,7 @@ def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
             before = len(column)
             column.resize(before + len(entries[name]), axis=0)
             column[before:] = entries[name]
+        sink.require_written()
     file.create_dataset("bodies", data=bodies.names, dtype=h5py.string_dtype())
 
 
@@ -217,39 +213,3 @@ def _check_format(path: Path, file: h5py.File) -> None:
             f"{path} has version {version} of the dataset format, and this energymargin reads "
             f"version {VERSION}: {older if version < VERSION else 'update it'}"
         )
-
-
-@contextmanager
-def _written(path: Path) -> Iterator[h5py.File]:
-    """A new file, which is at `path` once the `with` block has ended well, whole.
-
-    Raises OSError if it cannot be written; what is at `path` stays.
-    """
-    with (
-        replaced(path) as new,
-        _reserved(path) as reserve,
-        h5py.File(new, "w", libver=_LIBRARY, rdcc_nbytes=_CACHE) as file,
-    ):
-        try:
-            yield file
-            file.flush()
-        except BaseException as error:
-            reserve.close()
-            if os.strerror(errno.ENOSPC) in str(error):
-                raise _full(path) from error
-            raise
-
-
-@contextmanager
-def _reserved(path: Path) -> Iterator[IO[bytes]]:
-    """Room beside `path`, which is free again once this file without a name is closed."""
-    with tempfile.TemporaryFile(dir=path.parent) as reserve:
-        try:
-            os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
-        except OSError as error:
-            raise _full(path) if error.errno == errno.ENOSPC else error from None
-        yield reserve
-
-
-def _full(path: Path) -> OSError:
-    return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))

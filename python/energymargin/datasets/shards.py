@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import shutil
 import zipfile
 from collections.abc import Iterator, Sequence
@@ -116,6 +117,8 @@ class ShardFolder(Closing):
         """
         if not path.parent.is_dir():
             raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         self.folder, self.request = folder_of(path), request
         asked = {**asdict(request), "energymargin": version("energymargin"), "parts": PARTS_VERSION}
         self._lock = Lock(path, "generating")

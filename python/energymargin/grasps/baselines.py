@@ -48,8 +48,8 @@ def baselines(
     - "undisturbed": 1 if it holds with what is believed most and without a disturbance, else 0.
 
     NaN where there is none: of the first three where the hand has no place or does not grip. With
-    nothing unknown; a hand that starts in the object is moved back along its approach first, as in
-    a trial, but for the distances.
+    nothing unknown; a hand that starts in the object is lost or moved first, as in a trial, but for
+    the distances.
 
     Args:
         scores: of `em.grasps.score`; one rollout is enough.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -59,9 +60,10 @@ def _entries(path: Path, arrays: list[hdf5.Array]) -> dict[str, Any]:
 
 
 def write(path: Path, content: Content) -> None:
-    """A file as ACRONYM's."""
+    """A file as ACRONYM's. HDF5 writes to memory: where a disk is full it ends the process."""
+    image = BytesIO()
     said = {f"object/{name}": value for name, value in content.object.items()}
-    with h5py.File(path, "w") as file:
+    with h5py.File(image, "w") as file:
         for name, value in {**said, **content.header, TRANSFORMS: content.poses}.items():
             file[name] = value
         for name, column in content.columns.items():
@@ -69,3 +71,4 @@ def write(path: Path, content: Content) -> None:
             place = f"{QUALITIES if '/' in name else 'grasps/'}{name}"
             data = ["" if value is None else str(value) for value in column] if text else column
             file.create_dataset(place, data=data, dtype=h5py.string_dtype() if text else None)
+    path.write_bytes(image.getvalue())

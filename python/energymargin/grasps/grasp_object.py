@@ -115,7 +115,8 @@ class GraspObject:
         """The object of a file of grasps, `grasps.object`; what is given here counts instead.
 
         Args:
-            facts: what the file says.
+            facts: what the file says. Of centre of mass and inertia, which is about it, the one
+                that it does not say is that of the shape, of even density.
             mesh: its mesh file.
             mass: [kg]; its centre of mass and inertia are then those of the shape.
             density: in place of the mass [kg/m^3].
@@ -140,9 +141,14 @@ class GraspObject:
             scale=said.scale if scale is None else scale,
             **options,
         )
-        if not own or said.com is None or said.inertia is None:
+        if not own or (said.com is None and said.inertia is None):
             return known
-        return replace(known, inertial=Inertial(said.com, inertia=said.inertia))
+        even = known.inertial or mass_properties(known.shape, known.mass)
+        inertia: dict[str, Any] = {"inertia": even.moments, "axes": even.axes}
+        if said.inertia is not None:
+            inertia = {"inertia": said.inertia}
+        center = even.center if said.com is None else said.com
+        return replace(known, inertial=Inertial(center, **inertia))
 
     @cached_property
     def center(self) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -66,13 +66,18 @@ class GraspScores(Record, Summarized):
 
     @staticmethod
     def before(grasps: GraspSet, trials: Trials, rollouts: int) -> GraspScores:
-        """Scores without a trial so far."""
+        """Scores without a trial so far, which need no memory: `writable` makes the arrays."""
         of_trials = len(grasps), rollouts
         arrays = {
-            name: np.full(of_trials if name in OF_TRIALS else of_trials[0], start)
+            name: np.broadcast_to(start, of_trials if name in OF_TRIALS else of_trials[:1])
             for name, start in ARRAYS.items()
         }
         return GraspScores(grasps, trials, **arrays, errors={})
+
+    def writable(self) -> GraspScores:
+        """The same, in arrays that can be filled."""
+        arrays = {name: np.require(getattr(self, name), requirements="W") for name in ARRAYS}
+        return replace(self, **arrays)
 
     @property
     def complete(self) -> bool:
@@ -86,6 +91,13 @@ class GraspScores(Record, Summarized):
         return np.asarray(((self.endings != MISSING) & (self.endings != DIVERGED)).sum(axis=1))
 
     @property
+    def colliding(self) -> NDArray[np.int64]:
+        """Trials in which the hand was in the object or the table, (n,): lost, or made with another
+        pose."""
+        lost = self.endings == ENDINGS.index("collided")
+        return np.asarray((lost | (self.redrawn > 0) | (self.back > 0)).sum(axis=1))
+
+    @property
     def probabilities(self) -> NDArray[np.float64]:
         """Share of the trials in which the object was held, (n,); NaN without trials."""
         return self.held_until(np.inf)
@@ -94,13 +106,12 @@ class GraspScores(Record, Summarized):
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the scores."""
         made = int((self.endings != MISSING).sum())
-        missed, collided = (ENDINGS.index(which) for which in ("not gripped", "collided"))
+        missed = (self.endings == ENDINGS.index("not gripped")).sum()
         places = [
             f"in {number} of {made} trials the hand {what}"
             for what, number, many in (
-                ("was inside the object or the table, and moved back", (self.back > 0).sum(), MANY),
-                ("found no place", (self.endings == collided).sum(), MANY),
-                ("closed beside the object", (self.endings == missed).sum(), MOST),
+                ("was inside the object or the table", self.colliding.sum(), MANY),
+                ("closed beside the object", missed, MOST),
             )
             if number > many * made
         ]
@@ -208,6 +219,8 @@ class GraspScores(Record, Summarized):
             "95 % interval": [_text("{:.2f} to {:.2f}", *ends[k]) for k in order],
             "for": [_text("{:.2g} s", self.mean_time[k]) for k in order],
             "lost": [self.how_lost(k) or self.errors.get(k, "") for k in order],
+            "colliding": [str(self.colliding[k] or "") for k in order],
+            "redrawn": [str(self.redrawn[k].sum() or "") for k in order],
             "effort": [_text("{:.2g} J", self.efforts[k]) for k in order],
             "label": [_text("{:g}", self.grasps.labels[k]) for k in order],
         }
@@ -223,13 +236,15 @@ class GraspScores(Record, Summarized):
             check_shape(name, column, (len(self.grasps),))
         own = (self.probabilities, *self.interval().T, self.mean_time, self.efforts)
         counts = [(self.endings == code).sum(axis=1) for code in range(len(ENDINGS))]
+        counts += [self.colliding, self.redrawn.sum(axis=1)]
         figures = np.column_stack([*own, self.grasps.labels, *counts, *more.values()])
         head = ["rank", "name", "probability", "low", "high", "mean_time", "effort", "label"]
         lines = [
             [rank, self.grasps.names[k], *(_text("{:.6g}", figure) for figure in figures[k])]
             for rank, k in enumerate(self.order, 1)
         ]
-        return csv_text([*head, *(name.replace(" ", "_") for name in ENDINGS), *more], lines)
+        head += [name.replace(" ", "_") for name in (*ENDINGS, "colliding", "redrawn")]
+        return csv_text([*head, *more], lines)
 
     @property
     def mean_time(self) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin._core import Cancel
+from energymargin._core import Cancel, Cancelled
 from energymargin.actions.profile import margin_profile
 from energymargin.checks import check_type, one_of, positive_number, seed_number, whole_number
 from energymargin.disturbances import Disturbance
@@ -57,7 +57,7 @@ def score(
     belief: GraspBelief | None = None,
     disturbance: Disturbance = UNIFORM,
     rollouts: int = ROLLOUTS,
-    colliding: str = "redraw",
+    colliding: str = "lost",
     effort: int | None = None,
     seed: int = 0,
     step: float = STEP,
@@ -82,10 +82,11 @@ def score(
         belief: what is not known; None: everything is.
         disturbance: of em.disturbances, within the protocol's bounds.
         rollouts: trials of each grasp.
-        colliding: what is done with a draw that puts the hand into the object or the table.
-            "redraw" draws another pose, at most 20 times, and then moves the hand back along its
-            approach; "retreat" moves it back at once; "fail" counts it as lost. A hand that is not
-            free 4 cm farther back counts as lost.
+        colliding: what is done with a draw that puts the hand into the object or the table: "lost"
+            counts it as lost; "redraw" draws another pose, at most 20 times, and then moves the
+            hand back along its approach; "retreat" moves it back at once. A hand that is not free
+            4 cm farther back is lost. The last two ask how a grasp does once the hand is in place:
+            they make one better whose hand is often in the object.
         effort: nodes of a search for the least effort of escape at the weakest moment of the
             undisturbed motion; None: none.
         seed: of all draws.
@@ -122,18 +123,21 @@ def score(
     limit, on = Limit(timeout, cancel), chosen_executor(executor, threads)
     scores = GraspScores.before(grasps, trials, count)
     with nullcontext() if store is None else ScoreFile(store, scores, nodes) as file:
+        scores = scores if file is None else file.scores
         left = [grasp_of(grasps, k) for k in range(len(grasps)) if scores.endings[k, 0] == MISSING]
 
         done = len(grasps) - len(left)
 
         def deliver(rows: Sequence[GraspRow]) -> None:
-            nonlocal done
-            done += len(rows)
+            nonlocal done, scores
+            if not rows:
+                return
+            done, scores = done + len(rows), scores.writable()
             for row in rows:
                 _put(scores, row)
-            if file is not None and rows:
-                file.save_now_and_then()
-            if progress is not None and rows:
+            if file is not None:
+                file.put(scores)
+            if progress is not None:
                 progress(done, len(grasps))
 
         def give_up(grasp: Grasp, why: str) -> GraspRow:
@@ -161,7 +165,7 @@ def score_grasps(
             try:
                 row = _row(trials, rollouts, nodes, grasp, cancel)
             except (ValueError, RuntimeError) as error:
-                if cancel.is_set:
+                if cancel.is_set:  # what was stopped half-way counts as not begun
                     break
                 row = GraspRow(grasp.number, error=str(error))
             rows.append(replace(row, seconds=time.perf_counter() - start))
@@ -171,14 +175,17 @@ def score_grasps(
 def _row(
     trials: Trials, rollouts: int, nodes: int | None, grasp: Grasp, cancel: Cancel
 ) -> GraspRow:
+    """All that is asked about a grasp. Raises Cancelled if it is stopped before its end."""
     outcomes = tuple(trials.run(grasp, number, cancel) for number in range(rollouts))
     likely = trials.run(grasp, -1, cancel)
     effort = math.nan
     if nodes is not None and likely.ending not in ("not gripped", "collided", "diverged"):
         sizes: Any = {"rollouts": 1, "nodes": nodes, "seed": trials.seed, "threads": 1}
-        problem = trials.likely_problem(grasp)
-        efforts = margin_profile(problem, every=EVERY, cancel=cancel, **sizes).efforts
-        effort = float(np.nanmin(efforts))  # 0 if the object is lost without a disturbance
+        problem = trials.likely_problem(grasp, cancel)
+        profile = margin_profile(problem, every=EVERY, cancel=cancel, **sizes)
+        if not profile.complete:
+            raise Cancelled("cancelled within the search of an effort")
+        effort = float(np.nanmin(profile.efforts))  # 0 if it is lost without a disturbance
     return GraspRow(grasp.number, outcomes, likely, effort)
 
 
@@ -188,6 +195,7 @@ def _put(scores: GraspScores, row: GraspRow) -> None:
     if row.error is not None or row.likely is None:
         scores.errors[k] = row.error or "it was not made"
         return
+    scores.errors.pop(k, None)
     scores.efforts[k], scores.likely[k] = row.effort, ENDINGS.index(row.likely.ending)
     endings, times, redrawn, back, *sums = zip(*row.outcomes, strict=True)
     scores.endings[k] = [ENDINGS.index(ending) for ending in endings]

@@ -55,7 +55,7 @@ NO_GRIP = {
     "not gripped": "does not close on the object",
     "diverged": "diverges as it closes",
 }
-COLLIDING = ("redraw", "retreat", "fail")
+COLLIDING = ("lost", "redraw", "retreat")
 
 Pose = NDArray[np.float64]
 State = NDArray[np.float64]
@@ -129,7 +129,7 @@ class Trials:
     protocol: Protocol
     belief: GraspBelief = field(default_factory=GraspBelief)
     disturbance: Disturbance = UNIFORM
-    colliding: str = "redraw"
+    colliding: str = "lost"
     seed: int = 0
     step: float = STEP
     """Of the simulation [s]."""
@@ -146,7 +146,12 @@ class Trials:
         return self.belief.draw(number, self.seed, **likely, force=self.hand.force)
 
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
-        """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance."""
+        """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance.
+
+        Raises Cancelled if it is stopped before its end.
+        """
+        if cancel is not None and cancel.is_set:
+            raise Cancelled("cancelled before a trial")
         draw = self.draw(number)
         closed = self.grip(grasp, draw, cancel)
         outcome = closed.outcome
@@ -168,13 +173,13 @@ class Trials:
             lost_time=outcome.lost_time + found.lost_time,
         )
 
-    def likely_problem(self, grasp: Grasp) -> Problem:
+    def likely_problem(self, grasp: Grasp, cancel: Cancel | None = None) -> Problem:
         """The problem of a grasp with what is believed most.
 
         Raises ValueError if the hand does not close on the object.
         """
         draw = self.draw(-1)
-        closed = self.grip(grasp, draw)
+        closed = self.grip(grasp, draw, cancel)
         if closed.ending:
             why = NO_GRIP[closed.ending]
             raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
@@ -234,7 +239,7 @@ class Trials:
             if depth < deepest:
                 best, deepest = pose, depth
         back, away = 0.0, np.eye(4)
-        while self.colliding != "fail" and back < FARTHEST_BACK:
+        while self.colliding != "lost" and back < FARTHEST_BACK:
             back += BACK
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
@@ -330,11 +335,12 @@ class Trials:
     def scene(self, opening: float, draw: Draw, *, gravity: bool) -> tuple[Scene, Fitted]:
         """The hand at the world's origin and the object at its own; with a table at height 0."""
         key = (None if np.isnan(opening) else opening, draw.force, gravity)
-        if key not in self._scenes:
+        found = self._scenes.get(key)
+        if found is None:
             if len(self._scenes) >= MOST_SCENES:
                 self._scenes.clear()
-            self._scenes[key] = self._built(opening, draw.force, gravity)
-        scene, hand = self._scenes[key]
+            found = self._scenes[key] = self._built(opening, draw.force, gravity)
+        scene, hand = found
         likely = (self.object.friction, self.object.mass)
         if (draw.friction, draw.mass) != likely:
             scene = scene.with_body("object", friction=draw.friction, mass=draw.mass)

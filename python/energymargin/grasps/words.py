@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from energymargin.grasps import GraspBelief, GraspObject, Hand
 
 OF_COLLIDING = {
+    "lost": "counts as lost",
     "redraw": "its pose is drawn again, then moved back along the approach",
     "retreat": "is moved back along its approach",
-    "fail": "counts as lost",
 }
 
 

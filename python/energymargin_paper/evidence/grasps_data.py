@@ -106,14 +106,14 @@ def trials_of(folder: Path, asked: Posed) -> tuple[GraspSet, Trials]:
     )
     errors = [uniform(-most, 2 * most) for most in noise]
     belief = GraspBelief(pose=[errors[0]] * 3 + [errors[1]] * 3)
-    return grasps, Trials(preset("panda"), thing, given, belief, seed=seed)
+    return grasps, Trials(preset("panda"), thing, given, belief, colliding="redraw", seed=seed)
 
 
 def sampled(grasps: GraspSet, trials: Trials, number: int) -> Grasp:
     """Grasp `number` near recorded ones: the open hand is free, and the object reaches between
     its fingers. Raises ValueError if there is none."""
     random = np.random.default_rng([trials.seed, number, 3])
-    exact, hand = replace(trials, colliding="fail"), trials.hand
+    exact, hand = replace(trials, colliding="lost"), trials.hand
     assert isinstance(hand, ParallelGripper)
     between = Scene()
     size = (hand.opening, hand.pad[0], hand.pad[1])

@@ -66,6 +66,7 @@ class Asked:
             protocol,
             belief=belief,
             rollouts=self.rollouts,
+            colliding="redraw",
             seed=self.seed,
             threads=self.threads,
             store=self.folder / store,
