@@ -40,6 +40,14 @@ class Undisturbed(NamedTuple):
         return min(int(np.searchsorted(self.times, self.exit - 1e-9)), len(self.times) - 1)
 
 
+def or_success(problem: Problem) -> Problem:
+    """The question whether the objects are lost, other than by success: a state in the success set
+    counts as captured. A problem without a success set is returned as it is."""
+    if problem.succeeded is None:
+        return problem
+    return problem.replace(captured=problem.captured | problem.succeeded)
+
+
 def undisturbed(problem: Problem, cancel: Cancel | None = None) -> Undisturbed:
     """Simulates the future of a problem with a horizon.
 

@@ -471,6 +471,33 @@ def test_the_first_loss_is_the_first_frame_outside():
         first_loss([1, 0])
 
 
+def test_what_leaves_where_the_task_is_done_is_not_lost():
+    captured, succeeded = np.array([True, True, False, False]), np.array([False, False, True, True])
+    assert first_loss(captured, succeeded) is None
+    assert first_loss(captured, ~succeeded) == 2
+    with pytest.raises(ValueError, match=r"succeeded has shape \(2,\) of bool, expected \(4,\)"):
+        first_loss(captured, [True, False])
+
+
+@pytest.mark.parametrize("name", ["push", "topple"])
+def test_a_success_raises_no_alarm(name):
+    """A box at the wall is no longer swept, and one that topples has left its edge."""
+    task, plain, told = em.tasks.make(name), [], []
+    done = [one for one in (task.rollout(seed=seed) for seed in range(8)) if one.success]
+    for trajectory in done:
+        inside = task.succeeded(trajectory.params).contains(task.layout, trajectory.states)
+        for frame in np.flatnonzero(inside):
+            state, time = trajectory.states[frame], float(trajectory.times[frame])
+            question = task.future(state, time, trajectory.params, 0.5)
+            plain.append(em.capture_probability(question, rollouts=5).captured)
+            with em.Monitor(lambda state, time, asked=question: asked, rollouts=5) as monitor:
+                monitor.push(time, state)
+                assert monitor.wait()
+                told.append(monitor.latest.value)
+    assert np.mean(plain) < 0.8
+    assert np.mean(told) > 0.9
+
+
 @given(
     st.lists(st.floats(0, 1), min_size=1, max_size=12),
     st.integers(1, 4),

@@ -6,6 +6,7 @@ it is to raise its alarm, so that at most a given share of the trajectories has 
 same `Conditions`.
 """
 
+from energymargin.futures import or_success
 from energymargin.monitor.alarm import Alarm, Alarms, Threshold, alarms, first_loss, threshold
 from energymargin.monitor.conditions import Conditions
 from energymargin.monitor.monitor import Counters, Monitor, Reading
@@ -20,5 +21,6 @@ __all__ = [
     "Threshold",
     "alarms",
     "first_loss",
+    "or_success",
     "threshold",
 ]

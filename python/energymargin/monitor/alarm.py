@@ -230,15 +230,26 @@ def alarms(
     return Alarms(np.array(false, bool), np.array(possible, bool), losses, np.array(leads, float))
 
 
-def first_loss(captured: ArrayLike) -> int | None:
-    """The first frame that is not captured, of K labels, shape (K,); None if there is none."""
-    labels = np.asarray(captured)
-    if labels.ndim != 1 or labels.dtype != bool:
-        raise ValueError(
-            f"captured has shape {labels.shape} of {labels.dtype}, expected (K,) of bool"
-        )
+def first_loss(captured: ArrayLike, succeeded: ArrayLike | None = None) -> int | None:
+    """The first frame that is not captured, of K labels, shape (K,); None if there is none.
+
+    `succeeded`: whether each frame is in the success set, shape (K,); such a frame is no loss.
+    """
+    labels = _labels_of("captured", captured, None)
+    if succeeded is not None:
+        labels |= _labels_of("succeeded", succeeded, len(labels))
     outside = np.flatnonzero(~labels)
     return int(outside[0]) if len(outside) else None
+
+
+def _labels_of(name: str, given: ArrayLike, count: int | None) -> NDArray[np.bool_]:
+    labels = np.array(given)
+    if labels.ndim != 1 or labels.dtype != bool or count not in (None, len(labels)):
+        shape = "(K,)" if count is None else f"({count},)"
+        raise ValueError(
+            f"{name} has shape {labels.shape} of {labels.dtype}, expected {shape} of bool"
+        )
+    return labels
 
 
 @dataclass(frozen=True, eq=False)

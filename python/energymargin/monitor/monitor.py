@@ -28,6 +28,7 @@ from energymargin.checks import (
 )
 from energymargin.closing import Closing
 from energymargin.divergence import ANY, is_unknown
+from energymargin.futures import or_success
 from energymargin.monitor.alarm import Alarm, Threshold
 from energymargin.monitor.conditions import Pace
 from energymargin.searches import SearchSettings, metric_search
@@ -53,8 +54,8 @@ class Reading:
     time: float
     """Time of the state, as it was pushed [s]."""
     value: float
-    """Probability of staying captured over the problem's horizon; NaN with an `error`, or if more
-    than one of its rollouts and more than 1 % of them diverged."""
+    """Probability of staying captured, or in the success set, over the problem's horizon; NaN with
+    an `error`, or if more than one of its rollouts and more than 1 % of them diverged."""
     interval: tuple[float, float]
     """95 % interval of the value."""
     rollouts: int
@@ -147,7 +148,8 @@ class Monitor(Closing):
         Args:
             problem_of: a function (state, time) of a state, shape (n,), and its time [s] that
                 returns the question about it: a problem with a horizon, and best with a plan, as
-                `task.future` makes one.
+                `task.future` makes one. A state in its success set is not lost: what is asked is
+                `or_success` of it.
             alarm: when the alarm goes on and off; a number is Alarm(on=number), None never. A
                 threshold from data has to hold for this monitor's rollouts, period and disturbance.
                 A problem with another horizon than the threshold's is a reading with an error.
@@ -347,7 +349,7 @@ class Monitor(Closing):
             if (foreseen := self._foreseen(pushed)) is not None:
                 return foreseen
             begun = clock.monotonic()
-            problem = self._problem_of(pushed.state, pushed.time)
+            problem = or_success(self._problem_of(pushed.state, pushed.time))
             if self._conditions is not None:
                 self._conditions.require_horizon(problem.horizon)
             asked = clock.monotonic()
