@@ -1,9 +1,9 @@
 """Grasps that are scored: closed forms, draws, what is lost and how, files of scores."""
 
 import threading
-import time
 from contextlib import suppress
 from dataclasses import replace
+from time import monotonic
 
 import numpy as np
 import pytest
@@ -270,9 +270,9 @@ SEARCHED = {"protocol": PUSHED, "rollouts": 1, "effort": 200, "step": 1 / 240, "
 @pytest.mark.parametrize("shares", [(0.05, 0.3), (0.15, 0.6), (0.4, 0.8)])
 def test_efforts_that_were_stopped_half_way_are_searched_again(tmp_path, shares):
     four, path = grasps(*(moved(y=0.004 * k) for k in range(4))), tmp_path / "scores.h5"
-    begun = time.monotonic()
+    begun = monotonic()
     whole = score(four, GRIPPER, cube(), **SEARCHED)
-    took = time.monotonic() - begun
+    took = monotonic() - begun
     for share in shares:
         cancel = em.Cancel()
         timer = threading.Timer(share * took, cancel.set)
