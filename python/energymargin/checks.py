@@ -49,7 +49,16 @@ def seed_number(value: int) -> int:
 
 def core_count(name: str, count: int | None) -> int:
     """`count`, or for None all cores that this process may use; a ValueError if it is below 1."""
-    return len(os.sched_getaffinity(0)) if count is None else whole_number(name, count, 1)
+    return usable_cores() if count is None else whole_number(name, count, 1)
+
+
+def usable_cores() -> int:
+    """Number of cores that this process may use; all of the machine where the system cannot say."""
+    if hasattr(os, "process_cpu_count"):  # Python 3.13
+        return os.process_cpu_count() or 1
+    if hasattr(os, "sched_getaffinity"):  # Linux
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def positive_number(name: str, value: float) -> float:

@@ -134,9 +134,12 @@ def capture_probability(found: CaptureProbability) -> Summary:
         low, high = found.interval(which=which)
         return f"{value:.3f} ({low:.3f} to {high:.3f} with 95 % confidence)"
 
-    undisturbed = f"leaves at {found.undisturbed_time:.3g} s"
-    if found.undisturbed:
+    if found.undisturbed is None:
+        undisturbed = "was not asked for"
+    elif found.undisturbed:
         undisturbed = "stays captured"
+    else:
+        undisturbed = f"leaves at {found.undisturbed_time:.3g} s"
     if found.undisturbed_success is not None:
         undisturbed += ", succeeds" if found.undisturbed_success else ", does not succeed"
     rollouts = str(found.rollouts)
@@ -189,7 +192,7 @@ def problem(asked: Problem) -> Summary:
 
 def plan(of_robot: Plan) -> Summary:
     """What the robot does, and how long."""
-    return Summary("Plan", plan_rows(of_robot))
+    return Summary(type(of_robot).__name__, plan_rows(of_robot))
 
 
 def scene(made: Scene) -> Summary:

@@ -132,8 +132,10 @@ def summary(result: Any) -> Summary:
 
     Raises ValueError on what has none.
     """
-    name = re.sub(r"(?<!^)(?=[A-Z])", "_", type(result).__name__).lower()
-    made = getattr(import_module("energymargin.summaries"), name, None)
+    summaries = import_module("energymargin.summaries")
+    kinds = [kind.__name__ for kind in type(result).__mro__[:-1]]  # a Policy is a Plan
+    names = [re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower() for kind in kinds]
+    made = next((getattr(summaries, name) for name in names if hasattr(summaries, name)), None)
     if made is None:
         raise ValueError(f"result is a {type(result).__name__}, which has no summary")
     found: Summary = made(result)

@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+import reacting
 from futures import carried, resting, two_balls
 from rich.console import Console
 
@@ -385,3 +386,15 @@ def test_a_plan_shows_what_it_does_with_each_body_and_joint():
         "velocities": "of cart",
         "targets": "of closing, still",
     }
+
+
+def test_a_probability_without_an_undisturbed_future_says_that_it_was_not_asked_for():
+    found = capture_probability(carried(0.5), rollouts=3, undisturbed=False)
+    assert values(found)["undisturbed"] == "was not asked for"
+
+
+def test_robots_that_react_are_shown_as_the_plans_that_they_are():
+    policy = reacting.policy(name="hold")
+    assert ["policy hold", "every 0.05 s"] in shown(policy).rows
+    assert ["feedback", "every 0.00417 s"] in shown(reacting.feedback()).rows
+    assert "<b>Policy</b>" in policy._repr_html_()

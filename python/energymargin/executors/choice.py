@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import concurrent.futures
-import os
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Future
 from functools import cached_property
 from typing import Any, ClassVar, Protocol
 from weakref import WeakSet
 
+from energymargin.checks import usable_cores
 from energymargin.errors import ExecutorError
 from energymargin.executors.threads import Threads
 from energymargin.parallel import Done, Function, RemoteWorkers, Workers
@@ -32,7 +32,7 @@ def chosen_executor(
     if threads is not None:
         raise ValueError(f"threads is {threads}, expected None with an executor")
     if isinstance(executor, concurrent.futures.Executor):
-        slots = getattr(executor, "_max_workers", None) or os.cpu_count() or 1
+        slots = getattr(executor, "_max_workers", None) or usable_cores()
         return _Given(lambda: executor, int(slots))
     if isinstance(executor, type) or not callable(getattr(executor, "workers", None)):
         raise ValueError(

@@ -140,7 +140,7 @@ def _draw_survival(
     at = int((result.times <= survival.mean_time).sum()) - 1
     mark = style.look(linestyle="", markersize=7, markeredgecolor="white", zorder=4)
     ax.plot(survival.mean_time, survival.curve[at], gid="mean time", **mark)
-    if which == "captured" and not result.undisturbed:
+    if which == "captured" and result.undisturbed is False:  # None: it was not asked for
         ax.axvline(
             result.undisturbed_time, color=style.color, linestyle=":", linewidth=1.3, gid="leaves"
         )
@@ -151,7 +151,7 @@ def _explain(ax: Axes, results: Mapping[str, CaptureProbability], which: str) ->
     first, *others = results.values()
     time = "" if others else f", {_survival(first, which).mean_time:.3g} s"
     ax.plot([], [], "o", color="0.3", label=f"mean time captured{time}")
-    if which == "captured" and not all(result.undisturbed for result in results.values()):
+    if which == "captured" and any(one.undisturbed is False for one in results.values()):
         time = "" if others else f" at {first.undisturbed_time:.3g} s"
         ax.plot([], [], ":", color="0.3", label=f"leaves undisturbed{time}")
 

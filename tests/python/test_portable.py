@@ -1,0 +1,47 @@
+"""What only Linux has is not needed: a Mac has it not."""
+
+import subprocess
+import sys
+
+WITHOUT_LINUX = """
+import os, select, signal, sys
+
+import h5py, numpy, scipy.stats  # others may need what is theirs
+
+LINUX = {
+    os: "sched_getaffinity sched_setaffinity posix_fallocate posix_fadvise memfd_create eventfd "
+        "pidfd_open getrandom copy_file_range splice sync_file_range fdatasync",
+    select: "epoll",
+    signal: "sigtimedwait sigwaitinfo pidfd_send_signal",
+}
+for module, names in LINUX.items():
+    for name in names.split():
+        if hasattr(module, name):
+            delattr(module, name)
+
+import energymargin as em
+
+folder = sys.argv[1]
+task = em.tasks.make("push")
+dataset = em.datasets.generate(task, trajectories=2, frames=3, path=folder + "/push.h5")
+trajectory = task.rollout(1)
+problem = task.problem(trajectory.states[1], trajectory.params).replace(horizon=0.3)
+em.capture_probability(problem, rollouts=4)
+em.capture_score(problem.replace(horizon=None), nodes=5)
+assert len(em.score([problem], ["probability"], rollouts=2)) == 1
+em.rank({"a": problem, "b": problem}, rollouts=16)
+em.margin_profile(problem, rollouts=2, nodes=5, every=0.3)
+em.store.score_dataset(dataset, folder + "/scores.db", ["force"])
+em.executors.Threads(), em.executors.Processes()
+with em.Monitor(lambda state, time: problem, rollouts=2) as monitor:
+    monitor.push(0.0, problem.state)
+    assert monitor.wait(60) and monitor.latest.error is None
+"""
+
+
+def test_every_kind_of_score_is_made_where_a_system_lacks_what_linux_alone_has(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_LINUX, str(tmp_path)],
+        check=False, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
