@@ -3,6 +3,7 @@
 #include "energymargin/plan.hpp"
 
 #include "asking.hpp"
+#include "callbacks.hpp"
 #include "energymargin/problem_io.hpp"
 #include "given.hpp"
 #include "pickles.hpp"
@@ -92,13 +93,15 @@ void set_limits(Feedback& law, const Bounds& limits) {
 
 std::vector<Eigen::MatrixXd> gains_of(const GivenArray& given, Eigen::Index m, Eigen::Index n) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given.value);
-  if (!array) throw std::invalid_argument("gains is no array of numbers, expected shape (m, n) or (R, m, n)");
+  const std::string expected =
+      "shape (" + std::to_string(m) + ", " + std::to_string(n) + "), corrected by observed, or one a control time";
+  if (!array || array.ndim() < 2)
+    throw std::invalid_argument("gains is " + short_repr(given.value) + ", expected " + expected);
   const bool many = array.ndim() == 3;
   const auto size = [&](int axis) { return array.shape(axis + (many ? 1 : 0)); };
   if ((array.ndim() != 2 && !many) || size(0) != m || size(1) != n) {
-    throw std::invalid_argument("gains is of shape " + py::str(given.value.attr("shape")).cast<std::string>() +
-                                ", expected (" + std::to_string(m) + ", " + std::to_string(n) +
-                                "), corrected by observed, or one a control time");
+    throw std::invalid_argument("gains is of shape " + py::str(array.attr("shape")).cast<std::string>() +
+                                ", expected " + expected);
   }
   std::vector<Eigen::MatrixXd> gains;
   for (py::ssize_t i = 0; i < (many ? array.shape(0) : 1); ++i) {
@@ -176,7 +179,6 @@ PlanWithFeedback admittance_of(const std::map<std::string, std::string>& contact
                      velocities, motors, period, delay, limits, {py::cast(0.0)}, std::nullopt, std::nullopt);
 }
 
-// A user's function of (time, number, observations, seeds, memory), which returns (actions, memory).
 using Numbers = py::array_t<double>;
 using ActFunction = py::typing::Callable<py::typing::Tuple<Numbers, Numbers>(double, int, Numbers,
                                                                              py::array_t<std::uint64_t>, Numbers)>;
@@ -198,29 +200,11 @@ PlanWithPolicy plan_with_policy(const ActFunction& act, std::vector<std::string>
                                 std::vector<std::string> commanded, const Given<double>& period,
                                 const Given<int>& delay, const Given<int>& memory, const GivenArray& noise,
                                 const Bounds& limits, std::string name) {
-  const std::shared_ptr<ActFunction> held(new ActFunction(act), [](const ActFunction* last) {
-    const py::gil_scoped_acquire acquire;
-    delete last;
-  });
   auto policy = std::make_shared<Policy>();
-  policy->origin = held;
   policy->name = std::move(name);
   policy->noise = vector("noise", noise.value, -1);
   policy->memory = count("memory", memory, 0);
-  policy->act = [held](const PolicyQuestion& asked, States& remembered, States& actions) {
-    const py::gil_scoped_acquire acquire;
-    const Asking asking(asked.limit);
-    const py::array_t<std::uint64_t> seeds(static_cast<py::ssize_t>(asked.seeds.size()), asked.seeds.data());
-    try {
-      const py::tuple answer =
-          (*held)(asked.time, asked.number, py::cast(asked.observations), seeds, py::cast(remembered));
-      actions = answer[0].cast<States>();
-      remembered = answer[1].cast<States>();
-    } catch (const py::error_already_set&) {
-      if (!asking.was_cut()) throw;
-    }
-    return !asking.was_cut();
-  };
+  policy->act = AskedPolicy{Callback(act)};
   Feedback law;
   law.period = given("period", period);
   law.delay = count("delay", delay, 0);
@@ -274,9 +258,24 @@ py::object law_of(const Plan& plan) {
 
 }  // namespace
 
+bool AskedPolicy::operator()(const PolicyQuestion& asked, States& memory, States& actions) const {
+  const py::gil_scoped_acquire acquire;
+  const Asking asking(asked.limit);
+  const py::array_t<std::uint64_t> seeds(static_cast<py::ssize_t>(asked.seeds.size()), asked.seeds.data());
+  try {
+    const py::tuple answer =
+        function.function()(asked.time, asked.number, py::cast(asked.observations), seeds, py::cast(memory));
+    actions = answer[0].cast<States>();
+    memory = answer[1].cast<States>();
+  } catch (const py::error_already_set&) {
+    if (!asking.was_cut()) throw;
+  }
+  return !asking.was_cut();
+}
+
 py::object policy_of(const Plan& plan) {
-  if (!plan.policy || !plan.policy->origin) return py::none();
-  return static_cast<const ActFunction*>(plan.policy->origin.get())->attr("__self__");
+  const auto* asked = plan.policy ? plan.policy->act.target<AskedPolicy>() : nullptr;
+  return asked ? asked->function.function().attr("__self__") : py::object(py::none());
 }
 
 Policies policies_by_name(const Given<Policies>& policies) {
@@ -288,7 +287,7 @@ Policies policies_by_name(const Given<Policies>& policies) {
 }
 
 void bind_plan(py::module_& module) {
-  py::class_<Plan>(module, "Plan", plan_doc)
+  py::class_<Plan, Owner<Plan>>(module, "Plan", collected<Plan>(), plan_doc)
       .def(py::init(&plan_of), py::arg("step"), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
            py::arg("velocities") = Rows{}, py::arg("limits") = Limits{})
       .def_static(
@@ -346,7 +345,7 @@ void bind_plan(py::module_& module) {
           "A plan from JSON text; policies: as of Problem.load. Raises ValueError that names the place and what "
           "was expected.")
       .def(pickled_as_json<Plan>([](Plan& plan) { return &plan; }, &plan_from_json));
-  py::class_<PlanWithFeedback, Plan>(module, "Feedback", feedback_doc)
+  py::class_<PlanWithFeedback, Plan, Owner<PlanWithFeedback>>(module, "Feedback", feedback_doc)
       .def(py::init(&feedback_of), py::arg("gains"), py::kw_only(), py::arg("observed"), py::arg("corrected"),
            py::arg("states") = py::none(), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
            py::arg("velocities") = Rows{}, py::arg("motors") = Limits{}, py::arg("period"), py::arg("delay") = 0,
@@ -373,7 +372,8 @@ void bind_plan(py::module_& module) {
                                              [](const std::string& text, const Policies& policies) {
                                                return PlanWithFeedback{plan_from_json(text, policies)};
                                              }));
-  py::class_<PlanWithPolicy, Plan>(module, "PolicyPlan", "A plan whose robot is asked what to do; em.Policy makes it.")
+  py::class_<PlanWithPolicy, Plan, Owner<PlanWithPolicy>>(module, "PolicyPlan",
+                                                          "A plan whose robot is asked what to do; em.Policy makes it.")
       .def(py::init(&plan_with_policy), py::arg("act"), py::kw_only(), py::arg("observed"), py::arg("commanded"),
            py::arg("period"), py::arg("delay"), py::arg("memory"), py::arg("noise"), py::arg("limits"),
            py::arg("name"));

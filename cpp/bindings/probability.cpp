@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "callbacks.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/rare.hpp"
 #include "long_call.hpp"
@@ -21,47 +22,46 @@ With design="sobol" it is that of the `effective` size, which blocks of the roll
 With a tolerance or a threshold it is wider, by the number of looks. which: 'captured', 'lost', 'success' or
 'any'.)";
 
-using Function = py::typing::Callable<py::object(py::object, py::object)>;
+using DrawFunction = py::typing::Callable<py::object(py::object, py::object)>;
 using Model = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann,
-                           disturbances::ActuationNoise, Function>;
+                           disturbances::ActuationNoise, DrawFunction>;
 
-constexpr int rollouts_of_function = 30;
-
-// The wrenches that a user's function draws for each rollout.
-disturbances::Draws draws_of(const Function& function, const Problem& problem, std::uint64_t first, int rollouts,
-                             std::uint64_t seed) {
+// A user's function that draws the wrenches of one rollout after the other.
+disturbances::Draws draws_of(const DrawFunction& asked, const Problem& problem, std::uint64_t seed) {
   const auto timing = timing_of(problem);
-  if (!timing) throw std::invalid_argument("problem is without horizon and plan, expected one with");
-  const py::module_ numpy = py::module_::import("numpy");
-  const py::object times = numpy.attr("arange")(timing->horizon) * py::float_(problem.scene.stepping().step);
-  disturbances::Draws draws;
-  draws.first = first;
-  for (std::uint64_t i = first; i < first + static_cast<std::uint64_t>(rollouts); ++i) {
-    const py::object random = numpy.attr("random").attr("default_rng")(py::make_tuple(seed, i));
-    draws.rollouts.push_back(matrix("disturbance", {function(random, times)}, timing->horizon, -1));
-  }
-  return draws;
+  const int steps = timing ? timing->horizon : 0;
+  const double step = problem.scene.stepping().step;
+  return {[function = Callback(asked), steps, step, seed](std::uint64_t index,
+                                                          const Limit& limit) -> std::optional<Wrenches> {
+    const py::gil_scoped_acquire acquire;
+    const Asking asking(limit);
+    try {
+      const py::module_ numpy = py::module_::import("numpy");
+      const py::object random = numpy.attr("random").attr("default_rng")(py::make_tuple(seed, index));
+      const py::object times = numpy.attr("arange")(steps) * py::float_(step);
+      return matrix("disturbance", {function.function()(random, times)}, steps, -1);
+    } catch (const py::error_already_set&) {
+      if (!asking.was_cut()) throw;
+      return std::nullopt;
+    }
+  }};
 }
 
 using LevelFunction = py::typing::Callable<py::object(py::array_t<double>)>;
 
 // A user's function of a state.
-std::function<double(const State&)> level_of(const LevelFunction& function) {
-  const std::shared_ptr<LevelFunction> held(new LevelFunction(function), [](const LevelFunction* last) {
+std::function<double(const State&)> level_of(const LevelFunction& asked) {
+  return [function = Callback(asked)](const State& state) {
     const py::gil_scoped_acquire acquire;
-    delete last;
-  });
-  return [held](const State& state) {
-    const py::gil_scoped_acquire acquire;
-    return convert(Type<double>{}, "level", (*held)(py::cast(state)));
+    return convert(Type<double>{}, "level", function.function()(py::cast(state)));
   };
 }
 
 // The call's own model, or what its function draws.
-DisturbanceModel disturbance_of(const Problem& problem, const Model& model, ProbabilityOptions& options) {
+DisturbanceModel disturbance_of(const Problem& problem, const Model& model, const ProbabilityOptions& options) {
   return std::visit(
       [&](const auto& alternative) -> DisturbanceModel {
-        if constexpr (!std::is_same_v<std::decay_t<decltype(alternative)>, Function>) {
+        if constexpr (!std::is_same_v<std::decay_t<decltype(alternative)>, DrawFunction>) {
           return alternative;
         } else {
           if (options.tolerance || options.above) {
@@ -69,8 +69,7 @@ DisturbanceModel disturbance_of(const Problem& problem, const Model& model, Prob
                 std::string(options.above ? "above" : "tolerance") +
                 " is given with a function as disturbance, expected a model of em.disturbances, or rollouts=");
           }
-          options.rollouts = options.rollouts.value_or(rollouts_of_function);
-          return draws_of(alternative, problem, options.first, *options.rollouts, options.seed);
+          return draws_of(alternative, problem, options.seed);
         }
       },
       model);
@@ -90,7 +89,7 @@ CaptureProbability score_rare(const Problem& problem, const ProbabilityOptions& 
                                 "the horizon, from `rollouts` replicas");
   }
   const auto alternative = [](const auto& given_model) -> DisturbanceModel {
-    if constexpr (std::is_same_v<std::decay_t<decltype(given_model)>, Function>) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(given_model)>, DrawFunction>) {
       return disturbances::Draws{};
     } else {
       return given_model;

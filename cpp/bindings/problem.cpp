@@ -2,6 +2,7 @@
 
 #include "energymargin/problem.hpp"
 
+#include "callbacks.hpp"
 #include "energymargin/problem_io.hpp"
 #include "pickles.hpp"
 #include "problem/records.hpp"
@@ -71,12 +72,12 @@ std::optional<Region> any_of(const std::string& name, const Scene& scene, const 
   return regions::Union{by_object(name, scene, std::get<RegionByObject>(*sets))};
 }
 
-std::string file_path(const py::object& path) {
+std::string file_path(const py::object& path, const std::string& name = "path") {
   if (!py::isinstance<py::str>(path) && !py::isinstance<py::bytes>(path) && !py::hasattr(path, "__fspath__")) {
-    throw py::type_error("path is " + short_repr(path) + ", expected a str or a pathlib.Path");
+    throw py::type_error(name + " is " + short_repr(path) + ", expected a str or a pathlib.Path");
   }
-  const std::string text = word("path", py::module_::import("os").attr("fsdecode")(path));
-  if (text.find('\0') != std::string::npos) throw std::invalid_argument("path has a zero byte, expected none");
+  const std::string text = word(name, py::module_::import("os").attr("fsdecode")(path));
+  if (text.find('\0') != std::string::npos) throw std::invalid_argument(name + " has a zero byte, expected none");
   return text;
 }
 
@@ -139,6 +140,7 @@ py::object replace(const py::object& self, const py::kwargs& changes) {
   if (!changes.contains("captured")) problem.captured_any = original.captured_any;
   if (!changes.contains("succeeded")) problem.succeeded_any = original.succeeded_any;
   validate(problem);
+  unshare(problem);
   return copy;
 }
 
@@ -171,8 +173,8 @@ Problem load_file(const py::object& path, bool start_outside, const Given<Polici
 
 Problem problem_from_json(const Given<std::string>& text, const py::object& folder, const Given<Policies>& policies) {
   std::vector<Warning> warnings;
-  Problem problem =
-      from_json(given("text", text), folder.is_none() ? "" : file_path(folder), &warnings, policies_by_name(policies));
+  Problem problem = from_json(given("text", text), folder.is_none() ? "" : file_path(folder, "folder"), &warnings,
+                              policies_by_name(policies));
   warn(warnings, problem.scene);
   return problem;
 }
@@ -185,7 +187,7 @@ std::string repr_of(const Problem& problem) {
 
 py::typing::Dict<py::str, py::object> schema() { return py::module_::import("json").attr("loads")(problem_schema()); }
 
-using ProblemClass = py::class_<Problem>;
+using ProblemClass = py::class_<Problem, Owner<Problem>>;
 
 void def_problem_constructor(ProblemClass& type) {
   const auto fields = std::tuple_cat(problem_bounds(), problem_question());
@@ -255,7 +257,7 @@ void def_files(ProblemClass& type) {
 void bind_problem(py::module_& module) {
   bind_record<ForceWeights>(module, "ForceWeights", force_weights_doc,
                             {99, {"engage", "stick", "distance", "ground_engage", "ground_stick"}});
-  ProblemClass type(module, "Problem", problem_doc().c_str());
+  ProblemClass type(module, "Problem", collected<Problem>(), problem_doc().c_str());
   def_copies(type);
   def_problem_constructor(type);
   def_properties(type);

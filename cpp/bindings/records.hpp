@@ -42,8 +42,8 @@ std::string property_doc(const char* description) {
 }
 
 //! A read-only property for a field.
-template <typename Struct, typename Get>
-void def_field(py::class_<Struct>& type, const Field<Get>& field) {
+template <typename Get, typename Struct, typename... Options>
+void def_field(py::class_<Struct, Options...>& type, const Field<Get>& field) {
   using Value = Member<Struct, Get>;
   const std::string doc = property_doc<Value>(field.description);
   constexpr bool as_it_is = std::is_same_v<decltype(python_value(std::declval<const Value&>())), Value>;
@@ -56,9 +56,8 @@ void def_field(py::class_<Struct>& type, const Field<Get>& field) {
 }
 
 //! A read-only property for each field, but for those with another name in Python.
-template <typename Struct, typename... Get>
-void def_fields(py::class_<Struct>& type, const std::tuple<Field<Get>...>& fields,
-                const std::set<std::string>& renamed = {}) {
+template <typename Class, typename... Get>
+void def_fields(Class& type, const std::tuple<Field<Get>...>& fields, const std::set<std::string>& renamed = {}) {
   const auto def = [&](const auto& field) {
     if (renamed.count(field.name) == 0) def_field(type, field);
   };

@@ -3,6 +3,7 @@
 #include "energymargin/region.hpp"
 
 #include "base/check.hpp"
+#include "callbacks.hpp"
 #include "energymargin/membership.hpp"
 #include "records.hpp"
 #include "sets/records.hpp"
@@ -34,31 +35,6 @@ class PredicateLevel {
   static thread_local int levels_;
 };
 thread_local int PredicateLevel::levels_ = 0;
-
-// A Python function that other threads may call and drop.
-regions::Predicate python_predicate(py::function function) {
-  const std::shared_ptr<py::function> shared(new py::function(std::move(function)), [](py::function* held) {
-    const py::gil_scoped_acquire acquire;
-    delete held;
-  });
-  return {[shared](const States& states) {
-    const py::gil_scoped_acquire acquire;
-    const PredicateLevel level;
-    py::array answer;
-    try {
-      answer = array_of((*shared)(py::cast(states)));
-    } catch (const py::error_already_set& error) {
-      if (!error.matches(PyExc_Exception) || !PredicateLevel::outermost()) throw;  // such as KeyboardInterrupt
-      throw std::runtime_error(std::string("the predicate failed: ") + error.what());
-    }
-    if (!answer || answer.dtype().kind() != 'b' || answer.ndim() != 1 || answer.shape(0) != states.rows()) {
-      throw std::invalid_argument("the predicate's answer is not an array of bool of shape (" +
-                                  std::to_string(states.rows()) + ",), one a state");
-    }
-    const auto mask = py::array_t<bool, py::array::c_style | py::array::forcecast>::ensure(answer);
-    return Mask(Eigen::Map<const Mask>(mask.data(), states.rows()));
-  }};
-}
 
 py::object contains(const Region& region, const Given<Scene>& scene_given, const GivenArray& states) {
   const Scene& scene = given_object("scene", scene_given);
@@ -93,7 +69,8 @@ struct Text {
 };
 
 void bind_region(py::module_& module) {
-  py::class_<Region>(module, "Region", "A set of states; combine with & | ~. Built by the functions of em.regions.")
+  py::class_<Region, Owner<Region>>(module, "Region", collected<Region>(),
+                                    "A set of states; combine with & | ~. Built by the functions of em.regions.")
       .def("contains", &contains, py::arg("scene"), py::arg("states"),
            "Membership of one state (n,) as bool, or of several (N, n) as an array (N,). Raises ValueError if the "
            "region names a body that the scene does not have.")
@@ -126,6 +103,24 @@ void def_region(py::module_& module, const Signature& signature) {
 
 }  // namespace
 
+Mask AskedPredicate::operator()(const States& states) const {
+  const py::gil_scoped_acquire acquire;
+  const PredicateLevel level;
+  py::array answer;
+  try {
+    answer = array_of(function.function()(py::cast(states)));
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception) || !PredicateLevel::outermost()) throw;  // such as KeyboardInterrupt
+    throw std::runtime_error(std::string("the predicate failed: ") + error.what());
+  }
+  if (!answer || answer.dtype().kind() != 'b' || answer.ndim() != 1 || answer.shape(0) != states.rows()) {
+    throw std::invalid_argument("the predicate's answer is not an array of bool of shape (" +
+                                std::to_string(states.rows()) + ",), one a state");
+  }
+  const auto mask = py::array_t<bool, py::array::c_style | py::array::forcecast>::ensure(answer);
+  return Mask(Eigen::Map<const Mask>(mask.data(), states.rows()));
+}
+
 void bind_regions(py::module_& module) {
   bind_region(module);
   py::module_ primitives =
@@ -144,7 +139,9 @@ void bind_regions(py::module_& module) {
   def_region<regions::Touching>(primitives, {2});
   primitives.def(
       "Predicate",
-      [](const Given<StatesPredicate>& function) -> Region { return python_predicate(given("function", function)); },
+      [](const Given<StatesPredicate>& function) -> Region {
+        return regions::Predicate{AskedPredicate{Callback(given("function", function))}};
+      },
       py::arg("function"), "A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.");
 }
 

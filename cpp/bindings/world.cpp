@@ -6,6 +6,7 @@
 #include <functional>
 #include <mutex>
 
+#include "callbacks.hpp"
 #include "long_call.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"
@@ -26,9 +27,17 @@ struct Recording : StepCounts {
 class SharedWorld {
  public:
   explicit SharedWorld(const Scene& scene) : world_(scene) {}
-  SharedWorld(const Scene& scene, const Plan& plan) : world_(scene, plan) {}
+  SharedWorld(const Scene& scene, Plan plan) : plan_(std::move(plan)), world_(scene, plan_) {
+    owners_ = plan_.policy.use_count();
+  }
 
   const World& world() const { return world_; }
+
+  //! Shows the functions that nothing else has.
+  template <typename Visit>
+  void visit_functions(const Visit& visit) const {
+    binding::visit_functions(plan_, visit, owners_);
+  }
 
   //! What a method of World answers about a state, without the GIL.
   template <typename Method, typename... More>
@@ -48,9 +57,16 @@ class SharedWorld {
   }
 
  private:
+  Plan plan_;
   World world_;
+  long owners_ = 0;  // of the plan's policy, in the world
   std::timed_mutex mutex_;
 };
+
+template <typename Visit>
+void visit_functions(const SharedWorld& world, const Visit& visit) {
+  world.visit_functions(visit);
+}
 
 // Runs `simulation(limit)`, on another thread if it may take long or ask a policy.
 template <typename Simulation>
@@ -129,9 +145,11 @@ Rollout roll_out(SharedWorld& shared, const Given<State>& state, const GivenArra
 
 std::unique_ptr<SharedWorld> make_world(const Given<Scene>& scene_given, const Given<std::optional<Plan>>& plan_given) {
   const Scene& scene = given_object("scene", scene_given);
-  const std::optional<Plan> plan = given("plan", plan_given);
+  std::optional<Plan> plan = given("plan", plan_given);
   warn(implausible(scene), scene);
-  return plan ? std::make_unique<SharedWorld>(scene, *plan) : std::make_unique<SharedWorld>(scene);
+  if (!plan) return std::make_unique<SharedWorld>(scene);
+  unshare(*plan);
+  return std::make_unique<SharedWorld>(scene, std::move(*plan));
 }
 
 constexpr const char* audit_doc =
@@ -237,7 +255,7 @@ void bind_world(py::module_& module) {
   bind_record<Contact>(module, "Contact", "One point where two bodies touch, and the forces there over the last step.",
                        {0});
   bind_results(module);
-  WorldClass type(module, "World",
+  WorldClass type(module, "World", collected<SharedWorld>(),
                   "One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a "
                   "pure function of the arguments. Threads may share a world, which answers one at a time.");
   type.def(py::init(&make_world), py::arg("scene"), py::arg("plan") = py::none());

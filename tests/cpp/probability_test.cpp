@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -23,35 +25,44 @@ Problem drift_for_a_moment() {
 }
 
 // The same weak pushes, but for some that are too strong for numbers.
-disturbances::Draws draws(int count, int diverging, const Problem& problem) {
+disturbances::Draws draws(std::uint64_t diverging, const Problem& problem) {
   const auto steps = static_cast<Eigen::Index>(problem.horizon.value() / problem.scene.stepping().step + 0.5);
-  disturbances::Draws made;
-  for (int i = 0; i < count; ++i) {
-    made.rollouts.push_back(Wrenches::Constant(steps, 6, 0.0));
-    if (i < diverging) made.rollouts.back()(0, 0) = 1e300;
-  }
-  return made;
+  return {[=](std::uint64_t index, const Limit&) {
+    Wrenches wrenches = Wrenches::Constant(steps, 6, 0.0);
+    if (index < diverging) wrenches(0, 0) = 1e300;
+    return wrenches;
+  }};
 }
 
-CaptureProbability probability(int rollouts, int diverging, double most) {
+CaptureProbability probability(int rollouts, std::uint64_t diverging, double most) {
   const Problem problem = drift_for_a_moment();
   ProbabilityOptions options;
   options.rollouts = rollouts;
   options.most_diverged = most;
-  options.disturbance = draws(rollouts, diverging, problem);
+  options.disturbance = draws(diverging, problem);
   return capture_probability(problem, options);
 }
 
-TEST(Probability, AsksForAsManyDrawsAsItMayTake) {
+TEST(Probability, AsksForOneDrawAfterTheOtherAndForNoMoreOnceItsTimeIsOver) {
   const Problem problem = drift_for_a_moment();
+  std::vector<std::uint64_t> asked;
+  std::atomic<bool> cancel{false};
   ProbabilityOptions options;
-  options.disturbance = draws(30, 0, problem);
-  EXPECT_EQ(capture_probability(problem, options).rollouts, 30);
-  options.tolerance = 1e-3;
-  EXPECT_THROW(capture_probability(problem, options), std::invalid_argument);
-  options.tolerance.reset();
-  options.first = 1;
-  EXPECT_THROW(capture_probability(problem, options), std::invalid_argument);
+  options.rollouts = std::numeric_limits<int>::max();
+  options.first = 7;
+  options.threads = 2;
+  options.limit = Limit(&cancel);
+  options.disturbance = disturbances::Draws{[&, all = draws(0, problem)](std::uint64_t index, const Limit& limit) {
+    asked.push_back(index);
+    cancel = asked.size() == 100;
+    return all.wrenches(index, limit);
+  }};
+  const CaptureProbability p = capture_probability(problem, options);
+  for (std::size_t i = 0; i < 100; ++i) ASSERT_EQ(asked.at(i), 7 + i);
+  EXPECT_EQ(asked.size(), 100u);
+  EXPECT_LT(p.rollouts, 100);
+  EXPECT_GE(p.rollouts, 80);
+  EXPECT_FALSE(p.complete);
 }
 
 TEST(Probability, LeavesOutOneRolloutThatDivergedAndCountsIt) {

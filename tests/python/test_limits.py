@@ -299,3 +299,51 @@ def test_what_progress_raises_ends_the_search(resting, search):
 
     with ends_within(SLACK), pytest.raises(LookupError, match="nodes"):
         search(resting, nodes=MANY, progress=refuse)
+
+
+HUGE = 2**31 - 1  # rollouts, trees or searches: no memory holds them
+
+
+def zero(random, times):
+    return np.zeros((len(times), 6))
+
+
+COUNTED = {
+    "trees": lambda p, **limit: em.capture_score(p, nodes=2, trees=HUGE, **limit),
+    "searches": lambda p, **limit: em.escape_effort(p, nodes=HUGE, searches=HUGE, **limit),
+    "rollouts": lambda p, **limit: em.capture_probability(future(p), rollouts=HUGE, **limit),
+    "a tolerance": lambda p, **limit: em.capture_probability(
+        future(p), rollouts=HUGE, tolerance=1e-12, **limit
+    ),
+    "draws of a function": lambda p, **limit: em.capture_probability(
+        future(p), rollouts=HUGE, disturbance=zero, **limit
+    ),
+}
+
+
+def future(problem):
+    return problem.replace(horizon=0.1)
+
+
+@pytest.mark.parametrize("what", COUNTED)
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_huge_count_ends_in_time_with_what_is_done(resting, what, threads):
+    with ends_within(0.5):
+        found = COUNTED[what](resting, timeout=0.5, threads=threads)
+    assert not found.complete
+
+
+def test_rollouts_of_a_policy_end_in_time_with_whole_blocks(resting):
+    scene = resting.scene
+    policy = em.Policy(lambda seen, memory, time: np.zeros((len(seen), 1)), period=0.05,
+                       observe=["object.x"], command=["effector.fx"])  # fmt: skip
+    problem = em.Problem(scene, resting.state, captured=resting.captured, force=(3, 3, 0),
+                         torque=(0, 0, 0.05), duration=0.5, horizon=0.1, plan=policy)  # fmt: skip
+    found, seconds = None, 0.5
+    while found is None:
+        try:
+            found = em.capture_probability(problem, rollouts=HUGE, timeout=seconds)
+        except TimeoutError:
+            seconds *= 2
+    whole = em.capture_probability(problem, rollouts=found.rollouts)
+    assert not found.complete and np.array_equal(found.exit_times, whole.exit_times)

@@ -2,10 +2,12 @@
 // Models of the random disturbances that act on the objects, and draws of pushes from them.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <variant>
 #include <vector>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 
 namespace energymargin {
@@ -40,10 +42,11 @@ struct ActuationNoise {
   std::optional<double> hold{};      //!< [s]; unset: a step
 };
 
-//! Draws of a user's own model.
+//! A user's own model.
 struct Draws {
-  std::vector<Wrenches> rollouts;  //!< for each rollout the wrenches of its steps, shape (steps, 6 k)
-  std::uint64_t first = 0;         //!< number of the first of them
+  //! The wrenches of the steps of rollout number `index`, shape (steps, 6 k); none if the limit was reached before. One
+  //! thread at a time asks, in the order of the numbers.
+  std::function<std::optional<Wrenches>(std::uint64_t index, const Limit& limit)> wrenches;
 };
 
 }  // namespace disturbances
@@ -51,7 +54,7 @@ struct Draws {
 using DisturbanceModel = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann,
                                       disturbances::ActuationNoise, disturbances::Draws>;
 
-//! Throws std::invalid_argument on bad numbers, too many objects, noise without a plan, or draws of another shape.
+//! Throws std::invalid_argument on bad numbers, too many objects, or noise without a plan.
 void validate(const DisturbanceModel& model, const Problem& problem);
 
 //! What acts in one rollout.
@@ -61,10 +64,15 @@ struct Draw {
   NoiseSeeds noise{};          //!< of what the problem's robot observes
 };
 
-//! Draw number `index`, of `steps` steps, from a valid model. A draw with a parent, of the same model but Draws and
+//! Draw number `index`, of `steps` steps, from a valid model but Draws. A draw with a parent, of the same model but
 //! Boltzmann, is like it for `step` steps and goes on as the model says: how long a piece of Uniform lasts is new.
 //! `leading` are its first random numbers, uniform in [0, 1); the others are those of the seed.
 Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
           const Draw& parent = {}, int step = 0, std::vector<double> leading = {});
+
+//! The same of a user's model; none if the limit was reached before. Throws std::invalid_argument on another shape and
+//! on numbers that are not finite.
+std::optional<Draw> draw(const disturbances::Draws& model, const Problem& problem, int steps, std::uint64_t seed,
+                         std::size_t index, const Limit& limit);
 
 }  // namespace energymargin

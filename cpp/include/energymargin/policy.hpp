@@ -27,9 +27,8 @@ struct PolicyQuestion {
 struct Policy {
   static constexpr int block = 32;
 
-  std::string name;                      //!< by which files know its code; empty: they refuse it
-  std::shared_ptr<const void> origin{};  //!< of a binding's own: what it was made of
-  Eigen::VectorXd noise{};               //!< standard deviations, one an observation or one for all, that `act` adds
+  std::string name;         //!< by which files know its code; empty: they refuse it
+  Eigen::VectorXd noise{};  //!< standard deviations, one an observation or one for all, that `act` adds
   Eigen::Index memory = 0;  //!< numbers that a rollout remembers from one control time to the next; at first zeros
 
   //! False if the limit was reached before it answered.

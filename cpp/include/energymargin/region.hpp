@@ -163,6 +163,12 @@ struct Complement {
 
 }  // namespace regions
 
+//! Whether an Expression is made of other regions.
+template <typename Expression>
+inline constexpr bool is_of_regions =
+    std::is_same_v<Expression, regions::Intersection> || std::is_same_v<Expression, regions::Union> ||
+    std::is_same_v<Expression, regions::Complement>;
+
 //! A set of states, as a value. ~~a is a, and a & b & c is one level.
 class Region {
  public:
@@ -175,6 +181,9 @@ class Region {
   Region(Primitive primitive);  // NOLINT: a primitive is a region
 
   const Expression& expression() const { return node_->expression; }
+
+  //! Whether a copy has the same expression in memory.
+  bool is_shared() const { return node_.use_count() > 1; }
 
   friend Region operator&(const Region& a, const Region& b);
   friend Region operator|(const Region& a, const Region& b);

@@ -26,8 +26,9 @@ ThreadPool::~ThreadPool() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void ThreadPool::run(std::size_t count, const Job& job) {
+void ThreadPool::run(std::size_t count, const Job& job, const Limit& limit) {
   job_ = &job;
+  limit_ = &limit;
   count_ = count;
   next_ = 0;
   busy_ = threads_.size();
@@ -47,7 +48,7 @@ void ThreadPool::serve(std::size_t thread) {
 }
 
 void ThreadPool::work(std::size_t thread) {
-  for (std::size_t i = next_++; i < count_; i = next_++) {
+  for (std::size_t i = next_++; i < count_ && !limit_->reached(); i = next_++) {
     try {
       (*job_)(i, thread);
     } catch (...) {
@@ -78,9 +79,7 @@ void ThreadPool::tell(const Change& change) {
 
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job, const Limit& limit) {
   const auto most = static_cast<int>(std::min(count, static_cast<std::size_t>(std::max(threads, 1))));
-  ThreadPool(most).run(count, [&](std::size_t i, std::size_t) {
-    if (!limit.reached()) job(i);
-  });
+  ThreadPool(most).run(count, [&](std::size_t i, std::size_t) { job(i); }, limit);
 }
 
 }  // namespace energymargin

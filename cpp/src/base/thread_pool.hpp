@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "energymargin/limit.hpp"
+
 namespace energymargin {
 
 //! Whether this build starts threads. One that does not works in the calls that wait for results.
@@ -45,8 +47,8 @@ class ThreadPool {
 
   std::size_t size() const { return threads_.size() + 1; }
 
-  //! Calls the job for each i < count, once. The first exception ends the rest and is thrown again.
-  void run(std::size_t count, const Job& job);
+  //! Calls the job for each i < count, once, up to the limit. The first exception ends the rest and is thrown again.
+  void run(std::size_t count, const Job& job, const Limit& limit = {});
 
  private:
   void serve(std::size_t thread);
@@ -62,6 +64,7 @@ class ThreadPool {
 
   // The batch.
   const Job* job_ = nullptr;
+  const Limit* limit_ = nullptr;
   std::size_t count_ = 0;
   std::atomic<std::size_t> next_{0};
   std::exception_ptr error_;

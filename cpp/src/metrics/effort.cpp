@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -47,39 +49,63 @@ Escape find_escape(const Problem& problem, const EffortOptions& options) {
   return find_escape(problem, options, search::Confirm::each_turn);
 }
 
-// The first of those of least effort, with what all of them counted. A search that has not begun by the limit has none.
-Escape best_of(std::vector<std::optional<Escape>> escapes) {
-  const auto effort = [](const std::optional<Escape>& escape) {
-    return escape ? escape->effort : std::numeric_limits<double>::infinity();
-  };
-  const auto is_less = [&](const auto& a, const auto& b) { return effort(a) < effort(b); };
-  const auto found = std::min_element(escapes.begin(), escapes.end(), is_less);
-  const bool all = std::all_of(escapes.begin(), escapes.end(), [](const auto& of) { return of && of->complete; });
-  Escape best = std::move(**found);
-  best.complete = all || best.effort == 0.0;
-  for (auto other = escapes.begin(); other != escapes.end(); ++other) {
-    if (!*other || other == found) continue;
-    best += **other;
-    best.discarded += (*other)->discarded;
-    best.discarded_effort = std::min(best.discarded_effort, (*other)->discarded_effort);
-    best.diverged += (*other)->diverged;
+// Independent searches by their number. The first of those of least effort is kept, of the others what they counted.
+class BestEscape {
+ public:
+  void add(std::size_t number, Escape escape) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    counts_[number] = {escape, escape.discarded, escape.discarded_effort, escape.diverged};
+    all_complete_ = all_complete_ && escape.complete;
+    const bool is_better = !best_ || escape.effort < best_->effort || (escape.effort == best_->effort && number < of_);
+    if (!is_better) return;
+    best_ = std::move(escape);
+    of_ = number;
   }
-  return best;
-}
+
+  bool has_first() const { return counts_.count(0) > 0; }
+
+  //! The best one, with what all of `searches` counted. A search that has not begun by the limit has none.
+  Escape escape(std::size_t searches) {
+    Escape best = std::move(*best_);
+    best.complete = (all_complete_ && counts_.size() == searches) || best.effort == 0.0;
+    for (const auto& [number, counts] : counts_) {
+      if (number == of_) continue;
+      best += counts;
+      best.discarded += counts.discarded;
+      best.discarded_effort = std::min(best.discarded_effort, counts.discarded_effort);
+      best.diverged += counts.diverged;
+    }
+    return best;
+  }
+
+ private:
+  struct Counts : StepCounts {
+    int discarded = 0;
+    double discarded_effort = std::numeric_limits<double>::infinity();
+    int diverged = 0;
+  };
+
+  std::mutex mutex_;
+  std::optional<Escape> best_;
+  std::size_t of_ = 0;  // the number of the best one
+  std::map<std::size_t, Counts> counts_;
+  bool all_complete_ = true;
+};
 
 Escape find_escapes(const Problem& problem, const EffortOptions& options) {
   if (options.searches == 1) return find_escape(problem, options);
-  std::vector<std::optional<Escape>> escapes(static_cast<std::size_t>(options.searches));
+  BestEscape best;
   const auto search = [&](std::size_t i) {
     EffortOptions one = options;
     const auto more = static_cast<std::size_t>(options.nodes % options.searches);  // the first have one more
     one.nodes = options.nodes / options.searches + (i < more ? 1 : 0);
     one.seed = stream(options.seed, i);
-    escapes[i] = find_escape(problem, one);
+    best.add(i, find_escape(problem, one));
   };
-  parallel_for(escapes.size(), options.threads, search, options.limit);
-  if (!escapes[0]) search(0);  // its root alone
-  return best_of(std::move(escapes));
+  const auto searches = static_cast<std::size_t>(options.searches);
+  parallel_for(searches, options.threads, search, options.limit);
+  if (!best.has_first()) search(0);  // its root alone
+  return best.escape(searches);
 }
 
 }  // namespace

@@ -20,6 +20,12 @@ namespace energymargin {
 namespace {
 
 constexpr int default_rollouts = 30;
+
+// Rollouts that go on at once, however many are asked for: more would be memory that none needs, and draws that are
+// made before the clock is looked at.
+constexpr std::size_t piece = 4096;
+constexpr std::size_t piece_of_policy = 4 * Policy::block;
+constexpr std::size_t drawn_a_thread = 4;  // by a function, which draws for all of a piece before it begins
 constexpr double confidence_of_tolerance = 0.95;
 
 int most_of(const ProbabilityOptions& options) {
@@ -59,7 +65,7 @@ class Estimator {
   CaptureProbability estimate() {
     if (options_.undisturbed) {
       const Push none = no_push(problem_, timing_.horizon);
-      undisturbed_ = problem_.plan && problem_.plan->policy ? run_together({{{none}}}).front() : run({{none}}, 0);
+      undisturbed_ = asks() ? run_together({{{none}}}).front() : run({{none}}, 0);
       if (!undisturbed_->complete) options_.limit.require();
       if (undisturbed_->diverged) throw Diverged("the undisturbed future");
     }
@@ -69,7 +75,7 @@ class Estimator {
     while (true) {
       roll(wanted);
       if (counted() < wanted || wanted == most || is_enough()) break;
-      wanted = std::min(next_look(wanted), most);
+      wanted = next_look(wanted);
     }
     if (counted() == 0 && options_.limit.reached()) options_.limit.require();
     return result(wanted);
@@ -78,17 +84,48 @@ class Estimator {
  private:
   // Rollouts up to number `wanted`, each a function of its number alone.
   void roll(int wanted) {
+    const auto end = static_cast<std::size_t>(wanted);
+    while (futures_.size() < end && !options_.limit.reached()) roll_piece(std::min(end, end_of_piece()));
+  }
+
+  std::size_t end_of_piece() const {
+    const std::size_t first = futures_.size(), index = options_.first + first;
+    if (asks()) return first + piece_of_policy - index % piece_of_policy;
+    return first + (draws() ? drawn_a_thread * pool_.size() : piece);
+  }
+
+  void roll_piece(std::size_t end) {
     const std::size_t first = futures_.size();
-    futures_.resize(static_cast<std::size_t>(wanted));
-    complete_.resize(futures_.size(), 0);
-    if (problem_.plan && problem_.plan->policy) return roll_together(first);
-    pool_.run(futures_.size() - first, [&](std::size_t i, std::size_t thread) {
-      if (options_.limit.reached()) return;
-      const std::size_t number = first + i, index = options_.first + number;
-      futures_[number] = run(draw_of(index, thread), thread);
+    std::vector<Draw> drawn;
+    if ((asks() || draws()) && !draw_all(first, end, drawn)) return;
+    futures_.resize(end);
+    complete_.resize(end, 0);
+    if (asks()) return roll_together(first, std::move(drawn));
+    const auto roll_one = [&](std::size_t i, std::size_t thread) {
+      const std::size_t number = first + i;
+      futures_[number] = run(draws() ? drawn[i] : draw_of(options_.first + number, thread), thread);
       complete_[number] = futures_[number].complete ? 1 : 0;
       if (options_.rollout_counter) ++*options_.rollout_counter;
-    });
+    };
+    pool_.run(end - first, roll_one, options_.limit);
+  }
+
+  // Whether the robot follows a policy, which is asked about many rollouts together.
+  bool asks() const { return problem_.plan && problem_.plan->policy; }
+
+  // What draws if it is the user, one draw after the other.
+  const disturbances::Draws* draws() const { return std::get_if<disturbances::Draws>(&options_.disturbance); }
+
+  // One after the other; false if the limit was reached.
+  bool draw_all(std::size_t first, std::size_t end, std::vector<Draw>& drawn) {
+    for (std::size_t index = options_.first + first; drawn.size() < end - first; ++index) {
+      if (options_.limit.reached()) return false;
+      std::optional<Draw> next =
+          draws() ? draw(*draws(), problem_, timing_.horizon, options_.seed, index, options_.limit) : draw_of(index);
+      if (!next) return false;
+      drawn.push_back(std::move(*next));
+    }
+    return true;
   }
 
   Draw draw_of(std::size_t index, std::size_t thread = 0) {
@@ -101,12 +138,7 @@ class Estimator {
   }
 
   // The same rollouts, which a policy is asked about together.
-  void roll_together(std::size_t first) {
-    std::vector<Draw> draws;
-    for (std::size_t number = first; number < futures_.size(); ++number) {
-      const std::size_t index = options_.first + number;
-      draws.push_back(draw_of(index));
-    }
+  void roll_together(std::size_t first, std::vector<Draw> draws) {
     std::vector<Future> futures = run_together(std::move(draws), options_.first + first);
     for (std::size_t i = 0; i < futures.size(); ++i) {
       complete_[first + i] = futures[i].complete ? 1 : 0;
@@ -217,7 +249,10 @@ class Estimator {
     return std::pow(total(weights), 2) / squares;
   }
 
-  int next_look(int look) const { return options_.above ? look + std::max(4, look / 4) : 2 * look; }
+  int next_look(int look) const {
+    const std::int64_t more = options_.above ? std::max(4, look / 4) : look;
+    return static_cast<int>(std::min<std::int64_t>(look + more, most_of(options_)));
+  }
 
   bool is_enough() const { return options_.above ? decision(counted()).has_value() : meets_tolerance(); }
 
@@ -389,14 +424,6 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
     reject("by_object", "True", "a problem with a capture set for each object, captured={...}");
   }
   validate(options.disturbance, problem);
-  const auto* draws = std::get_if<disturbances::Draws>(&options.disturbance);
-  const auto most = static_cast<std::uint64_t>(most_of(options));
-  if (draws && (options.first < draws->first || options.first + most > draws->first + draws->rollouts.size())) {
-    reject("disturbance",
-           std::to_string(draws->rollouts.size()) + " rollouts from number " + std::to_string(draws->first),
-           std::to_string(most) + " (`rollouts`, or with a tolerance the most of it) from number " +
-               std::to_string(options.first));
-  }
 }
 
 }  // namespace

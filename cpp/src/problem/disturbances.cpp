@@ -176,17 +176,17 @@ void require_forces(const Problem& problem) {
   }
 }
 
-void validate_draws(const Draws& model, const Problem& problem) {
-  const auto timing = timing_of(problem);
+void require_rows(const Wrenches& rows, const Problem& problem, int steps) {
   const auto columns = static_cast<Eigen::Index>(6 * objects_of(problem));
-  for (const Wrenches& rows : model.rollouts) {
-    if (rows.rows() != timing->horizon || rows.cols() != columns) {
-      reject("disturbance", "of shape (" + std::to_string(rows.rows()) + ", " + std::to_string(rows.cols()) + ")",
-             "(" + std::to_string(timing->horizon) + ", " + std::to_string(columns) + "), a row a step");
-    }
-    if (!rows.allFinite()) reject("disturbance", "not finite", "finite numbers");
+  if (rows.rows() != steps || rows.cols() != columns) {
+    reject("disturbance", "of shape (" + std::to_string(rows.rows()) + ", " + std::to_string(rows.cols()) + ")",
+           "(" + std::to_string(steps) + ", " + std::to_string(columns) + "), a row a step");
   }
+  if (!rows.allFinite()) reject("disturbance", "not finite", "finite numbers");
 }
+
+// The seed of what a robot observes in a rollout.
+std::uint64_t seed_of_noise(std::uint64_t seed, std::size_t index) { return stream(stream(seed, index), 0); }
 
 }  // namespace
 
@@ -198,15 +198,11 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
   std::visit(require, model);
   if (const auto* uniform = std::get_if<Uniform>(&model)) require_objects(*uniform, problem);
   if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) require_objects(boltzmann->proposal, problem);
-  if (const auto* draws = std::get_if<Draws>(&model)) validate_draws(*draws, problem);
 }
 
 Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
           const Draw& parent, int step, std::vector<double> leading) {
-  const NoiseSeeds seeds = seeds_of_noise(problem, parent.noise, step, stream(stream(seed, index), 0));
-  if (const auto* draws = std::get_if<Draws>(&model)) {
-    return {pushes(draws->rollouts[index - draws->first], steps), std::nullopt, seeds};
-  }
+  const NoiseSeeds seeds = seeds_of_noise(problem, parent.noise, step, seed_of_noise(seed, index));
   Random random(seed, index, std::move(leading));
   if (const auto* noise = std::get_if<ActuationNoise>(&model)) {
     return {{no_push(problem, steps)}, noisy_plan(*noise, problem, parent.plan, step, random), seeds};
@@ -221,6 +217,14 @@ Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std:
   draw_hold(uniform, problem, step, steps, random, sequence);
   extend(uniform, problem, steps, random, sequence);
   return {sequence, std::nullopt, seeds};
+}
+
+std::optional<Draw> draw(const Draws& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
+                         const Limit& limit) {
+  const std::optional<Wrenches> rows = model.wrenches(index, limit);
+  if (!rows) return std::nullopt;
+  require_rows(*rows, problem, steps);
+  return Draw{pushes(*rows, steps), std::nullopt, seeds_of_noise(problem, {}, 0, seed_of_noise(seed, index))};
 }
 
 }  // namespace energymargin

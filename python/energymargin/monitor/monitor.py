@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import atexit
 import bisect
 import logging
 import math
 import threading
 import time as clock
+import weakref
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -31,12 +31,13 @@ from energymargin.divergence import ANY, is_unknown
 from energymargin.futures import or_success
 from energymargin.monitor.alarm import Alarm, Threshold
 from energymargin.monitor.conditions import Pace
+from energymargin.monitor.stream import Pushed, Stream
 from energymargin.searches import SearchSettings, metric_search
 
 if TYPE_CHECKING:
     from energymargin.surrogates import Estimates
 
-LONGEST_CLOSE = 0.2  # s
+MOST_WORKERS = 256
 UNKNOWN = (math.nan, math.nan)
 
 _log = logging.getLogger("energymargin.monitor")
@@ -103,24 +104,12 @@ class _Foreseen(NamedTuple):
     interval: tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class _Pushed:
-    """A state that waits."""
-
-    time: float
-    state: NDArray[np.float64]
-    came: float
-    """By the machine's clock [s]."""
-    cancel: Cancel
-    """Set once nobody wants its score any more."""
-
-
 class Monitor(Closing):
     """Scores the states of a robot's loop in the background, at the rate that the machine holds.
 
     `push` returns at once. Workers take the newest state that waits; of those that wait too long
     the oldest is dropped. What a state's score says is a Reading: `latest`, `history`, or
-    `on_reading`. Use it in a `with` statement, or `close` it.
+    `on_reading`. Use it in a `with` statement, or `close` it; one that nobody holds any more ends.
     """
 
     rule: Alarm | None
@@ -157,7 +146,7 @@ class Monitor(Closing):
             rollouts: of each score; (least, most) takes as many as fit into a period.
             disturbance: as of `capture_probability`; None: Uniform().
             seed: of every score, so that two states meet the same disturbances.
-            workers: states that are scored at once.
+            workers: states that are scored at once, at most 256.
             threads: of each score; None: all cores, shared by the workers.
             waiting: states that may wait for a worker.
             trend_window: time over which the trend is taken [s].
@@ -191,32 +180,25 @@ class Monitor(Closing):
                 f"alarm is {alarm_text}, but a first look needs an alarm of a number of yours: "
                 "Alarm(on=..., off=...)"
             )
-        count = whole_number("workers", workers, 1)
+        count = whole_number("workers", workers, 1, MOST_WORKERS)
         self._threads = max(1, core_count("threads", threads) // (count if threads is None else 1))
         self._most_waiting = whole_number("waiting", waiting, 1)
         self._trend_window = positive_number("trend_window", trend_window)
         self._kept = whole_number("kept", kept, 1)
         self._on_reading = function_or_none("on_reading", on_reading, "reading")
 
-        self._lock = threading.Condition()
+        self._stream = Stream()
+        self._lock = self._stream.changed
         self._delivery = threading.RLock()  # readings come one after the other
-        self._waiting: deque[_Pushed] = deque()
-        self._busy = 0
         self._history: list[Reading] = []
         self._counts = Counters(0, 0, 0, 0, 0)
-        self._cancel = Cancel()
         self._last_error = ""
-        self._closed = False
         self._newest = self._followed = -math.inf  # times of states: pushed, known to the alarm
         self._recent: deque[float] = deque(maxlen=1 if self.rule is None else self.rule.window)
         self._is_on = False
-        self._workers = [
-            threading.Thread(target=self._work, name=f"energymargin monitor {k}", daemon=True)
-            for k in range(count)
-        ]
-        for worker in self._workers:
-            worker.start()
-        atexit.register(self.close)  # a worker in the core must not outlive the interpreter
+        # Also as the program ends: a worker in the core must not outlive the interpreter.
+        self._end = weakref.finalize(self, self._stream.end)
+        self._stream.start(count, weakref.WeakMethod(self.handle))
 
     def push(self, time: float, state: ArrayLike) -> None:
         """A new state, shape (n,), at its time [s]. It is copied, and never waited for.
@@ -231,7 +213,7 @@ class Monitor(Closing):
             raise ValueError(f"state has shape {vector.shape}, expected (n,)")
         vector.setflags(write=False)
         with self._lock:
-            if self._closed:
+            if self._stream.closed:
                 raise RuntimeError("the monitor is closed")
             if time <= self._newest:
                 raise ValueError(
@@ -239,10 +221,12 @@ class Monitor(Closing):
                     "begins a new trajectory"
                 )
             self._newest = time
-            self._waiting.append(_Pushed(self._newest, vector, clock.monotonic(), self._cancel))
+            came = clock.monotonic()
+            waiting = self._stream.waiting
+            waiting.append(Pushed(self._newest, vector, came, self._stream.cancel))
             self._count(pushed=1)
-            if len(self._waiting) > self._most_waiting:
-                self._waiting.popleft()
+            if len(waiting) > self._most_waiting:
+                waiting.popleft()
                 self._count(dropped=1)
             self._lock.notify()
 
@@ -272,7 +256,9 @@ class Monitor(Closing):
         """Waits until no state waits and none is scored; whether that came within `timeout` [s]."""
         limit = None if timeout is None else not_negative_number("timeout", timeout)
         with self._lock:
-            return self._lock.wait_for(lambda: not (self._waiting or self._busy), limit)
+            return self._lock.wait_for(
+                lambda: not (self._stream.waiting or self._stream.busy), limit
+            )
 
     def reset(self) -> None:
         """A new trajectory begins: forgets states that wait, readings, trend and alarm.
@@ -280,8 +266,8 @@ class Monitor(Closing):
         Counters go on.
         """
         with self._lock:
-            self._cancel.set()
-            self._cancel = Cancel()
+            self._stream.cancel.set()
+            self._stream.cancel = Cancel()
             self._drop()
             self._history.clear()
             self._newest = self._followed = -math.inf
@@ -291,44 +277,24 @@ class Monitor(Closing):
     def close(self) -> None:
         """Ends the workers within 0.2 s. States without a reading are dropped."""
         with self._lock:
-            self._closed = True
-            self._cancel.set()
+            self._stream.closed = True
             self._drop()
-            self._lock.notify_all()
-        end = clock.monotonic() + LONGEST_CLOSE
-        for worker in self._workers:
-            if worker is not threading.current_thread():
-                worker.join(max(end - clock.monotonic(), 0.0))
-        atexit.unregister(self.close)
+        self._end()
 
     def _drop(self) -> None:
         """The states that wait."""
-        self._count(dropped=len(self._waiting))
-        self._waiting.clear()
+        self._count(dropped=len(self._stream.waiting))
+        self._stream.waiting.clear()
 
     def _count(self, **more: int) -> None:
         counts = self._counts
         self._counts = counts._replace(**{n: getattr(counts, n) + more[n] for n in more})
 
-    def _work(self) -> None:
-        while (pushed := self._next()) is not None:
-            try:
-                self._deliver(pushed, self._score(pushed))
-            finally:
-                with self._lock:
-                    self._busy -= 1
-                    self._lock.notify_all()
+    def handle(self, pushed: Pushed) -> None:
+        """On a worker: scores a state, and delivers its reading."""
+        self._deliver(pushed, self._score(pushed))
 
-    def _next(self) -> _Pushed | None:
-        """The newest state that waits, once there is one; None at the end."""
-        with self._lock:
-            self._lock.wait_for(lambda: self._waiting or self._closed)
-            if self._closed:
-                return None
-            self._busy += 1
-            return self._waiting.pop()
-
-    def _foreseen(self, pushed: _Pushed) -> _Foreseen | None:
+    def _foreseen(self, pushed: Pushed) -> _Foreseen | None:
         """What a first look says, if it is on one side of the alarm."""
         if self._first_look is None or self.rule is None:
             return None
@@ -342,7 +308,7 @@ class Monitor(Closing):
         sure = high < self.rule.on or low >= off
         return _Foreseen(float(found.value), (low, high)) if sure else None
 
-    def _score(self, pushed: _Pushed) -> CaptureProbability | _Foreseen | Exception:
+    def _score(self, pushed: Pushed) -> CaptureProbability | _Foreseen | Exception:
         with self._lock:
             rollouts = self._pace.rollouts
         try:
@@ -368,7 +334,7 @@ class Monitor(Closing):
             self._pace.note(rollouts, asked - begun, clock.monotonic() - asked)
         return probability
 
-    def _deliver(self, pushed: _Pushed, score: CaptureProbability | _Foreseen | Exception) -> None:
+    def _deliver(self, pushed: Pushed, score: CaptureProbability | _Foreseen | Exception) -> None:
         with self._delivery:
             with self._lock:
                 if pushed.cancel.is_set:
@@ -385,7 +351,7 @@ class Monitor(Closing):
                 why = diverged if reading.error is None else _text(reading.error)
                 self._warn(f"the state at {reading.time:g} s has no score", why)
 
-    def _noted(self, pushed: _Pushed, score: CaptureProbability | _Foreseen | Exception) -> Reading:
+    def _noted(self, pushed: Pushed, score: CaptureProbability | _Foreseen | Exception) -> Reading:
         """The reading, once alarm, history and counters know it."""
         lateness = clock.monotonic() - pushed.came
         late = lateness > self._period
