@@ -143,6 +143,7 @@ def _lazy(name: str) -> typing.Any:
         return importlib.import_module(f"energymargin.{name}")
     if name in HOMES:
         value = getattr(importlib.import_module(f"energymargin.{HOMES[name]}"), name)
+        value = importlib.import_module("energymargin.doors").checked(value, __name__)
     elif name == "__version__":
         value = importlib.import_module("importlib.metadata").version("energymargin")
     else:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import numbers_of, positive_number
+from energymargin.doors import check_doors
 
 __all__ = ["STEP", "hold", "lift", "shake", "turn"]
 
@@ -102,3 +103,6 @@ def _unit(name: str, axis: ArrayLike) -> NDArray[np.float64]:
     if length == 0:
         raise ValueError(f"{name} is {vector.tolist()}, expected one of some length")
     return np.asarray(vector / length)
+
+
+check_doors(globals(), __all__)

@@ -5,6 +5,7 @@ from energymargin.actions.guard import Decision, Guard, GuardCounters, ProblemOf
 from energymargin.actions.improvement import Generation, Improvement, improve
 from energymargin.actions.profile import MarginProfile, Moment, margin_profile
 from energymargin.actions.ranking import Ranking, Standing, rank
+from energymargin.doors import check_doors
 
 __all__ = [
     "Candidates",
@@ -23,3 +24,5 @@ __all__ = [
     "margin_profile",
     "rank",
 ]
+
+check_doors(globals(), __all__)

@@ -11,7 +11,10 @@ name ends in "/any" is compared with the second. The force score, one number for
 with each.
 """
 
+from energymargin.doors import check_doors
 from energymargin.evaluation.labelled import Among, LabelledScores
 from energymargin.evaluation.table import Cell, Evaluation, evaluate
 
 __all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
+
+check_doors(globals(), __all__)

@@ -5,6 +5,7 @@ environments are known to `gymnasium.make` once this package is imported: `impor
 or `gymnasium.make("energymargin.gym:EnergyMarginPush-v0")`.
 """
 
+from energymargin.doors import check_doors
 from energymargin.errors import needs_extra
 
 with needs_extra("em.gym", "gym"):
@@ -16,4 +17,5 @@ from energymargin.gym.wrapper import CaptureWrapper
 
 __all__ = ["CHANNELS", "CaptureWrapper", "Channel", "ScriptedFuture", "TaskEnv", "present"]
 
+check_doors(globals(), __all__)
 register_environments()

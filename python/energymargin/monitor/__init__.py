@@ -6,6 +6,7 @@ it is to raise its alarm, so that at most a given share of the trajectories has 
 same `Conditions`.
 """
 
+from energymargin.doors import check_doors
 from energymargin.futures import or_success
 from energymargin.monitor.alarm import Alarm, Alarms, Threshold, alarms, first_loss, threshold
 from energymargin.monitor.conditions import Conditions
@@ -24,3 +25,5 @@ __all__ = [
     "or_success",
     "threshold",
 ]
+
+check_doors(globals(), __all__)

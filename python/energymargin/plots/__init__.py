@@ -6,6 +6,7 @@ Each `plot_...` takes and returns an Axes; without one it makes a figure of pypl
 `figure_...` makes a whole Figure.
 """
 
+from energymargin.doors import check_doors
 from energymargin.errors import needs_extra
 
 with needs_extra("a picture", "plots"):
@@ -53,3 +54,5 @@ __all__ = [
     "trajectory_scores",
     "write_rerun",
 ]
+
+check_doors(globals(), __all__)

@@ -4,6 +4,7 @@ scored by frame.
 In the plane: of each of two bodies x, y and yaw.
 """
 
+from energymargin.doors import check_doors
 from energymargin.recordings.bags import bag_topics, read_bag
 from energymargin.recordings.csv_files import Columns, read_csv
 from energymargin.recordings.lerobot import read_lerobot
@@ -31,3 +32,5 @@ __all__ = [
     "read_labels",
     "read_lerobot",
 ]
+
+check_doors(globals(), __all__)

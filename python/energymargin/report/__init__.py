@@ -4,6 +4,7 @@ pictures of the states that the scores get most wrong; and scores of grasps as s
 Needs the extra [report].
 """
 
+from energymargin.doors import check_doors
 from energymargin.errors import needs_extra
 
 with needs_extra("a report", "report"):
@@ -14,3 +15,5 @@ from energymargin.report.grasps import write_grasps
 from energymargin.report.page import Options, write
 
 __all__ = ["Options", "write", "write_grasps"]
+
+check_doors(globals(), __all__)

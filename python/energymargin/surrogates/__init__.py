@@ -1,5 +1,6 @@
 """Scores that are learned from a store: microseconds a state, with an interval, or a refusal."""
 
+from energymargin.doors import check_doors
 from energymargin.surrogates.control import ControlledMean, controlled_mean
 from energymargin.surrogates.features import Layout
 from energymargin.surrogates.model import Estimates, Model
@@ -15,3 +16,5 @@ __all__ = [
     "Surrogate",
     "controlled_mean",
 ]
+
+check_doors(globals(), __all__)

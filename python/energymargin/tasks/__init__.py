@@ -4,6 +4,7 @@ Tasks are plugins: whatever an installed package registers under the entry point
 `energymargin.tasks` is one, and what a program gives to `register`.
 """
 
+from energymargin.doors import check_doors
 from energymargin.tasks.base import Params, Regions, Task
 from energymargin.tasks.registry import TaskError, make, names, register
 from energymargin.tasks.scripted import Drive, ScriptedTask
@@ -21,3 +22,5 @@ __all__ = [
     "names",
     "register",
 ]
+
+check_doors(globals(), __all__)

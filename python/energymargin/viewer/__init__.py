@@ -1,5 +1,6 @@
 """The tree breaks out of the capture set, in a browser (viser)."""
 
+from energymargin.doors import check_doors
 from energymargin.errors import needs_extra
 
 with needs_extra("the viewer", "viewer"):
@@ -11,3 +12,5 @@ with needs_extra("the viewer", "viewer"):
 from energymargin.viewer.view import Viewer, view
 
 __all__ = ["Viewer", "view"]
+
+check_doors(globals(), __all__)
