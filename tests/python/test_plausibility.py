@@ -46,6 +46,13 @@ def fixed(size, position):
     return {"shape": em.Box(size), "mass": 0, "position": position}
 
 
+def untouchable():
+    scene = em.Scene()
+    inertial = em.Inertial(inertia=(1e-3,) * 3)
+    scene.add_body(next(names), em.Compound([]), mass=1, inertial=inertial, role="effector")
+    return em.World(scene)
+
+
 def jointed(**limits):
     scene = em.Scene()
     scene.add_body("base", em.Box((0.1, 0.1, 0.1)), mass=0)
@@ -109,10 +116,25 @@ WARNED = {
     r"body 'cup \d+': rolling_friction is 0\.07 m": lambda: twisted(rolling_friction=0.07),
     r"body 'table': torsional_friction is 0\.1 m": lambda: twisted(of_table=0.1),
     r"bodies 'table' and 'cup \d+': rolling_friction is 0\.1 m": lambda: twisted((0.01, 0.1)),
+    r"ratio of masses of 'cup \d+' and 'foot' is 1\.2 kg to 0\.001 kg, .*contacts": lambda: (
+        on_a_foot(1e-3)
+    ),
+    "the scene's collision shapes is none, so that no body touches": untouchable,
     r"overlap of 'table' and 'cup \d+' at the start is 0\.03 m, more than 0\.02 m": lambda: (
         simulated(height=-0.01)
     ),
 }
+
+
+def on_a_foot(mass, shape=None):
+    """A cup on a foot of that mass, which a joint turns."""
+    scene, name = em.Scene(), next(names)
+    scene.add_plane("floor")
+    inertial = em.Inertial(inertia=(1e-7,) * 3)
+    scene.add_body(name, em.Box((0.06,) * 3), mass=1.2, position=(0, 0, 0.08), role="object")
+    scene.add_body("foot", shape or em.Box((0.05, 0.05, 0.02)), mass=mass, inertial=inertial)
+    scene.add_joint("ankle", parent=name, child="foot", origin=(0, 0, -0.04))
+    return em.World(scene)
 
 
 def hung(gap=0.0, tilt=0.0, weld=0.0, kind="point"):
@@ -215,6 +237,10 @@ RIGHT = {
     "a loop that a simulation left open by half a millimetre": lambda: hung(gap=5e-4),
     "rubber": lambda: twisted((0.01, 0.001), torsional_friction=0.02),
     "a long rail": lambda: jointed(type="prismatic", limits=(0, 30)),
+    "a foot that is light enough": lambda: on_a_foot(2e-3),
+    "a link of a chain of coordinates that touches nothing": lambda: on_a_foot(
+        1e-6, shape=em.Compound([])
+    ),
     "a start that overlaps a little": lambda: simulated(height=0.01),
 }
 

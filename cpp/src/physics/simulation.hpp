@@ -178,7 +178,8 @@ class Simulation {
   SubstepResult advance(double left, int substeps) {
     load_bodies();
     pairs_.update();
-    double duration = left;
+    double duration = equations_.until_turned(left, shortest_turn * step_);
+    const bool turned = equations_.turns_too_far(duration);
     if (substeps < most_substeps) duration = equations_.until_bounce(pairs_.points(), duration);
     for (int tries = 1;; ++tries) {
       const Substep substep{duration, pairs_.points(), motors_};
@@ -195,12 +196,12 @@ class Simulation {
       bodies_.move(duration, share);
       const double lost = (1.0 - share) * duration;
       if (share < 1.0) carry_along(scene_, bodies_, pairs_.points(), ways_, lost);
-      equations_.join_mimics();
+      equations_.join_velocities();
       in_step_ = duration < left;
       if (!in_step_) settle();
       last_duration_ = duration;
       spring_loads_ = springs_.loads(true);
-      return {duration, lost, converged};
+      return {duration, lost, converged && !turned};
     }
   }
 
@@ -267,6 +268,9 @@ class Simulation {
   // into each other, one of this share of the one before may be short enough for penetration recovery.
   static constexpr double shortest_substep = 1e-4;
   static constexpr double blocked_share = 0.25;
+
+  // What turns fast in a loop asks for substeps, but for none shorter than this share of a step.
+  static constexpr double shortest_turn = 1.0 / 16.0;
 
   // Each step begins with the numbers of a state, be it the first one of a rollout or not.
   void settle() {

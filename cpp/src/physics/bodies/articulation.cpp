@@ -164,6 +164,12 @@ btVector3 Articulation::velocity(int link, const btVector3& point, const std::ve
   return motion.linear + motion.angular.cross(point - origin());
 }
 
+double Articulation::fastest_turn(const std::vector<double>& velocities) const {
+  double fastest = 0.0;
+  for (const SpatialVector& motion : link_motions(velocities)) fastest = std::max(fastest, motion.angular.length());
+  return fastest;
+}
+
 void Articulation::apply(int link, const btVector3& force, const btVector3& torque) {
   links_[static_cast<std::size_t>(link)].force += force;
   links_[static_cast<std::size_t>(link)].torque += torque;

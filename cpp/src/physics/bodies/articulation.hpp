@@ -108,6 +108,9 @@ class Articulation {
   //! Velocity of the point of a link that is at `point` in the world, at these velocities of the tree.
   btVector3 velocity(int link, const btVector3& point, const std::vector<double>& velocities) const;
 
+  //! How fast its fastest link turns at these velocities of the tree [rad/s].
+  double fastest_turn(const std::vector<double>& velocities) const;
+
   //! A wrench in the next substep, at the centre of mass of a link.
   void apply(int link, const btVector3& force, const btVector3& torque);
   void clear_loads();

@@ -20,8 +20,10 @@ struct FreeBody {
   btVector3 moments;        // principal [kg m^2]
   btVector3 linear_factor;  // 1: free along the axis, 0: locked
   btVector3 angular_factor;
-  btVector3 acceleration;   // of gravity and the body's constant force [m/s^2]
-  std::vector<int> axes{};  // that are not locked: 0..2 linear, 3..5 angular; none of a kinematic body
+  btVector3 acceleration;    // of gravity and the body's constant force [m/s^2]
+  btVector3 held;            // what these would be along locked axes, which bear it [m/s^2]
+  std::vector<int> axes{};   // of the equations: 0..2 linear, 3..5 angular; none of a kinematic body
+  std::size_t unlocked = 0;  // so many are not locked, and come first; others are released for a substep
   Velocity velocity{};
   btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next substep
   Velocity way{};                                                     // at which it goes in this substep
@@ -96,6 +98,12 @@ class MovingBodies {
   const std::vector<btTransform>& poses() const { return poses_; }
 
   std::vector<FreeBody>& free() { return free_; }
+
+  //! Whether a body that is free, and that forces move, has a locked axis.
+  bool locks() const {
+    return std::any_of(free_.begin(), free_.end(),
+                       [](const FreeBody& body) { return !body.kinematic && body.unlocked < velocities_of_free_body; });
+  }
 
   //! Null for one that is fixed or on a tree.
   FreeBody* free(std::size_t body) const { return free_of_[body]; }
@@ -221,15 +229,17 @@ class MovingBodies {
   void add_free(std::size_t index, int offset) {
     const Body& body = scene_.bodies()[index];
     Vector3 acceleration = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor);
+    const Vector3 held = scene_.gravity() + body.force / body.mass - acceleration;
     if (body.kinematic) acceleration.setZero();
     free_.push_back({index, offset, body.kinematic, body.kinematic ? 0.0 : 1.0 / body.mass,
                      to_bullet(scene_.inertial(index).moments), to_bullet(body.linear_factor),
-                     to_bullet(body.angular_factor), to_bullet(acceleration)});
+                     to_bullet(body.angular_factor), to_bullet(acceleration), to_bullet(held)});
     free_of_[index] = &free_.back();
     for (int axis = 0; axis < 6 && !body.kinematic; ++axis) {
       const double factor = axis < 3 ? body.linear_factor[axis] : body.angular_factor[axis - 3];
       if (factor != 0.0) free_.back().axes.push_back(axis);
     }
+    free_.back().unlocked = free_.back().axes.size();
   }
   // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own.
   void add_trees() {

@@ -235,9 +235,7 @@ btVector3 Articulation::center_of_mass() const {
 
 // Takes classical steps of the fourth order, as many as the fastest link asks for.
 void Articulation::coast_by_runge_kutta(double duration, std::vector<double>& velocities) {
-  double fastest = 0.0;
-  for (const SpatialVector& motion : link_motions(velocities)) fastest = std::max(fastest, motion.angular.length());
-  const double pieces = std::clamp(std::ceil(fastest * duration / short_turn), 1.0, most_pieces);
+  const double pieces = std::clamp(std::ceil(fastest_turn(velocities) * duration / short_turn), 1.0, most_pieces);
   std::vector<double> way(count(), 0.0), mean_rates(count(), 0.0);
   for (int piece = 0; piece < static_cast<int>(pieces); ++piece) {
     const std::vector<double> rates = runge_kutta_step(duration / pieces, way, velocities);

@@ -31,7 +31,11 @@ btVector3 rotated(const btVector3& vector, const btVector3& turn) {
 }  // namespace
 
 StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies)
-    : scene_(scene), surfaces_(scene.has_surfaces()), bodies_(bodies), trees_(bodies.trees().size()) {}
+    : scene_(scene),
+      surfaces_(scene.has_surfaces()),
+      locks_(bodies.locks()),
+      bodies_(bodies),
+      trees_(bodies.trees().size()) {}
 
 bool StepEquations::solve(const Substep& substep) {
   solver_.clear();
@@ -40,7 +44,9 @@ bool StepEquations::solve(const Substep& substep) {
   bent_rows_.clear();
   for (const auto& tree : bodies_.trees()) tree->keep_base();
   for (const Motor& motor : substep.motors) drive_kinematic(motor);
+  release_locked(substep.contacts);
   for (FreeBody& body : bodies_.free()) add_free(body, substep.duration);
+  for (const FreeBody& body : bodies_.free()) hold_released(body);
   for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, substep);
   for (const Motor& motor : substep.motors) add_motor(motor, substep.duration);
   for (const auto& mimics : bodies_.mimics()) {
@@ -78,7 +84,7 @@ void StepEquations::set_all(double duration) {
 // may pay for how they bend by it.
 void StepEquations::add_recovery(double duration) {
   for (FreeBody& body : bodies_.free()) {
-    for (std::size_t k = 0; k < body.axes.size(); ++k) body.way[body.axes[k]] += solver_.recovery(body.mover)[k];
+    for (std::size_t k = 0; k < body.unlocked; ++k) body.way[body.axes[k]] += solver_.recovery(body.mover)[k];
   }
   for (std::size_t i = 0; i < trees_.size(); ++i) {
     if (trees_[i].mover < 0) continue;
@@ -125,7 +131,7 @@ void StepEquations::add_free(FreeBody& body, double duration) {
   }
   kick(body, duration, solver_.free(body.mover));
   if (scene_.bodies()[body.body].damped()) damp(body, duration);
-  if (count == 6) find_turning(body, duration);
+  if (body.unlocked == 6) find_turning(body, duration);
 }
 
 // The damping is that at the end of the substep: what it resists counts as inertia, as of drives.
@@ -143,7 +149,7 @@ void StepEquations::damp(const FreeBody& body, double duration) {
 
 // Velocities after the loads of the substep.
 void StepEquations::kick(const FreeBody& body, double duration, double* free) const {
-  const btVector3 acceleration = body.acceleration + body.force * body.inverse_mass * body.linear_factor;
+  const btVector3 acceleration = body.acceleration + body.held + body.force * body.inverse_mass;
   const btVector3 twist = body.torque * duration;
   int turns[3] = {0, 0, 0};
   int count = 0;
@@ -261,7 +267,7 @@ void StepEquations::add_tree(std::size_t i, const Substep& substep) {
 
 void StepEquations::set_free(FreeBody& body, double duration) const {
   body.pushed = body.velocity;
-  for (std::size_t row = 0; row < body.axes.size(); ++row) {
+  for (std::size_t row = 0; row < body.unlocked; ++row) {
     body.pushed[body.axes[row]] = solver_.velocities(body.mover)[row];
   }
   body.way = body.pushed;

@@ -33,6 +33,9 @@ class StepEquations {
   //! of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
   static constexpr double least_inverse_mass = 1e-6;
 
+  //! A substep is to turn what is in a loop by less than the first, and has not converged beyond the second [rad].
+  static constexpr double loop_turn = 0.1, most_loop_turn = 0.3;
+
   //! Both outlive this.
   StepEquations(const Scene& scene, MovingBodies& bodies);
 
@@ -42,8 +45,14 @@ class StepEquations {
   //! The bodies have these velocities from now on, and the contacts their impulses.
   void commit(const Substep& substep, double share);
 
-  //! Gives joints that follow others the velocities that they have by those, where the bodies are now.
-  void join_mimics();
+  //! Gives loops of free bodies, and joints that follow others, velocities that keep them together, where they are now.
+  void join_velocities();
+
+  //! Of `duration`, as long as what is in a loop turns by little, and not less than `least` [s].
+  double until_turned(double duration, double least) const;
+
+  //! Whether what is in a loop turns by too much in a substep for the loop to keep its energy.
+  bool turns_too_far(double duration) const { return fastest_in_loops() * duration > most_loop_turn; }
 
   //! The time until the first of those that bounce touches, and not more than `duration` [s].
   double until_bounce(const std::vector<ContactPoint>& contacts, double duration) const;
@@ -89,6 +98,13 @@ class StepEquations {
   void add_free(FreeBody& body, double duration);
   void damp(const FreeBody& body, double duration);
   void kick(const FreeBody& body, double duration, double* free) const;
+  void release_locked(const std::vector<ContactPoint>& contacts);
+  void release(std::size_t body, const btVector3& normal);
+  void hold_released(const FreeBody& body);
+  bool stays(std::size_t body, const btVector3& normal) const;
+  bool bears(const ContactPoint& point) const;
+  bool set_bearing(ContactRows& rows, double distance) const;
+  static btVector3 locked_load(const FreeBody& body);
   void find_turning(FreeBody& body, double duration) const;
   void coast(FreeBody& body, double duration) const;
   void add_tree(std::size_t i, const Substep& substep);
@@ -107,6 +123,9 @@ class StepEquations {
   template <typename Visit>
   void for_each_velocity(const JointSum& sum, const Visit& visit) const;
   void join(const std::vector<MimicConstraint>& mimics);
+  bool ties_free(const LoopConstraint& loop) const;
+  void join_loops();
+  double fastest_in_loops() const;
   void add_mimic(const MimicConstraint& mimic, double duration);
   void add_tendon(const TendonControl& tendon, double duration);
   static LoopGap gap_of(const LoopConstraint& loop, const btTransform& of_a, const btTransform& of_b);
@@ -147,6 +166,7 @@ class StepEquations {
 
   const Scene& scene_;
   bool surfaces_;  // whether a body has one, or a pair of bodies its coefficients
+  bool locks_;     // whether a free body has a locked axis
   MovingBodies& bodies_;
   std::vector<TreeMover> trees_;
   NewtonSolver solver_;

@@ -173,7 +173,7 @@ void StepEquations::add_loop(const LoopConstraint& loop, double duration) {
 
 // Three rows, along or about the axes along which impulses move the bodies most and least: where links line up, the
 // loop is singular, and hardly anything moves along one of them. Errors along it are put right by less then, and along
-// what does not move at all there is no row.
+// what does not move at all there is no row. Where no time passes, rows hold velocities alone.
 void StepEquations::add_loop_rows(const LoopConstraint& loop, const LoopGap& gap, bool turns, double duration) {
   const std::size_t first = solver_.limited().size();
   const auto add = [&](const btVector3& axis) {
@@ -204,7 +204,11 @@ void StepEquations::add_loop_rows(const LoopConstraint& loop, const LoopGap& gap
     const double weight = share / (share + singular_share);
     const double error = axis.dot(turns ? gap.gap.angular : gap.gap.linear);
     double speed = 0.0;
-    share_error(-weight * error, speed, row.recovery);
+    if (duration > 0.0) {
+      share_error(-weight * error, speed, row.recovery);
+    } else {
+      row.softness = singular_share * moves / share;
+    }
     row.target += speed;
     loop_rows_.push_back({&loop, turns, axis, solver_.limited().size() - 1, error + speed * duration, weight, moved});
   }
@@ -268,6 +272,26 @@ bool StepEquations::close_loops(double duration) {
     if (tree->looped()) tree->put_back();
   }
   return counts;
+}
+
+// How fast a body in a loop turns, or the fastest link of its tree [rad/s].
+double StepEquations::fastest_in_loops() const {
+  double fastest = 0.0;
+  for (const LoopConstraint& loop : bodies_.loops()) {
+    for (const std::size_t body : {loop.a, loop.b}) {
+      if (const auto& on = bodies_.link(body)) {
+        fastest = std::max(fastest, tree(on->tree).fastest_turn(tree(on->tree).velocities()));
+      } else if (const FreeBody* free = bodies_.free(body)) {
+        fastest = std::max(fastest, free->velocity.angular.length());
+      }
+    }
+  }
+  return fastest;
+}
+
+double StepEquations::until_turned(double duration, double least) const {
+  const double pieces = std::min(std::ceil(fastest_in_loops() * duration / loop_turn), std::floor(duration / least));
+  return pieces > 1.0 ? duration / pieces : duration;
 }
 
 }  // namespace energymargin

@@ -1,6 +1,7 @@
-// Joints that follow others.
+// Joints that follow others, and what they and loops do to the velocities at the end of a substep.
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <map>
 
 #include "physics/solver/step_equations.hpp"
@@ -15,10 +16,43 @@ void StepEquations::add_mimic(const MimicConstraint& mimic, double duration) {
   follow_way(row, duration);
 }
 
-// As trees coast, joints that follow others leave them by half of what the next impulses are to turn round. A state has
-// none of that: the least change of momentum that brings them back, as in RATTLE (Andersen 1983).
-void StepEquations::join_mimics() {
+// As bodies coast, loops of free bodies and joints that follow others leave each other by half of what the next
+// impulses are to turn round. A state has none of that: the least change of momentum that brings them back, as in
+// RATTLE (Andersen 1983).
+void StepEquations::join_velocities() {
+  const auto& loops = bodies_.loops();
+  if (std::any_of(loops.begin(), loops.end(), [this](const LoopConstraint& loop) { return ties_free(loop); })) {
+    join_loops();
+  }
   for (const std::vector<MimicConstraint>& mimics : bodies_.mimics()) join(mimics);
+}
+
+bool StepEquations::ties_free(const LoopConstraint& loop) const {
+  return !bodies_.link(loop.a) && !bodies_.link(loop.b);
+}
+
+// Solves (2) for no time, where the bodies are now, with the rows of loops alone. What moves as prescribed aside, no
+// energy is gained.
+void StepEquations::join_loops() {
+  solver_.clear();
+  loop_rows_.clear();
+  for (FreeBody& body : bodies_.free()) {
+    body.axes.resize(body.unlocked);
+    add_free(body, 0.0);
+  }
+  for (const LoopConstraint& loop : bodies_.loops()) {
+    if (ties_free(loop)) add_loop(loop, 0.0);
+  }
+  solver_.solve(scene_.stepping().iterations, scene_.stepping().tolerance);
+  for (const LimitedRow& row : solver_.limited()) {
+    const double before = solver_.speed(row, 0, solver_.all_free());
+    audit.work.joints += 0.5 * row.impulse * (before + solver_.speed(row, 0, solver_.all_velocities()));
+  }
+  for (FreeBody& body : bodies_.free()) {
+    for (std::size_t row = 0; row < body.unlocked; ++row) {
+      body.velocity[body.axes[row]] = solver_.velocities(body.mover)[row];
+    }
+  }
 }
 
 // Mimics of some trees, which share these with no others.

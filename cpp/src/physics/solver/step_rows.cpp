@@ -32,7 +32,7 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   const double inverse_mass = solver_.inverse_mass(rows, 2);
   rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
   if (!(inverse_mass * std::max(scene_.bodies()[point.a].mass, scene_.bodies()[point.b].mass) > least_inverse_mass) ||
-      !set_normal(rows, point, surface, substep.duration)) {
+      !(bears(point) ? set_bearing(rows, point.distance) : set_normal(rows, point, surface, substep.duration))) {
     solver_.drop_contact();
     return false;
   }
@@ -81,7 +81,7 @@ void StepEquations::add_free_end(ContactRows& rows, const End& end, const Frame&
     const btVector3 along = frame[i] * end.sign;
     const btVector3 about = (i < 2 ? grip : arm).cross(along);
     double* const row = jacobian + i * count;
-    if (count == 6) {
+    if (body.unlocked == 6) {
       for (int axis = 0; axis < 3; ++axis) {
         row[axis] = along[axis];
         row[3 + axis] = about[axis];
@@ -187,7 +187,7 @@ void StepEquations::add_motor(const Motor& motor, double duration) {
   const int mover = mover_of(motor.body);
   const auto& link = bodies_.link(motor.body);
   if (mover < 0 || (link && tree(link->tree).prescribed() > 0)) return;
-  const int count = link ? velocities_of_free_body : solver_.count(mover);
+  const int count = link ? velocities_of_free_body : static_cast<int>(bodies_.free(motor.body)->unlocked);
   for (int column = 0; column < count; ++column) {
     const int axis = link ? column : bodies_.free(motor.body)->axes[static_cast<std::size_t>(column)];
     LimitedRow& row = solver_.add_limited(mover, -1);
@@ -292,7 +292,7 @@ void StepEquations::add_recovery_work(double duration) {
   double work = 0.0;
   for (const FreeBody& body : bodies_.free()) {
     const Motion::OfBody& loaded = audit.before->bodies[body.body];
-    for (std::size_t row = 0; row < body.axes.size(); ++row) {
+    for (std::size_t row = 0; row < body.unlocked; ++row) {
       const int axis = body.axes[row];
       const double load = axis < 3 ? loaded.force[axis] : loaded.torque[axis - 3];
       work += load * solver_.recovery(body.mover)[row];
