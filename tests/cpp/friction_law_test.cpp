@@ -125,14 +125,41 @@ TEST(FrictionLaw, NoImpulseLeavesTheConeOrGivesEnergy) {
   }
 }
 
-TEST(FrictionLaw, ImpulseThatBelongsToItsMissIsTheSameInTheAugmentedLaw) {
-  for (const ContactVector& miss :
-       {ContactVector{0.1, 0.2, -0.5}, {0.3e-3, -0.4e-3, 1e-3}, {0.6, -0.8, 1e-3}, {0.0, 0.0, 1e-3}}) {
+TEST(FrictionLaw, FrictionWhoseBoundIsWhatTheNormalGivesIsCoulombs) {
+  for (const ContactVector& miss : {ContactVector{0.3e-3, -0.4e-3, 1e-3}, {0.6, -0.8, 1e-3}, {0.0, 0.0, 1e-3}}) {
     const ContactResponse at = response_of(rough, miss);
     ContactResponse again;
-    augmented(rough, miss, at.impulse, again);
+    tresca(rough, miss, rough.friction * at.impulse[2], again);
     EXPECT_EQ(again.regime, at.regime);
     for (std::size_t row = 0; row < 3; ++row) EXPECT_NEAR(again.impulse[row], at.impulse[row], 1e-12 * 100.0);
+  }
+}
+
+TEST(FrictionLaw, FrictionWithAFixedBoundIsTheSlopeOfAConvexCost) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (int rows : {3, 6}) {
+    for (int i = 0; i < 1000; ++i) {
+      FrictionLaw law{0.5, 2e-5, 1e-5};
+      law.rows = rows;
+      const double bound = std::exp(3.0 * normal(random));
+      ContactVector one{}, other{};
+      for (int row = 0; row < rows; ++row) {
+        one[static_cast<std::size_t>(row)] = 1e-3 * normal(random);
+        other[static_cast<std::size_t>(row)] = 1e-3 * normal(random);
+      }
+      ContactResponse at_one{}, at_other{};
+      tresca(law, one, bound, at_one);
+      tresca(law, other, bound, at_other);
+      double grows = 0.0;
+      for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row) {
+        grows += (at_one.impulse[row] - at_other.impulse[row]) * (one[row] - other[row]);
+        for (std::size_t k = 0; k < row; ++k) {
+          EXPECT_NEAR(at_one.slope[row][k], at_one.slope[k][row], 1e-12 / law.normal_softness);
+        }
+      }
+      EXPECT_GE(grows, 0.0);
+    }
   }
 }
 

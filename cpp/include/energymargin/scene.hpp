@@ -192,7 +192,7 @@ struct PairFriction {
 //! How the physics is stepped.
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
-  int iterations = 50;        //!< Newton iterations of the contact solver in a step, at most; 1..most_solver_iterations
+  int iterations = 200;       //!< Newton iterations of the contact solver in a step, at most; 1..most_solver_iterations
   //! A step has converged with a residual below this share of its impulses; above 0, at most most_solver_tolerance.
   double tolerance = 1e-5;
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent

@@ -39,12 +39,6 @@ void press(const FrictionLaw& law, const ContactVector& miss, ContactResponse& r
   response.slope[2][2] = stiffness;
 }
 
-ContactVector scaled(const FrictionLaw& law, const ContactVector& miss, double factor) {
-  ContactVector product{};
-  for_each_tangential(law, [&](std::size_t row) { product[row] = miss[row] * factor; });
-  return product;
-}
-
 void stick(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   const double stiffness = law.friction > 0.0 ? 1.0 / law.tangential_softness : 0.0;
   response.regime = Regime::sticks;
@@ -56,56 +50,46 @@ void stick(const FrictionLaw& law, const ContactVector& miss, ContactResponse& r
   });
 }
 
-// The same law as in two dimensions, below, in as many as it takes: the slope is turning (1 - along along').
-void slide_and_twist(const FrictionLaw& law, const ContactVector& miss, const ContactVector& along, double most,
-                     double turning, ContactResponse& response) {
-  double part = 0.0;
-  for_each_tangential(law, [&](std::size_t row) { part += along[row] * miss[row]; });
+// Friction at `most` [N s] along the slip. As the slip turns, so does the friction; as the contact presses more, it
+// grows by `by_normal` of that.
+void slide_along(const FrictionLaw& law, const ContactVector& miss, double slip, double most, double by_normal,
+                 ContactResponse& response) {
+  response.regime = Regime::slides;
+  const double inverse = 1.0 / slip, turning = most * inverse;
+  if (law.rows == usual_rows) {
+    const double x = miss[0] * inverse, y = miss[1] * inverse;
+    response.impulse[0] = most * x;
+    response.impulse[1] = most * y;
+    ContactVector &of_x = response.slope[0], &of_y = response.slope[1];
+    of_x[0] = turning * y * y;
+    of_x[1] = of_y[0] = -turning * x * y;
+    of_x[2] = by_normal * x;
+    of_y[1] = turning * x * x;
+    of_y[2] = by_normal * y;
+    return;
+  }
   for_each_tangential(law, [&](std::size_t row) {
-    response.impulse[row] = most * along[row] + turning * (miss[row] - part * along[row]);
+    const double along = miss[row] * inverse;
+    response.impulse[row] = most * along;
     for_each_tangential(law, [&](std::size_t column) {
-      response.slope[row][column] = turning * ((row == column ? 1.0 : 0.0) - along[row] * along[column]);
+      response.slope[row][column] = turning * ((row == column ? 1.0 : 0.0) - along * miss[column] * inverse);
     });
-    response.slope[row][normal_row] = law.friction * response.slope[normal_row][normal_row] * along[row];
+    response.slope[row][normal_row] = by_normal * along;
   });
 }
 
-void slide_in_plane(const FrictionLaw& law, const ContactVector& miss, double x, double y, double turning,
-                    ContactResponse& response) {
-  response.regime = Regime::slides;
-  press(law, miss, response);
-  const double most = law.friction * response.impulse[2];
-  const double across = turning * (y * miss[0] - x * miss[1]);
-  const double by_normal = law.friction * response.slope[2][2];
-  response.impulse[0] = most * x + y * across;
-  response.impulse[1] = most * y - x * across;
-  ContactVector &of_x = response.slope[0], &of_y = response.slope[1];
-  of_x[0] = turning * y * y;
-  of_x[1] = of_y[0] = -turning * x * y;
-  of_x[2] = by_normal * x;
-  of_y[1] = turning * x * x;
-  of_y[2] = by_normal * y;
-}
-
-// Friction at its limit along a unit vector, which turns towards the miss by that much.
-void slide(const FrictionLaw& law, const ContactVector& miss, const ContactVector& along, double turning,
-           ContactResponse& response) {
-  if (law.rows == usual_rows) return slide_in_plane(law, miss, along[0], along[1], turning, response);
-  response.regime = Regime::slides;
-  press(law, miss, response);
-  slide_and_twist(law, miss, along, law.friction * response.impulse[2], turning, response);
+FrictionLaw without_friction(FrictionLaw law) {
+  law.friction = 0.0;
+  return law;
 }
 
 // Against the slip.
 void slide(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   const double slip = std::sqrt(squared_slip(law, miss));
   if (!(slip > 0.0)) return stick(law, miss, response);
-  const double inverse = 1.0 / slip;
-  const double most = std::max(0.0, law.friction * miss[2] / law.normal_softness);
-  if (law.rows == usual_rows) {
-    return slide_in_plane(law, miss, miss[0] * inverse, miss[1] * inverse, most * inverse, response);
-  }
-  slide(law, miss, scaled(law, miss, inverse), most * inverse, response);
+  press(law, miss, response);
+  const double most = std::max(0.0, law.friction * response.impulse[2]);
+  slide_along(law, miss, slip, most, law.friction * response.slope[2][2], response);
 }
 
 }  // namespace
@@ -118,23 +102,15 @@ void coulomb(const FrictionLaw& law, const ContactVector& miss, ContactResponse&
   stick(law, miss, response);
 }
 
-void augmented(const FrictionLaw& law, const ContactVector& miss, const ContactVector& impulse,
-               ContactResponse& response) {
-  const double by_normal = FrictionLaw::normal_share / law.normal_softness;
-  const double normal = impulse[2] + by_normal * (miss[2] - law.normal_softness * impulse[2]);
-  if (!(normal > 0.0)) return open(response);
-  if (!(law.friction > 0.0)) return stick(law, miss, response);
-  const double weight = FrictionLaw::tangential_share / law.tangential_softness;
-  ContactVector asked{};
-  for_each_tangential(law, [&](std::size_t row) {
-    asked[row] = impulse[row] + weight * (miss[row] - law.tangential_softness * impulse[row]);
-  });
-  const double length = std::sqrt(squared_slip(law, asked));
-  const double most = law.friction * std::max(0.0, impulse[2]);
-  if (length <= most) return stick(law, miss, response);
-  const double turning = std::min(most * weight / (length - most), 1.0 / law.tangential_softness);
-  for_each_tangential(law, [&](std::size_t row) { asked[row] /= length; });
-  slide(law, miss, asked, turning, response);
+void tresca(const FrictionLaw& law, const ContactVector& miss, double bound, ContactResponse& response) {
+  const bool presses = miss[normal_row] > 0.0;
+  if (!(bound > 0.0) || !(law.friction > 0.0)) {
+    return presses ? respond_as(Regime::sticks, without_friction(law), miss, response) : open(response);
+  }
+  stick(law, miss, response);
+  if (!presses) response.impulse[normal_row] = response.slope[normal_row][normal_row] = 0.0;
+  const double slip = std::sqrt(squared_slip(law, miss));
+  if (slip > bound * law.tangential_softness) slide_along(law, miss, slip, bound, 0.0, response);
 }
 
 void respond_as(Regime regime, const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {

@@ -1,6 +1,6 @@
 #pragma once
-// Coulomb's law at one contact point, as a function of the relative velocity there: law (1) and its augmented form, of
-// docs/engineering/contact.md#the-law.
+// Coulomb's law at one contact point, as a function of the relative velocity there: law (1) of
+// docs/engineering/contact.md#the-law, and Tresca's.
 
 #include <array>
 
@@ -43,12 +43,9 @@ struct ContactResponse {
 //! Coulomb's law.
 void coulomb(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response);
 
-//! The same law where the impulse is known from elsewhere, and does not yet belong to the miss: what opens, sticks and
-//! slides, and where to, follows from impulse + weight x miss, which neither of them decides alone (Alart and Curnier
-//! 1991). The weight is the effective mass along the row, and more of it where a contact was made harder. The response
-//! is linear in the miss.
-void augmented(const FrictionLaw& law, const ContactVector& miss, const ContactVector& impulse,
-               ContactResponse& response);
+//! Tresca's law: friction is at most `bound` [N s], whatever presses. Impulses are then the slope of a convex cost of
+//! the miss, so that one velocity has them all.
+void tresca(const FrictionLaw& law, const ContactVector& miss, double bound, ContactResponse& response);
 
 //! The response if the contact goes on in a regime: on paper it may pull, or stick beyond its cone.
 void respond_as(Regime regime, const FrictionLaw& law, const ContactVector& miss, ContactResponse& response);

@@ -26,8 +26,8 @@ double slip_along(const ContactRows& rows) {
 }  // namespace
 
 // Residual of the equations, turnover of its terms, and responses, at the velocities.
-template <typename Respond, typename RespondLimited>
-double NewtonSolver::evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited) {
+template <typename Respond>
+double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
   for (const int i : island.movers) {
     const Mover& mover = this->mover(i);
     const double* inertia = inertias_.data() + mover.inertia;
@@ -66,7 +66,9 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond, cons
   for (const std::size_t k : island.limited) {
     LimitedRow& row = limited_[k];
     row.miss = row.target - speed(row, 0, velocities_);
-    const double impulse = respond_limited(row);
+    const double linear = row.miss / row.softness;
+    row.slope = linear > row.low && linear < row.high ? 1.0 / row.softness : 0.0;
+    const double impulse = row.impulse_of_miss();
     take(row, &impulse, 1);
   }
   return error(island);
@@ -81,23 +83,12 @@ double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
     stopped_ = true;
     respond_as(Regime::sticks, rows.law, rows.miss, rows.response);
   };
-  return evaluate(island, respond, [](LimitedRow& row) {
-    const double linear = row.miss / row.softness;
-    row.slope = linear > row.low && linear < row.high ? 1.0 / row.softness : 0.0;
-    return row.impulse_of_miss();
-  });
+  return evaluate(island, respond);
 }
 
-// Each responds to what was predicted of it as well: the impulse of a row is at a limit if the one that was predicted
-// says so, and not the velocity alone; else linear.
-void NewtonSolver::evaluate_augmented(const Island& island) {
-  const auto respond = [](ContactRows& rows) { augmented(rows.law, rows.miss, rows.predicted, rows.response); };
-  evaluate(island, respond, [](LimitedRow& row) {
-    const double asked = row.predicted + row.weight * (row.miss - row.softness * row.predicted);
-    const bool free = asked > row.low && asked < row.high;
-    row.slope = free ? 1.0 / row.softness : 0.0;
-    return row.augmented = free ? row.miss / row.softness : std::min(std::max(asked, row.low), row.high);
-  });
+// Friction is at most the bounds that are known.
+double NewtonSolver::tresca_error(const Island& island) {
+  return evaluate(island, [](ContactRows& rows) { tresca(rows.law, rows.miss, rows.bound, rows.response); });
 }
 
 // The largest residual of a mover as a share of what is turned over there, in units of its inertia.

@@ -2,23 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace energymargin {
 namespace {
 
 // So many iterations have to leave less than this share of the error.
 constexpr double enough = 0.5;
-constexpr int patience = 6;
-
-// Sweeps at first, and most at a time; and iterations that go on from them.
-constexpr int first_sweeps = 32;
-constexpr int most_sweeps = 128;
-constexpr int most_after_sweeps = 16;
-
-// The first of these are whole steps; later, of which most have gone in circles, only every third.
-constexpr int whole_steps = 3;
-constexpr double shorter_step = 0.6;
+constexpr int patience = 8;
 
 // A load that presses contacts in by more than this is borne by harder ones [m/s].
 constexpr double most_given = 1e-3;
@@ -29,7 +19,9 @@ constexpr double most_harder = 100.0;
 bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
   if (!again) islands_.find(*this);
   const std::size_t size = velocities_.size();
-  for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_, &saved_}) numbers->resize(size);
+  for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_, &saved_, &start_, &found_}) {
+    numbers->resize(size);
+  }
   iterations_ = 0;
   bool converged = true;
   for (std::size_t i = 0; i < islands_.count(); ++i) {
@@ -42,7 +34,7 @@ bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
     converged = converged && solved;
     for (const std::size_t k : island.contacts) contacts_[k].impulse = contacts_[k].response.impulse;
     for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_of_miss();
-    if (solved) balance(island);  // what is left of an error would be blown up
+    if (error(island) <= tolerance) balance(island);  // what is left of an error would be blown up
   }
   return converged;
 }
@@ -74,19 +66,42 @@ bool NewtonSolver::harden(const Island& island) {
   return any;
 }
 
+// Of several solutions that one is taken which goes on from the state: where something that was squeezed has let go,
+// the step is solved once more from friction that holds it.
 bool NewtonSolver::solve_island(const Island& island, int iterations, double tolerance) {
-  int left = iterations;
-  int sweeps = 0;
-  double error = coulomb_error(island, false);
-  bool hardened = false;
-  while (true) {
-    if (error <= tolerance) {
-      if (hardened || !harden(island)) break;
-      hardened = true;
-      error = coulomb_error(island, false);
-      continue;
+  const auto solve = [&](double error, bool bounded) {
+    int left = iterations;
+    if (bounded) error = bounded_error(island, left, tolerance);
+    const bool converged = iterate(island, left, tolerance, error, bounded);
+    iterations_ += iterations - left;
+    return converged;
+  };
+  copy(island, velocities_, start_);
+  const double error = coulomb_error(island, false);
+  for (const std::size_t k : island.contacts) contacts_[k].first_miss = contacts_[k].miss[normal_row];
+  bool converged = solve(error, false);
+  if (converged) find_gone(island);
+  if (converged && were_squeezed()) {
+    const std::size_t gone = gone_.size();
+    copy(island, velocities_, found_);
+    copy(island, start_, velocities_);
+    coulomb_error(island, false);
+    bound_by_start(island);
+    const bool held = solve(error, true);
+    if (held) find_gone(island);
+    if (!held || gone_.size() >= gone) {
+      copy(island, found_, velocities_);
+      coulomb_error(island, false);
     }
-    if (left == 0) break;
+  }
+  if (converged && harden(island)) converged = solve(coulomb_error(island, false), false);
+  return converged;
+}
+
+// Newton's method on Coulomb's law, from velocities with that error. Where it does not get on, it goes on from those
+// under friction with fixed bounds.
+bool NewtonSolver::iterate(const Island& island, int& left, double tolerance, double error, bool bounded) {
+  while (error > tolerance) {
     copy(island, velocities_, saved_);
     double next = error;
     for (int tries = 0; tries < patience && left > 0 && find_direction(island); ++tries) {
@@ -101,20 +116,17 @@ bool NewtonSolver::solve_island(const Island& island, int iterations, double tol
       error = next;
       continue;
     }
-    if (left == 0) break;
-    copy(island, saved_, velocities_);
-    sweeps = sweeps == 0 ? first_sweeps : std::min(2 * sweeps, most_sweeps);
-    --left;
-    error = go_on_from_sweeps(island, sweeps, left, tolerance);
+    copy(island, bounded ? saved_ : start_, velocities_);
+    coulomb_error(island, false);
+    bounded ? bound_by_normals(island) : bound_by_start(island);
+    bounded = true;
+    error = bounded_error(island, left, tolerance);
+    if (left > 0) continue;
+    int more = patience;
+    minimize(island, more, tolerance);
+    return error <= tolerance;
   }
-  iterations_ += iterations - left;
-  if (error <= tolerance) return true;
-  if (sweeps == 0) {
-    sweeps_.start(island);
-    sweeps_.run(island, first_sweeps);
-  }
-  take_swept(island);
-  return false;
+  return true;
 }
 
 // Keeps the directions of what slides before a step.
@@ -124,52 +136,6 @@ void NewtonSolver::keep_directions(const Island& island) {
     rows.direction = rows.response.regime == Regime::slides ? rows.miss : ContactVector{};
     rows.direction[normal_row] = 0.0;
   }
-}
-
-// Newton's method from the impulses that the sweeps found. Each step predicts those that the next one starts from.
-double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& left, double tolerance) {
-  if (sweeps == first_sweeps) sweeps_.start(island);
-  sweeps_.run(island, sweeps);
-  copy(island, sweeps_.velocities(), velocities_);
-  for (const std::size_t k : island.contacts) contacts_[k].predicted = contacts_[k].swept;
-  for (const std::size_t k : island.limited) {
-    limited_[k].predicted = limited_[k].swept;
-    limited_[k].weight = 1.0 / (limited_[k].inverse_mass + limited_[k].softness);
-  }
-  double error = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < most_after_sweeps && left > 0; ++i) {
-    evaluate_augmented(island);
-    if (!find_direction(island)) return error;
-    const double length = i < whole_steps || i % 3 == 2 ? 1.0 : shorter_step;
-    for (const std::size_t k : island.contacts) {
-      ContactRows& rows = contacts_[k];
-      ContactVector whole = rows.response.impulse;
-      const ContactVector changes = speeds(rows, direction_);
-      const auto count = static_cast<std::size_t>(rows.law.rows);
-      for (std::size_t row = 0; row < count && rows.response.regime != Regime::open; ++row) {
-        for (std::size_t column = 0; column < count; ++column)
-          whole[row] -= rows.response.slope[row][column] * changes[column];
-      }
-      for (std::size_t row = 0; row < count; ++row) rows.predicted[row] += length * (whole[row] - rows.predicted[row]);
-    }
-    for (const std::size_t k : island.limited) {
-      LimitedRow& row = limited_[k];
-      const double whole = row.augmented - row.slope * speed(row, 0, direction_);
-      row.predicted += length * (whole - row.predicted);
-    }
-    add_step(island, length);
-    --left;
-    error = coulomb_error(island, false);
-    if (error <= tolerance) break;
-  }
-  return error;
-}
-
-// Impulses and velocities that belong together, where nothing better was found.
-void NewtonSolver::take_swept(const Island& island) {
-  copy(island, sweeps_.velocities(), velocities_);
-  for (const std::size_t k : island.contacts) contacts_[k].response.impulse = contacts_[k].swept;
-  for (const std::size_t k : island.limited) limited_[k].miss = limited_[k].swept * limited_[k].softness;
 }
 
 void NewtonSolver::add_step(const Island& island, double length) {

@@ -6,18 +6,16 @@
 #include <vector>
 
 #include "physics/solver/envelope_lu.hpp"
-#include "physics/solver/sweeps.hpp"
+#include "physics/solver/velocity_system.hpp"
 
 namespace energymargin {
 
 //! Finds velocities v at which the residual r(v) = A (v - v_free) - sum of J' lambda(target - J v) is zero, island by
 //! island: v becomes v - H^-1 r, with H = A + sum of J' (d lambda / d miss) J. Where that brings the error down by too
-//! little, sweeps tell it where to start. docs/engineering/contact.md#the-solver has the steps.
+//! little, friction with fixed bounds tells it where to start. docs/engineering/contact.md#the-solver has the steps.
 class NewtonSolver : public VelocitySystem {
  public:
   NewtonSolver() = default;
-  NewtonSolver(const NewtonSolver&) = delete;  // the sweeps refer to it
-  NewtonSolver& operator=(const NewtonSolver&) = delete;
 
   //! Whether all islands converged: the error of each velocity is at most `tolerance` of the impulses on its mover.
   //! `again`: for other targets of the same rows.
@@ -31,16 +29,23 @@ class NewtonSolver : public VelocitySystem {
 
  private:
   bool solve_island(const Island& island, int iterations, double tolerance);
-  template <typename Respond, typename RespondLimited>
-  double evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited);
+  bool iterate(const Island& island, int& left, double tolerance, double error, bool bounded);
+  double bounded_error(const Island& island, int& left, double tolerance);
+  bool minimize(const Island& island, int& left, double tolerance);
+  double step_length(const Island& island);
+  double pull(const Island& island, double length) const;
+  void bound_by_start(const Island& island);
+  void bound_by_normals(const Island& island);
+  void find_gone(const Island& island);
+  bool were_squeezed() const;
+  template <typename Respond>
+  double evaluate(const Island& island, const Respond& respond);
   double coulomb_error(const Island& island, bool after_step);
-  void evaluate_augmented(const Island& island);
+  double tresca_error(const Island& island);
   double error(const Island& island) const;
   void copy(const Island& island, const std::vector<double>& from, std::vector<double>& to) const;
   bool harden(const Island& island);
   void keep_directions(const Island& island);
-  double go_on_from_sweeps(const Island& island, int sweeps, int& left, double tolerance);
-  void take_swept(const Island& island);
   bool find_direction(const Island& island);
   void assemble(const Island& island);
   template <typename Visit>
@@ -52,10 +57,10 @@ class NewtonSolver : public VelocitySystem {
   void recover(const Island& island);
 
   Islands islands_;
-  Sweeps sweeps_{*this};
   EnvelopeLu matrix_;
-  std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
-  std::vector<double> factors_, changes_;                        // scratch
+  std::vector<double> residual_, turnover_, direction_, saved_, start_, found_;  // of the velocities
+  std::vector<double> factors_, changes_;                                        // scratch
+  std::vector<std::size_t> gone_;                                                // contacts
   bool stopped_ = false;  // whether something was taken to stick as it would have turned round
   int iterations_ = 0;
 };

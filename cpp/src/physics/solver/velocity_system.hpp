@@ -16,7 +16,6 @@ namespace energymargin {
 struct RowSides {
   int a = -1, b = -1;
   std::size_t of_a = 0, of_b = 0;
-  std::size_t answer_a = 0, answer_b = 0;  // among those of the sweeps: how velocities answer to impulses
 };
 
 //! A contact point: as many rows as its law has.
@@ -29,12 +28,12 @@ struct ContactRows : RowSides {
   ContactVector impulse{};
 
   // As the solver goes on, and sets them:
-  ContactVector miss;            // target less velocity
-  ContactResponse response;      // to that
-  ContactVector direction;       // of the slip before the last step
-  ContactVector predicted;       // impulse after a linear step
-  ContactVector swept;           // impulse that belongs to the velocities of the sweeps
-  ContactVector inverse_masses;  // along the rows
+  ContactVector miss;        // target less velocity
+  ContactResponse response;  // to that
+  ContactVector direction;   // of the slip before the last step
+  ContactVector along;       // speeds along a direction of search
+  double bound;              // of friction, where that is fixed [N s]
+  double first_miss;         // along the normal, as the step begins [m/s]
 
   ContactRows() {}  // NOLINT: zeros of all that would take as long as the rest of a contact
 };
@@ -49,13 +48,9 @@ struct LimitedRow : RowSides {
   double* work = nullptr;  // what its work adds to in an audit
 
   // As the solver goes on:
-  double miss = 0.0;       // target less velocity
-  double slope = 0.0;      // of the impulse, as that grows
-  double predicted = 0.0;  // impulse after a linear step
-  double weight = 0.0;     // of a miss beside that
-  double augmented = 0.0;  // impulse that follows from both
-  double swept = 0.0;      // impulse that belongs to the velocities of the sweeps
-  double inverse_mass = 0.0;
+  double miss = 0.0;   // target less velocity
+  double slope = 0.0;  // of the impulse, as that grows
+  double along = 0.0;  // speed along a direction of search
 
   //! The impulse that belongs to the miss.
   double impulse_of_miss() const { return std::min(std::max(miss / softness, low), high); }
