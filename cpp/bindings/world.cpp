@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "callbacks.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "long_call.hpp"
 #include "problem/records.hpp"
 #include "records.hpp"
@@ -106,6 +107,10 @@ Recording recording_of(std::vector<Frame> frames, const std::vector<int>& record
   return recording;
 }
 
+void warn_of_quality(const StepCounts& counts, const Scene& scene) {
+  if (counts.steps > 0) warn(implausible(counts, static_cast<double>(counts.steps) * scene.stepping().step), scene);
+}
+
 Recording simulate(SharedWorld& shared, const Given<State>& state, const Given<int>& number_of_steps,
                    const Rows& drives, const Rows& targets, const std::optional<std::vector<Given<int>>>& record_steps,
                    const Given<std::optional<double>>& timeout, const CancelArgument& cancel) {
@@ -122,8 +127,10 @@ Recording simulate(SharedWorld& shared, const Given<State>& state, const Given<i
       return world.simulate(start, besides, steps, record, limit);
     });
   });
+  Recording recording = recording_of(std::move(frames), record, shared.world());
   warn(warnings, shared.world().scene());
-  return recording_of(std::move(frames), record, shared.world());
+  warn_of_quality(recording, shared.world().scene());
+  return recording;
 }
 
 Rollout roll_out(SharedWorld& shared, const Given<State>& state, const GivenArray& wrench,
@@ -140,6 +147,7 @@ Rollout roll_out(SharedWorld& shared, const Given<State>& state, const GivenArra
         limit, [&](World& world) { return world.rollout(start, disturbance, seconds, audit, limit, plan_time); });
   });
   warn(implausible_joints(scene, start), scene);
+  warn_of_quality(rollout, scene);
   return rollout;
 }
 
@@ -209,7 +217,7 @@ constexpr const char* rollout_doc =
 
 duration [s]: of the wrench, rounded to whole steps. audit: also balances the energy; only the time that it takes changes.
 time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Warns of a joint that starts
-beyond its limits. Raises TimeoutError, or Cancelled.)";
+beyond its limits, and if more than 1 % of the steps did not converge, or of the time is lost. Raises TimeoutError, or Cancelled.)";
 
 constexpr const char* simulate_doc =
     R"(One unbroken simulation of a number of steps.

@@ -69,17 +69,11 @@ bool NewtonSolver::harden(const Island& island) {
 // Of several solutions that one is taken which goes on from the state: where something that was squeezed has let go,
 // the step is solved once more from friction that holds it.
 bool NewtonSolver::solve_island(const Island& island, int iterations, double tolerance) {
-  const auto solve = [&](double error, bool bounded) {
-    int left = iterations;
-    if (bounded) error = bounded_error(island, left, tolerance);
-    const bool converged = iterate(island, left, tolerance, error, bounded);
-    iterations_ += iterations - left;
-    return converged;
-  };
+  int left = iterations;
   copy(island, velocities_, start_);
   const double error = coulomb_error(island, false);
   for (const std::size_t k : island.contacts) contacts_[k].first_miss = contacts_[k].miss[normal_row];
-  bool converged = solve(error, false);
+  bool converged = iterate(island, left, tolerance, error, false);
   if (converged) find_gone(island);
   if (converged && were_squeezed()) {
     const std::size_t gone = gone_.size();
@@ -87,14 +81,18 @@ bool NewtonSolver::solve_island(const Island& island, int iterations, double tol
     copy(island, start_, velocities_);
     coulomb_error(island, false);
     bound_by_start(island);
-    const bool held = solve(error, true);
+    int most = left / 2;
+    left -= most;
+    const bool held = iterate(island, most, tolerance, bounded_error(island, most, tolerance), true);
+    left += most;
     if (held) find_gone(island);
     if (!held || gone_.size() >= gone) {
       copy(island, found_, velocities_);
       coulomb_error(island, false);
     }
   }
-  if (converged && harden(island)) converged = solve(coulomb_error(island, false), false);
+  if (converged && harden(island)) converged = iterate(island, left, tolerance, coulomb_error(island, false), false);
+  iterations_ += iterations - left;
   return converged;
 }
 
@@ -120,6 +118,7 @@ bool NewtonSolver::iterate(const Island& island, int& left, double tolerance, do
     coulomb_error(island, false);
     bounded ? bound_by_normals(island) : bound_by_start(island);
     bounded = true;
+    if (left > 0) --left;  // a round counts, also one that finds no direction
     error = bounded_error(island, left, tolerance);
     if (left > 0) continue;
     int more = patience;
