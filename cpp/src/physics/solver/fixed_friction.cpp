@@ -16,11 +16,14 @@ namespace {
 constexpr double flat_share = 0.1;
 constexpr int most_lengths = 40;
 
-// A contact touches whose bodies would meet or part by less than this [m/s].
+// A contact presses as a step begins if its miss is more than this [m/s]. What only touches, without a preload, does not.
+constexpr double least_pressing = 1e-7;
+
+// A contact touches whose bodies would part by less than this [m/s].
 constexpr double least_parting = 1e-6;
 
 // A contact lets go whose impulse falls to less than this share in one step.
-constexpr double most_dropped = 0.1;
+constexpr double most_dropped = 0.5;
 
 // Slower than this nothing slides at first [m/s].
 constexpr double least_slip = 1e-3;
@@ -118,7 +121,7 @@ double NewtonSolver::pull(const Island& island, double length) const {
 void NewtonSolver::bound_by_start(const Island& island) {
   for (const std::size_t k : island.contacts) {
     ContactRows& rows = contacts_[k];
-    const bool holds = rows.first_miss >= -least_parting && slip(rows) <= least_slip;
+    const bool holds = rows.first_miss > -least_parting && slip(rows) <= least_slip;
     rows.bound =
         holds ? std::numeric_limits<double>::infinity() : rows.law.friction * rows.response.impulse[normal_row];
   }
@@ -131,14 +134,12 @@ void NewtonSolver::bound_by_normals(const Island& island) {
   }
 }
 
-// Finds those that pressed, or touched, and do so by far less now, or part.
+// Finds those that pressed, and do so by far less now.
 void NewtonSolver::find_gone(const Island& island) {
   gone_.clear();
   for (const std::size_t k : island.contacts) {
     const ContactRows& rows = contacts_[k];
-    if (rows.first_miss < -least_parting) continue;
-    const double least = rows.first_miss > 0.0 ? most_dropped * rows.first_miss : -least_parting;
-    if (rows.miss[normal_row] < least) gone_.push_back(k);
+    if (rows.first_miss > least_pressing && rows.miss[normal_row] < most_dropped * rows.first_miss) gone_.push_back(k);
   }
 }
 
