@@ -196,7 +196,7 @@ class Simulation {
       bodies_.move(duration, share);
       const double lost = (1.0 - share) * duration;
       if (share < 1.0) carry_along(scene_, bodies_, pairs_.points(), ways_, lost);
-      equations_.join_velocities();
+      equations_.join_velocities(duration);
       in_step_ = duration < left;
       if (!in_step_) settle();
       last_duration_ = duration;

@@ -16,7 +16,8 @@ namespace {
 constexpr double flat_share = 0.1;
 constexpr int most_lengths = 40;
 
-// A contact presses as a step begins if its miss is more than this [m/s]. What only touches, without a preload, does not.
+// A contact presses as a step begins if its miss is more than this [m/s]. What only touches, without a preload, does
+// not.
 constexpr double least_pressing = 1e-7;
 
 // A contact touches whose bodies would part by less than this [m/s].

@@ -45,8 +45,9 @@ class StepEquations {
   //! The bodies have these velocities from now on, and the contacts their impulses.
   void commit(const Substep& substep, double share);
 
-  //! Gives loops of free bodies, and joints that follow others, velocities that keep them together, where they are now.
-  void join_velocities();
+  //! Gives loops of free bodies, and joints that follow others, velocities that keep them together, where they are
+  //! after a substep [s].
+  void join_velocities(double duration);
 
   //! Of `duration`, as long as what is in a loop turns by little, and not less than `least` [s].
   double until_turned(double duration, double least) const;
@@ -124,7 +125,7 @@ class StepEquations {
   void for_each_velocity(const JointSum& sum, const Visit& visit) const;
   void join(const std::vector<MimicConstraint>& mimics);
   bool ties_free(const LoopConstraint& loop) const;
-  void join_loops();
+  void join_loops(double duration);
   double fastest_in_loops() const;
   void add_mimic(const MimicConstraint& mimic, double duration);
   void add_tendon(const TendonControl& tendon, double duration);
