@@ -32,7 +32,7 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   const double inverse_mass = solver_.inverse_mass(rows, 2);
   rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
   if (!(inverse_mass * std::max(scene_.bodies()[point.a].mass, scene_.bodies()[point.b].mass) > least_inverse_mass) ||
-      !set_normal(rows, point, surface, substep.duration)) {
+      !set_normal(rows, point, surface, substep)) {
     solver_.drop_contact();
     return false;
   }
