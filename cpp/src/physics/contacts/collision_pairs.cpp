@@ -209,8 +209,8 @@ void CollisionPairs::add(std::size_t a, std::size_t b) {
   const double of_first = inverse_mass_of(scene_.bodies()[first]);
   const double of_second = inverse_mass_of(scene_.bodies()[second]);
   const double share = of_first > 0.0 ? of_first / (of_first + of_second) : 0.0;
-  pairs_.push_back({a, b, first, second, near, std::min(scene_.contact_friction(a, b), most_friction), share,
-                    gap_of(bounds_[a], bounds_[b])});
+  pairs_.push_back({a, b, first, second, near, std::min(scene_.contact_friction(a, b), most_friction),
+                    scene_.contact_surface(a, b).restitution > 0.0, share, gap_of(bounds_[a], bounds_[b])});
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {

@@ -65,6 +65,7 @@ struct CollisionPair {
   std::size_t first, second;          // the same, in the order of contacts
   ContactReach near;                  // of their contacts
   double friction;                    // coefficient of their contacts
+  bool bounces;                       // whether they part with a share of the speed at which they meet
   double gap_share;                   // of a gap, from the second to where friction acts: by their inverse masses
   double gap = 0.0;                   // of the bounds, negative where they penetrate each other [m]
   bool remembers = false;             // whether one of `solids` knows where its last search ended
@@ -92,7 +93,7 @@ class CollisionPairs {
   //! `velocities`, each at the index of its body, it is that of where the bodies come nearest to each other.
   void update(const std::vector<Velocity>& velocities, double duration);
 
-  //! The time until bodies first touch that meet fast, at most the `duration` of the last `update` [s].
+  //! The time until bodies first touch that will bounce, at most the `duration` of the last `update` [s].
   double until_touch() const { return until_touch_; }
 
   //! All contacts, pair by pair in the order of their bodies.

@@ -12,6 +12,8 @@ namespace {
 // Points that are nearer than this share of a contact's reach touch; so do those that meet within this share of a way.
 constexpr double bearing = 1e-3, meeting = 1e-3;
 
+constexpr double same_normal = 1.0 - 1e-12;  // cosine
+
 // Places on a way at which contacts are looked for.
 constexpr int most_looks = 8;
 
@@ -48,6 +50,7 @@ double CollisionPairs::look_ahead(CollisionPair& pair, std::size_t k, const Ways
   if (!(touch.share < 1.0)) return 0.0;
   const bool bears =
       std::any_of(points.begin(), points.end(), [&](const FacePoint& point) { return point.distance <= nearest; });
+  const btVector3 now = normal;
   double share = 0.0;
   if (!bears && !pair.solids.empty()) {
     for (int i = 0; i < most_looks && touch.share < 1.0 && touch.share - share > meeting; ++i) {
@@ -55,9 +58,13 @@ double CollisionPairs::look_ahead(CollisionPair& pair, std::size_t k, const Ways
       points_of(pair, k, ways.a.at(share), ways.b.at(share), normal);
       touch = first_touch(points, normal, ways, share, -BT_LARGE_FLOAT);
     }
+    if (share > 0.0 && normal.dot(now) > same_normal) {
+      share = 0.0;
+      points_of(pair, k, ways.a.start, ways.b.start, normal);
+    }
   }
-  const bool fast = touch.closing > restitution_speed * duration_;
-  if (touch.share < 1.0 && fast && touch.share * duration_ > meeting * scene_.stepping().step) {
+  const bool fast = touch.share < 1.0 && touch.closing > restitution_speed * duration_;
+  if (pair.bounces && fast && touch.share * duration_ > meeting * scene_.stepping().step) {
     until_touch_ = std::min(until_touch_, touch.share * duration_);
   }
   return share;

@@ -67,6 +67,7 @@ bool StepEquations::solve(const Substep& substep) {
   }
   solver_.recover();
   add_recovery(substep.duration);
+  if (!blow && find_drifts(substep.duration)) add_drifts();
   return converged;
 }
 
@@ -90,6 +91,14 @@ void StepEquations::add_recovery(double duration) {
 void StepEquations::drive(const std::vector<Motor>& motors) {
   for (const auto& tree : bodies_.trees()) tree->keep_base();
   for (const Motor& motor : motors) drive_kinematic(motor);
+}
+
+void StepEquations::add_drifts() {
+  for (FreeBody& body : bodies_.free()) {
+    if (body.mover < 0) continue;
+    const double* const drift = drifts_.data() + solver_.begin(body.mover);
+    for (std::size_t k = 0; k < body.axes.size() && body.axes[k] < 3; ++k) body.way[body.axes[k]] += drift[k];
+  }
 }
 
 int StepEquations::mover_of(std::size_t body) const {

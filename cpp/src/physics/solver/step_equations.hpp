@@ -1,6 +1,7 @@
 #pragma once
 // The equations of a substep: from bodies, contacts, joints and motors to velocities, and back.
 
+#include <optional>
 #include <vector>
 
 #include "physics/bodies/moving_bodies.hpp"
@@ -132,7 +133,15 @@ class StepEquations {
   void set_rebound(ContactRows& rows, const Surface& surface) const;
   double closing_speed(const ContactPoint& point) const;
   bool touches(const ContactPoint& point) const;
+  std::optional<std::size_t> movable(std::size_t body) const;
+  std::size_t root_of(std::size_t number);
+  void find_touching(const std::vector<ContactPoint>& contacts);
+  bool bounce(std::size_t a, std::size_t b) const;
+  void find_gains(double time, double duration, std::vector<double>& gains) const;
   void find_lags(double duration);
+  bool find_drifts(double duration);
+  void add_drifts();
+  void add_drift_work(double duration);
   bool weaken_bounces(bool converged);
   bool weaken_gains();
   bool gains(const Island& island) const;
@@ -169,9 +178,11 @@ class StepEquations {
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
   std::vector<LoopRow> loop_rows_;
   std::vector<BentRow> bent_rows_;
-  std::vector<bool> in_blow_;  // of the contacts: whether they take part in the next blow
-  std::vector<double> lags_;   // of all velocities in a blow: those of now less those that bodies have
-  std::vector<double> whole_;  // scratch: a row over all velocities of a tree
+  std::vector<bool> in_blow_;          // of the contacts: whether they take part in the next blow
+  std::vector<std::size_t> roots_;     // of what moves: one of those that touch it, directly or by others
+  std::vector<double> fastest_;        // at which those of a root meet that bounce [m/s]
+  std::vector<double> lags_, drifts_;  // of all velocities: by which they lag, and by which bodies go on beside them
+  std::vector<double> whole_;          // scratch: a row over all velocities of a tree
 };
 
 //! Calls `visit(tree, velocity, coefficient)` for each joint of a sum that moves.
