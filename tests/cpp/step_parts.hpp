@@ -14,7 +14,7 @@ inline int cut_steps(Simulation& simulation, const State& state, int steps) {
     const double first = simulation.advance(whole).duration;
     count += first < whole ? 1 : 0;
     double left = whole - first;
-    for (int parts = 1; left > 0.0; ++parts) left -= simulation.advance(left, parts).duration;
+    while (left > 0.0) left -= simulation.advance(left).duration;
   }
   return count;
 }

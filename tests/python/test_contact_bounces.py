@@ -182,8 +182,6 @@ def test_a_ball_bounces_on_a_plate_that_lies_on_the_floor():
     assert fastest == pytest.approx(0.9 * math.sqrt(2 * G * 0.3), rel=0.02)
 
 
-
-
 @pytest.mark.parametrize("step", [1 / 240, 1 / 1000])
 def test_pendulums_that_touch_hand_on_a_swing_and_gain_nothing(step):
     scene = em.Scene(step=step)

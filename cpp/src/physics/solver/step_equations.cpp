@@ -67,7 +67,7 @@ bool StepEquations::solve(const Substep& substep) {
   }
   solver_.recover();
   add_recovery(substep.duration);
-  if (!blow && find_drifts(substep.duration)) add_drifts();
+  if (!blow && surfaces_ && find_drifts(substep.duration)) add_drifts();
   return converged;
 }
 
