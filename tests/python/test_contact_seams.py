@@ -82,7 +82,7 @@ def test_balls_that_miss_each_other_go_straight_on(step):
 
 @pytest.mark.parametrize("step", [1 / 240, 1 / 1000])
 def test_a_real_step_is_met(step):
-    """By the angular momentum about its edge; a step of a tenth of the radius takes what it should."""
+    """By the angular momentum about its edge."""
     radius, height, speed = 0.05, 0.005, 1.5
     scene = em.Scene(step=step, margin=SHARP)
     low = em.Box((1, 1, 0.2))
