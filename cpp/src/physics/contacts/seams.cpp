@@ -92,9 +92,16 @@ void CollisionPairs::drop_seams() {
   if (edges_.empty() && groups_.size() < 2) return;
   std::vector<bool> drops(points_.size());
   for (const PointAtEdge& at : edges_) drops[at.point] = is_seam(at);
+  const auto may_cover = [this](const PieceContacts& on_face, const PieceContacts& at_edge) {
+    const CollisionPair &of_face = *on_face.pair, &of_edge = *at_edge.pair;
+    const double cosine = std::abs(points_[on_face.begin].normal.dot(points_[at_edge.begin].normal));
+    return cosine >= slightly_turned && cosine <= one_normal && !of_edge.solids.empty() &&
+           (of_face.first == of_edge.first || of_face.first == of_edge.second || of_face.second == of_edge.first ||
+            of_face.second == of_edge.second);
+  };
   for (const PieceContacts& at_edge : groups_) {
     for (const PieceContacts& on_face : groups_) {
-      if (&at_edge != &on_face) drop_covered(at_edge, on_face, drops);
+      if (may_cover(on_face, at_edge)) drop_covered(at_edge, on_face, drops);
     }
   }
   std::size_t i = 0;
