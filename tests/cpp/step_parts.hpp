@@ -11,10 +11,10 @@ inline int cut_steps(Simulation& simulation, const State& state, int steps) {
   const double whole = simulation.scene().stepping().step;
   int count = 0;
   for (int i = 0; i < steps; ++i) {
-    const double first = simulation.advance(whole, 0).duration;
+    const double first = simulation.advance(whole).duration;
     count += first < whole ? 1 : 0;
     double left = whole - first;
-    for (int parts = 1; left > 0.0; ++parts) left -= simulation.advance(left, parts).duration;
+    while (left > 0.0) left -= simulation.advance(left).duration;
   }
   return count;
 }

@@ -123,6 +123,7 @@ class Simulation {
     bodies_.restore(state);
     state_ = state.head(layout_.dimension());
     in_step_ = false;
+    substeps_ = touches_ = blows_ = 0;
     pairs_.forget();
     last_duration_ = 0.0;
     unload();
@@ -172,17 +173,23 @@ class Simulation {
   void set_target(std::size_t index, double target) { bodies_.set_target(index, target); }
   double target(std::size_t index) { return bodies_.target(index); }
 
-  //! Goes on by what is left of a step [s], or by less where bodies come into contact on the way. `substeps` of the
-  //! step are over; if they are too many, the rest is lost: velocities change, and nothing moves further than into
-  //! contact.
-  SubstepResult advance(double left, int substeps) {
+  //! Goes on by what is left of a step [s], or by less where bodies come into contact on the way: in no time at all
+  //! where some bounce. After too many substeps the rest is lost: velocities change, and nothing moves further than
+  //! into contact.
+  SubstepResult advance(double left) {
     load_bodies();
-    pairs_.update();
-    double duration = equations_.until_turned(left, shortest_turn * step_);
+    equations_.drive(motors_);
+    bodies_.read(ways_);
+    pairs_.update(ways_, left);
+    const bool may_bounce = blows_ < most_blows;
+    if (may_bounce && equations_.find_blow(pairs_.points())) return blow();
+    double duration = touches_ < most_touches ? std::min(left, pairs_.until_touch()) : left;
+    if (duration < left) ++touches_;
+    duration = equations_.until_turned(duration, shortest_turn * step_);
     const bool turned = equations_.turns_too_far(duration);
-    if (substeps < most_substeps) duration = equations_.until_bounce(pairs_.points(), duration);
+    const int substeps = substeps_++;
     for (int tries = 1;; ++tries) {
-      const Substep substep{duration, pairs_.points(), motors_};
+      const Substep substep{duration, pairs_.points(), motors_, may_bounce ? Bounces::later : Bounces::never};
       const bool converged = equations_.solve(substep);
       bodies_.read_ways(ways_);
       const double share = pairs_.safe_share(ways_, duration);
@@ -264,6 +271,9 @@ class Simulation {
   static constexpr int most_substeps = 32;
   static constexpr int most_tries = 4;  // of lengths of a substep, to find the one that ends in contact
 
+  // Substeps that end where bodies touch; then gaps close along the normals of now. Blows; then nothing bounces.
+  static constexpr int most_touches = 24, most_blows = 96;
+
   // A substep that would be shorter than this share of a step is not tried: bodies are in contact already. If they turn
   // into each other, one of this share of the one before may be short enough for penetration recovery.
   static constexpr double shortest_substep = 1e-4;
@@ -272,10 +282,25 @@ class Simulation {
   // What turns fast in a loop asks for substeps, but for none shorter than this share of a step.
   static constexpr double shortest_turn = 1.0 / 16.0;
 
+  static constexpr double blow_duration = 1e-6;  // of a step: its loads and ways count nothing
+
   // Each step begins with the numbers of a state, be it the first one of a rollout or not.
   void settle() {
     bodies_.read(state_);
     bodies_.put(state_);
+    substeps_ = touches_ = blows_ = 0;
+  }
+
+  // What bounces and touches parts.
+  SubstepResult blow() {
+    const Substep substep{blow_duration * step_, pairs_.points(), motors_, Bounces::now};
+    const bool converged = equations_.solve(substep);
+    equations_.commit(substep, 1.0);
+    equations_.join_mimics();
+    in_step_ = true;
+    ++blows_;
+    spring_loads_ = springs_.loads(true);
+    return {0.0, 0.0, converged};
   }
 
   void load_bodies() {
@@ -290,8 +315,9 @@ class Simulation {
   std::vector<std::size_t> objects_;
   StateLayout layout_;
   double step_;
-  State state_;           // at the end of the last step
-  bool in_step_ = false;  // the bodies are further
+  State state_;                                 // at the end of the last step
+  bool in_step_ = false;                        // the bodies are further
+  int substeps_ = 0, touches_ = 0, blows_ = 0;  // of this step
   MovingBodies bodies_;
   CollisionPairs pairs_;
   StepEquations equations_;

@@ -30,7 +30,7 @@ class TouchingPair {
   double missing_force(const double* state) {
     return ask(state, [this](Simulation& simulation) {
       double left = scene_.stepping().step;
-      for (int substeps = 0; left > 0.0; ++substeps) left -= simulation.advance(left, substeps).duration;
+      while (left > 0.0) left -= simulation.advance(left).duration;
       double force = 0.0;
       for (const Contact& contact : simulation.contacts()) {
         const bool of_pair = contact.body_a == set_.body ? contact.body_b == set_.other

@@ -62,11 +62,11 @@ struct Engine {
   void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
     double left = simulation.scene().stepping().step;
     bool converged = true;
-    for (int substeps = 0; left > 0.0; ++substeps) {
+    while (left > 0.0) {
       if (auditor) auditor->begin();
       before.clear();
       for (const Load& load : loads) before.push_back(simulation.before(load));
-      const SubstepResult substep = simulation.advance(left, substeps);
+      const SubstepResult substep = simulation.advance(left);
       for (std::size_t i = 0; i < loads.size(); ++i) {
         const double work = simulation.power(loads[i], before[i]) * substep.duration;
         result.effort += std::abs(work);

@@ -11,8 +11,6 @@ namespace {
 constexpr double most_friction = 10.0;      // Bullet's own bound: a slope of 84 deg
 constexpr double rounding_of_ends = 1e-12;  // of an interval's ends, a share of them
 constexpr double blocked = 1e-3;            // share of a motion
-constexpr double seam = 2.0;     // of what a body is pressed into another: an edge that overlaps by less is no step
-constexpr double aligned = 0.9;  // cosine
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 int widest_axis(const std::vector<Bounds>& boxes) {
@@ -157,9 +155,12 @@ void CollisionPairs::forget() {
   std::fill(found_.begin(), found_.end(), false);
 }
 
-void CollisionPairs::update() {
+void CollisionPairs::update(const std::vector<Velocity>& velocities, double duration) {
   set_bounds();
+  velocities_ = &velocities;
+  duration_ = until_touch_ = duration;
   points_.clear();
+  groups_.clear();
   for (CollisionPair& pair : pairs_) {
     if (pair.gap <= pair.near.reach()) {
       detect(pair);
@@ -208,8 +209,8 @@ void CollisionPairs::add(std::size_t a, std::size_t b) {
   const double of_first = inverse_mass_of(scene_.bodies()[first]);
   const double of_second = inverse_mass_of(scene_.bodies()[second]);
   const double share = of_first > 0.0 ? of_first / (of_first + of_second) : 0.0;
-  pairs_.push_back({a, b, first, second, near, std::min(scene_.contact_friction(a, b), most_friction), share,
-                    gap_of(bounds_[a], bounds_[b])});
+  pairs_.push_back({a, b, first, second, near, std::min(scene_.contact_friction(a, b), most_friction),
+                    scene_.contact_surface(a, b).restitution > 0.0, share, gap_of(bounds_[a], bounds_[b])});
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {
@@ -234,6 +235,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
   pair.remembers = true;
   std::optional<NearPieces> near;
   if (of_a.shape->isCompound()) near.emplace(of_a, poses_[a], pieces_at(a), of_b, poses_[b], pieces_at(b));
+  const Ways ways{sweep(a, (*velocities_)[a], duration_), sweep(b, (*velocities_)[b], duration_)};
   for (std::size_t k = 0; k < pair.order.size(); ++k) {
     const PieceIndices& at = pair.order[k];
     if (near && near->apart(at, pair.near.early)) {
@@ -241,45 +243,50 @@ void CollisionPairs::detect(CollisionPair& pair) {
       continue;
     }
     if (near && !near->meet(at, pair.near.early)) continue;
-    const btTransform pose_a = of_a.pieces[at.a].pose(poses_[a]);
-    btVector3 normal;
-    const std::vector<FacePoint>* points = &on_plane_;
-    if (on_plane) {
-      const WorldPlane plane = plane_at(of_b, poses_[b]);
-      normal = plane.normal;
-      find_plane_contacts(InnerShape(*of_a.pieces[at.a].shape), pose_a, plane, pair.near.reach(), on_plane_);
-    } else {
-      points = &faces_.contacts(pair.solids[k], pose_a, of_b.pieces[at.b].pose(poses_[b]), pair.near, normal);
-    }
-    for (const FacePoint& point : *points) {
-      if (point.distance > pair.near.reach()) continue;
-      // Friction of a blow acts on the body that comes: across a gap, or after one too long a step, the levers differ.
-      const btVector3 grip = point.grip + normal * (point.distance * pair.gap_share);
-      points_.push_back(
-          {a, b, point.on_b + normal * point.distance, point.on_b, grip, normal, point.distance, pair.friction});
-      if (!on_plane && faces_.edge()) edges_.push_back({points_.size() - 1, *faces_.edge()});
-    }
+    add_points(pair, k, ways);
   }
 }
 
-bool CollisionPairs::is_seam(const PointAtEdge& at) const {
-  const ContactPoint& point = points_[at.point];
-  return std::any_of(points_.begin(), points_.end(), [&](const ContactPoint& other) {
-    if (at.edge.overlap > seam * std::max(0.0, -other.distance)) return false;
-    const double along = other.normal.dot(at.edge.across);
-    return ((other.a == point.a || other.b == point.b) && along > aligned) ||
-           ((other.b == point.a || other.a == point.b) && along < -aligned);
-  });
+const std::vector<FacePoint>& CollisionPairs::points_of(CollisionPair& pair, std::size_t k, const btTransform& pose_a,
+                                                        const btTransform& pose_b, btVector3& normal) {
+  const ConvexPiece& piece = shapes_[pair.first]->pieces[pair.order[k].a];
+  const CollisionShape& of_b = *shapes_[pair.second];
+  if (!of_b.pieces.empty()) {
+    const btTransform at_b = of_b.pieces[pair.order[k].b].pose(pose_b);
+    return faces_.contacts(pair.solids[k], piece.pose(pose_a), at_b, pair.near, normal);
+  }
+  const WorldPlane plane = plane_at(of_b, pose_b);
+  normal = plane.normal;
+  find_plane_contacts(InnerShape(*piece.shape), piece.pose(pose_a), plane, pair.near.reach(), on_plane_);
+  return on_plane_;
 }
 
-void CollisionPairs::drop_seams() {
-  if (edges_.empty()) return;
-  std::vector<bool> drops(points_.size());
-  for (const PointAtEdge& at : edges_) drops[at.point] = is_seam(at);
-  std::size_t i = 0;
-  const auto is_dropped = [&](const ContactPoint&) { return drops[i++]; };
-  points_.erase(std::remove_if(points_.begin(), points_.end(), is_dropped), points_.end());
-  edges_.clear();
+void CollisionPairs::add_points(CollisionPair& pair, std::size_t k, const Ways& ways) {
+  btVector3 normal;
+  const double share = look_ahead(pair, k, ways, normal);
+  const bool on_plane = pair.solids.empty();
+  const std::vector<FacePoint>& points = on_plane ? on_plane_ : faces_.points();
+  const std::size_t begin = points_.size();
+  const auto back = [share](const Sweep& way) {
+    return share > 0.0 ? way.start * way.at(share).inverse() : btTransform::getIdentity();
+  };
+  const btTransform back_a = back(ways.a), back_b = back(ways.b);
+  for (const FacePoint& point : points) {
+    if (point.distance > pair.near.reach()) continue;
+    btVector3 on_a = point.on_b + normal * point.distance, on_b = point.on_b;
+    // Friction of a blow acts on the body that comes: across a gap, or after one too long a step, the levers differ.
+    btVector3 grip = point.grip + normal * (point.distance * pair.gap_share);
+    double distance = point.distance;
+    if (share > 0.0) {
+      on_a = back_a(on_a);
+      on_b = back_b(on_b);
+      grip = back_b(point.grip) + (on_a - on_b) * pair.gap_share;
+      distance = normal.dot(on_a - on_b);
+    }
+    points_.push_back({pair.first, pair.second, on_a, on_b, grip, normal, distance, pair.friction});
+    if (!on_plane && faces_.edge()) edges_.push_back({points_.size() - 1, *faces_.edge()});
+  }
+  if (points_.size() > begin) groups_.push_back({begin, points_.size(), &pair, k});
 }
 
 void CollisionPairs::drop(CollisionPair& pair) {

@@ -65,6 +65,7 @@ struct CollisionPair {
   std::size_t first, second;          // the same, in the order of contacts
   ContactReach near;                  // of their contacts
   double friction;                    // coefficient of their contacts
+  bool bounces;                       // whether they part with a share of the speed at which they meet
   double gap_share;                   // of a gap, from the second to where friction acts: by their inverse masses
   double gap = 0.0;                   // of the bounds, negative where they penetrate each other [m]
   bool remembers = false;             // whether one of `solids` knows where its last search ended
@@ -88,8 +89,12 @@ class CollisionPairs {
   //! Forgets all contacts, and all directions that separated pieces.
   void forget();
 
-  //! Finds the contacts of the bodies as they stand.
-  void update();
+  //! Finds the contacts of the bodies as they stand. Where a gap would close in the next `duration` [s] with
+  //! `velocities`, each at the index of its body, it is that of where the bodies come nearest to each other.
+  void update(const std::vector<Velocity>& velocities, double duration);
+
+  //! The time until bodies first touch that will bounce, at most the `duration` of the last `update` [s].
+  double until_touch() const { return until_touch_; }
 
   //! All contacts, pair by pair in the order of their bodies.
   std::vector<ContactPoint>& points() { return points_; }
@@ -124,6 +129,37 @@ class CollisionPairs {
     FaceContacts::Edge edge;
   };
 
+  // How two bodies go on, where one asks for contacts.
+  struct Ways {
+    Sweep a, b;
+  };
+  //! Where points first meet on the ways: the share of these, and by how much the points would close on all of them
+  //! [m].
+  struct Touch {
+    double share, closing;
+  };
+  static Touch first_touch(const std::vector<FacePoint>& points, const btVector3& normal, const Ways& ways,
+                           double share, double nearest);
+  double look_ahead(CollisionPair& pair, std::size_t k, const Ways& ways, btVector3& normal);
+  const std::vector<FacePoint>& points_of(CollisionPair& pair, std::size_t k, const btTransform& pose_a,
+                                          const btTransform& pose_b, btVector3& normal);
+  void add_points(CollisionPair& pair, std::size_t k, const Ways& ways);
+
+  //! The contacts of two pieces, from `begin` to `end` among all.
+  struct PieceContacts {
+    std::size_t begin, end;
+    const CollisionPair* pair;
+    std::size_t pieces;  // in the pair's order
+  };
+  //! A piece of a body; a plane has no solid.
+  struct Side {
+    std::size_t body, piece;
+    const InnerShape* solid;
+  };
+  Side side(const PieceContacts& contacts, bool first) const;
+  btTransform pose_of(const Side& side) const;
+  void drop_covered(const PieceContacts& at_edge, const PieceContacts& on_face, std::vector<bool>& drops) const;
+
   void set_bounds();
   void find(const std::vector<double>& reaches);
   void add(std::size_t a, std::size_t b);
@@ -151,6 +187,9 @@ class CollisionPairs {
   FaceContacts faces_;
   std::vector<FacePoint> on_plane_;
   std::vector<PointAtEdge> edges_;
+  std::vector<PieceContacts> groups_;
+  const std::vector<Velocity>* velocities_ = nullptr;  // of the last `update`
+  double duration_ = 0.0, until_touch_ = 0.0;          // of it [s]
   std::vector<ContactPoint> blocking_;
   std::vector<ContactPoint> points_;
 };

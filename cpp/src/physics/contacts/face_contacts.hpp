@@ -47,7 +47,8 @@ class FaceContacts {
     double overlap;
   };
 
-  //! That of the last `contacts`.
+  //! Those of the last `contacts`, and its edge.
+  const std::vector<FacePoint>& points() const { return points_; }
   const std::optional<Edge>& edge() const { return edge_; }
 
   //! A corner, in the plane of contact and along its normal [m].

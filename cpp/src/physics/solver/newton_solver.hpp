@@ -24,6 +24,9 @@ class NewtonSolver : public VelocitySystem {
   //! Finds what moves bodies out of each other, beside the velocities of the last `solve`.
   void recover();
 
+  //! Those of the last `solve`.
+  const Islands& islands() const { return islands_; }
+
   //! Iterations of the last `solve`, of all islands.
   int iterations() const { return iterations_; }
 

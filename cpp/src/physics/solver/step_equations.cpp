@@ -42,8 +42,6 @@ bool StepEquations::solve(const Substep& substep) {
   contact_points_.clear();
   loop_rows_.clear();
   bent_rows_.clear();
-  for (const auto& tree : bodies_.trees()) tree->keep_base();
-  for (const Motor& motor : substep.motors) drive_kinematic(motor);
   release_locked(substep.contacts);
   for (FreeBody& body : bodies_.free()) add_free(body, substep.duration);
   for (const FreeBody& body : bodies_.free()) hold_released(body);
@@ -54,15 +52,18 @@ bool StepEquations::solve(const Substep& substep) {
   }
   for (const TendonControl& tendon : bodies_.tendons()) add_tendon(tendon, substep.duration);
   for (const LoopConstraint& loop : bodies_.loops()) add_loop(loop, substep.duration);
+  const bool blow = substep.bounces == Bounces::now;
+  if (blow) find_lags(substep.duration);
   for (std::size_t i = 0; i < substep.contacts.size(); ++i) {
     const ContactPoint& point = substep.contacts[i];
+    if (blow && !in_blow_[i]) continue;
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
     if (add_contact(point, substep)) contact_points_.push_back(i);
   }
   const Stepping& stepping = scene_.stepping();
   bool converged = solver_.solve(stepping.iterations, stepping.tolerance);
   if (update_bends(substep)) converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
-  if (surfaces_) converged = weaken_bounces(converged);
+  if (blow) converged = weaken_bounces(converged);
   set_all(substep.duration);
   for (int i = 0; i < most_corrections; ++i) {
     const bool bent = straighten_ways(substep.duration);
@@ -72,6 +73,7 @@ bool StepEquations::solve(const Substep& substep) {
   }
   solver_.recover();
   add_recovery(substep.duration);
+  if (!blow && surfaces_ && find_drifts(substep.duration)) add_drifts();
   return converged;
 }
 
@@ -89,6 +91,19 @@ void StepEquations::add_recovery(double duration) {
   for (std::size_t i = 0; i < trees_.size(); ++i) {
     if (trees_[i].mover < 0) continue;
     tree(i).add_to_ways(solver_.recovery(trees_[i].mover), duration, trees_[i].end);
+  }
+}
+
+void StepEquations::drive(const std::vector<Motor>& motors) {
+  for (const auto& tree : bodies_.trees()) tree->keep_base();
+  for (const Motor& motor : motors) drive_kinematic(motor);
+}
+
+void StepEquations::add_drifts() {
+  for (FreeBody& body : bodies_.free()) {
+    if (body.mover < 0) continue;
+    const double* const drift = drifts_.data() + solver_.begin(body.mover);
+    for (std::size_t k = 0; k < body.axes.size() && body.axes[k] < 3; ++k) body.way[body.axes[k]] += drift[k];
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // The equations of a substep: from bodies, contacts, joints and motors to velocities, and back.
 
+#include <optional>
 #include <vector>
 
 #include "physics/bodies/moving_bodies.hpp"
@@ -8,11 +9,19 @@
 
 namespace energymargin {
 
+//! When what bounces does so.
+enum class Bounces {
+  now,    ///< what touches; the substep takes no time, and has the contacts of the blow alone
+  later,  ///< once it touches: it has no contacts before that
+  never   ///< it stops
+};
+
 //! What a substep is solved with.
 struct Substep {
   double duration;  // [s]
   std::vector<ContactPoint>& contacts;
   const std::vector<Motor>& motors;
+  Bounces bounces;
 };
 
 //! Sets up A (v - v_free) = sum of J' lambda(target - J v), and lets all coast from its solution: equation (2) of
@@ -39,6 +48,12 @@ class StepEquations {
   //! Both outlive this.
   StepEquations(const Scene& scene, MovingBodies& bodies);
 
+  //! Kinematic bodies have the velocities of their motors from now on.
+  void drive(const std::vector<Motor>& motors);
+
+  //! Whether bodies that bounce touch and meet: then the next substep is their blow.
+  bool find_blow(const std::vector<ContactPoint>& contacts);
+
   //! Finds the velocities at the end of the substep, and the bodies' ways. Whether the solver converged.
   bool solve(const Substep& substep);
 
@@ -54,9 +69,6 @@ class StepEquations {
 
   //! Whether what is in a loop turns by too much in a substep for the loop to keep its energy.
   bool turns_too_far(double duration) const { return fastest_in_loops() * duration > most_loop_turn; }
-
-  //! The time until the first of those that bounce touches, and not more than `duration` [s].
-  double until_bounce(const std::vector<ContactPoint>& contacts, double duration) const;
 
   //! Velocities of a tree after the loads and impulses of the substep, before it coasted.
   const std::vector<double>& pushed(std::size_t tree) const { return trees_[tree].pushed; }
@@ -137,9 +149,22 @@ class StepEquations {
   bool close_loops(double duration);
   bool add_contact(const ContactPoint& point, const Substep& substep);
   static Frame frame_of(const ContactPoint& point, const Surface& surface);
-  bool set_normal(ContactRows& rows, const ContactPoint& point, const Surface& surface, double duration) const;
+  bool set_normal(ContactRows& rows, const ContactPoint& point, const Surface& surface, const Substep& substep) const;
+  void set_rebound(ContactRows& rows, const Surface& surface) const;
+  double closing_speed(const ContactPoint& point) const;
+  bool touches(const ContactPoint& point) const;
+  std::optional<std::size_t> movable(std::size_t body) const;
+  std::size_t root_of(std::size_t number);
+  void find_touching(const std::vector<ContactPoint>& contacts);
+  bool bounce(std::size_t a, std::size_t b) const;
+  void find_gains(double time, double duration, std::vector<double>& gains) const;
+  void find_lags(double duration);
+  bool find_drifts(double duration);
+  void add_drifts();
+  void add_drift_work(double duration);
   bool weaken_bounces(bool converged);
   bool weaken_gains();
+  bool gains(const Island& island) const;
   void add_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_free_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
@@ -174,7 +199,11 @@ class StepEquations {
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
   std::vector<LoopRow> loop_rows_;
   std::vector<BentRow> bent_rows_;
-  std::vector<double> whole_;  // scratch: a row over all velocities of a tree
+  std::vector<bool> in_blow_;          // of the contacts: whether they take part in the next blow
+  std::vector<std::size_t> roots_;     // of what moves: one of those that touch it, directly or by others
+  std::vector<double> fastest_;        // at which those of a root meet that bounce [m/s]
+  std::vector<double> lags_, drifts_;  // of all velocities: by which they lag, and by which bodies go on beside them
+  std::vector<double> whole_;          // scratch: a row over all velocities of a tree
 };
 
 //! Calls `visit(tree, velocity, coefficient)` for each joint of a sum that moves.

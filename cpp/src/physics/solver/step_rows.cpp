@@ -32,7 +32,7 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   const double inverse_mass = solver_.inverse_mass(rows, 2);
   rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
   if (!(inverse_mass * std::max(scene_.bodies()[point.a].mass, scene_.bodies()[point.b].mass) > least_inverse_mass) ||
-      !(bears(point) ? set_bearing(rows, point.distance) : set_normal(rows, point, surface, substep.duration))) {
+      !(bears(point) ? set_bearing(rows, point.distance) : set_normal(rows, point, surface, substep))) {
     solver_.drop_contact();
     return false;
   }
@@ -206,6 +206,7 @@ void StepEquations::add_work(const Substep& substep, double share) {
   add_limited_work();
   add_recovery_work(substep.duration * share);
   add_damping_work(substep.duration);
+  if (substep.bounces != Bounces::now) add_drift_work(substep.duration * share);
   for (std::size_t i = 0; i < trees_.size(); ++i) {
     if (tree(i).prescribed() > 0) audit.work.plan += tree(i).work_on_base(substep.duration, audit.before->trees[i]);
   }
@@ -284,6 +285,18 @@ void StepEquations::add_damping_work(double duration) {
   for (std::size_t k = 0; k < trees_.size(); ++k) {
     if (!tree(k).free() || tree(k).kinematic()) continue;
     add(tree(k).link(0).body, of_base(audit.before->trees[k]), of_base(tree(k).velocities()));
+  }
+}
+
+// Loads work on what bodies go on by beside their velocities, too.
+void StepEquations::add_drift_work(double duration) {
+  if (drifts_.empty()) return;
+  for (const FreeBody& body : bodies_.free()) {
+    if (body.mover < 0) continue;
+    const double* const drift = drifts_.data() + solver_.begin(body.mover);
+    for (std::size_t k = 0; k < body.axes.size() && body.axes[k] < 3; ++k) {
+      audit.work.integration -= audit.before->bodies[body.body].force[body.axes[k]] * drift[k] * duration;
+    }
   }
 }
 
