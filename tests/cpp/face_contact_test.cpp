@@ -126,13 +126,16 @@ TEST(FaceContact, CylinderThatLiesOnAFaceTouchesAtTheEndsOfALine) {
 }
 
 // Two wedges, their edges up and down.
-TEST(FaceContact, EdgesThatCrossHaveNoPointButTheClosest) {
+TEST(FaceContact, EdgesThatCrossTouchWhereTheyDo) {
   const HullShape cube = brick_of({0.05, 0.05, 0.05});
   const double height = 0.1 * std::sqrt(2.0) - 0.0003;
   const btQuaternion on_edge = about({1.0, 0.0, 0.0}, 0.25 * SIMD_PI);
   for (const double angle : {0.1, 0.7, 0.5 * SIMD_PI}) {
     const btTransform upper = at({0.0, 0.0, height}, about({0.0, 0.0, 1.0}, angle) * on_edge);
-    EXPECT_TRUE(face_points(cube, upper, cube, at({0.0, 0.0, 0.0}, on_edge)).empty()) << angle;
+    const std::vector<Point> points = face_points(cube, upper, cube, at({0.0, 0.0, 0.0}, on_edge));
+    ASSERT_EQ(points.size(), 1U) << angle;
+    EXPECT_NEAR(points.front().distance, -0.0003, 1e-9) << angle;
+    EXPECT_LT((points.front().on_b - btVector3(0.0, 0.0, 0.05 * std::sqrt(2.0))).length(), 1e-9) << angle;
   }
   EXPECT_EQ(face_points(cube, at({0.03, 0.0, height}, on_edge), cube, at({0.0, 0.0, 0.0}, on_edge)).size(), 2U);
 }
