@@ -73,7 +73,7 @@ bool has(const btConvexShape& shape, const btTransform& pose, const btVector3& p
   const btSphereShape dot(0.0);
   const btTransform place(btQuaternion::getIdentity(), point);
   ClosestPoints found;
-  constexpr double rounding = 1e-9;
+  constexpr double rounding = 5e-7;
   return SolidPair(dot, shape).inner_distance(place, pose, any_reach, found) == Separation::too_near ||
          found.distance < rounding;
 }

@@ -72,10 +72,7 @@ def test_a_can_that_stands_out_over_an_edge_tips_about_what_bears_it(heading: fl
     """Its circle bears as far as the table goes, here a third of its radius beyond its middle."""
     out = RADIUS / 3
     x, y = np.cos(heading), np.sin(heading)
-    over_table = (
-        x * RADIUS <= out
-    )  # the farthest point of its rim, or else that where it crosses the edge
-    lever = RADIUS if over_table else x * out + y * np.sqrt(RADIUS**2 - out**2)
+    lever = min(RADIUS, out / max(x, 1e-9))
     for share in (0.98, 1.02):
         tilt = np.arctan(share * lever / (HEIGHT / 2))
         down = GRAVITY * np.array([np.sin(tilt) * x, np.sin(tilt) * y, -np.cos(tilt)])

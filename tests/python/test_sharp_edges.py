@@ -113,7 +113,7 @@ def test_what_is_round_climbs_a_step_by_the_law_of_the_lever(shape: str, step: f
             friction=1.0,
             force=(share * needed, 0, 0),
         )
-        assert (after(scene, 1.0, "it")[2] > 0.03 + 0.5 * step) == climbs, share
+        assert (after(scene, 0.5, "it")[2] > 0.03 + 0.5 * step) == climbs, share
 
 
 def standing(
