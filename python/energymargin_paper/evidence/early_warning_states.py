@@ -22,7 +22,7 @@ from energymargin._core import (
     stream,
 )
 from energymargin.datasets import Dataset
-from energymargin.monitor import first_loss, or_success
+from energymargin.monitor import first_loss
 from energymargin.tasks.base import Params
 from energymargin.trajectories import Trajectory
 from energymargin_paper.evidence.ceiling import scripted
@@ -119,7 +119,7 @@ class Trajectories(Watched):
         seen, times = first_loss(trajectory.captured), trajectory.times
         begin, whole = float(times[0]), float(times[-1] - times[0])
         future = self._task.future(trajectory.states[0], begin, trajectory.params, whole, "script")
-        alone = capture_probability(or_success(future), rollouts=1, seed=0)
+        alone = capture_probability(future, rollouts=1, seed=0)
         if alone.undisturbed:
             return seen
         left = int(np.searchsorted(times - begin, alone.undisturbed_time - 1e-9))
@@ -136,8 +136,7 @@ class Trajectories(Watched):
         horizon = round(float(later[-1]) / task.step) * task.step
         future = task.future(state, now, params, horizon, "script")
         plain = task.problem(state, params, trajectory.contacts[k])
-        asked = _Asked(plain, or_success(future), later, horizon, whole)
-        return _scores(asked, job, cancel)
+        return _scores(_Asked(plain, future, later, horizon, whole), job, cancel)
 
 
 class Recordings(Watched):
