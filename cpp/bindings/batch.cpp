@@ -87,9 +87,9 @@ BatchHolder make_batch(const std::vector<std::string>& metrics, const Given<int>
   options.seed = given("seed", seed);
   options.threads = given("threads", threads);
   Keywords{others}("nodes_per_edge", options.nodes_per_edge)("least_likelihood", options.least_likelihood)(
-      "search", options.search)("stop_at_escape", options.stop_at_escape)("rollouts", options.rollouts)(
-      "most_diverged", options.most_diverged)("strength", options.disturbance.strength)(
-      "objects", options.disturbance.objects)("common_random_numbers", options.common_random_numbers)
+      "stop_at_escape", options.stop_at_escape)("rollouts", options.rollouts)("most_diverged", options.most_diverged)(
+      "strength", options.disturbance.strength)("objects", options.disturbance.objects)("common_random_numbers",
+                                                                                        options.common_random_numbers)
       .end();
   return BatchHolder(new Batch(options));
 }

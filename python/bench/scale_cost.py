@@ -21,8 +21,10 @@ __all__ = ["Cost", "Sizes", "measure_cost"]
 
 SEARCHES = {
     "capture": "capture, success",
+    "effort": "effort",
     "effort/est": "effort/est",
     "effort/rrt": "effort/rrt",
+    "effort/any": "effort/any",
     "effort/est/any": "effort/est/any",
     "effort/rrt/any": "effort/rrt/any",
     "force": "force",

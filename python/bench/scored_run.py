@@ -34,7 +34,7 @@ def main(
             data,
             store,
             metrics.split(",") if metrics else None,
-            settings=em.SearchSettings(nodes=nodes, search="published"),
+            settings=em.SearchSettings(nodes=nodes),
             executor=chosen(executor),
             progress=samples.progress,
         )

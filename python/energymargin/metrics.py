@@ -13,16 +13,23 @@ TIMED = {"probability": "captured", "probability/success": "success", "probabili
 """Those that ask about a problem's horizon, and which curve of a CaptureProbability each is of."""
 
 METRICS = (
-    *("capture", "success", "effort/est", "effort/rrt", "force"),
-    *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
+    *("capture", "success", "effort", "effort/est", "effort/rrt", "force"),
+    *("capture/any", "success/any", "effort/any", "effort/est/any", "effort/rrt/any"),
     *TIMED,
 )
+
+LEAST_EFFORT = ("effort", "effort/any")
+"""The least work that was found, as of `em.escape_effort`, with a horizon and without. The other
+efforts are the paper's Algorithm 1 as published, with the planner that they name."""
+
+PAPER = tuple(metric for metric in METRICS if metric not in (*LEAST_EFFORT, *TIMED))
+"""The paper's scores, and those of at least one object."""
 
 CLOCKLESS = ("capture", "success", "force", "capture/any", "success/any")
 """Those that ask a question without a clock."""
 
 
-USUAL = ("probability", "effort/est", "probability/any", "effort/est/any")
+USUAL = ("probability", "effort", "probability/any", "effort/any")
 """Those that `energymargin score` asks over a horizon if none is chosen."""
 
 
@@ -57,10 +64,10 @@ KINDS = {
         settings=("rollouts", "seed", "strength", "objects", "common_random_numbers"),
     ),
     "effort": Kind(
-        ("effort/est", "effort/rrt"),
+        ("effort", "effort/est", "effort/rrt"),
         "effort of escape",
         "J",
-        settings=("nodes", "seed", "search", "stop_at_escape"),
+        settings=("nodes", "seed", "stop_at_escape"),
     ),
     "force": Kind(("force",), "force score", "-", settings=()),
 }
@@ -88,7 +95,7 @@ def is_likelihood(metric: str) -> bool:
 
 
 def axis_label(metric: str) -> str:
-    """An axis of one metric, as "effort/est [J]"; another program's has no unit."""
+    """An axis of one metric, as "effort [J]"; another program's has no unit."""
     kind = metric_kind(metric)
     return metric if kind is None else f"{metric} [{kind.unit}]"
 

@@ -6,9 +6,9 @@ path or rollouts asks here, so that a state with the same settings has the same 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Literal, TypedDict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from energymargin._core import (
     CaptureProbability,
@@ -24,7 +24,6 @@ from energymargin._core import (
 )
 from energymargin.checks import (
     not_negative_number,
-    one_of,
     seed_number,
     share,
     whole_number,
@@ -35,6 +34,7 @@ from energymargin.metrics import (
     ANY,
     CLOCKLESS,
     KINDS,
+    LEAST_EFFORT,
     METRICS,
     TIMED,
     check_metrics,
@@ -51,18 +51,13 @@ ALGORITHM = "0.14.0"
 any score sets it to the version that has the change, together with the golden values."""
 
 ALGORITHM_IMPROVED = "0.14.0"
-"""The version since which efforts of search="improved" have the same bits: more changes may move
+"""The version since which the metrics of LEAST_EFFORT have the same bits: more changes may move
 them than the others."""
-
-Search = Literal["improved", "published"]
-"""Search of the efforts, as in `escape_effort`."""
-SEARCHES: tuple[Search, ...] = ("improved", "published")
 
 MOST_NODES = 10**9
 
 # Settings that came later: with these values, a question is the one that it was without them.
 LATER: dict[str, Any] = {
-    "search": "published",
     "strength": 1.0,
     "objects": None,
     "common_random_numbers": False,
@@ -110,13 +105,6 @@ class SearchSettings:
     )
     """Whether every problem draws the disturbances of its probability from the seed itself, and not
     from its own stream, so that problems are compared under the same disturbances."""
-    search: Search | None = setting(
-        None,
-        "Efforts: improved finds cheaper escapes, published is the paper's search. If not given, "
-        "improved with a horizon, and published without, where it alone ranks.",
-    )
-    """Search of the efforts, as in `escape_effort`: "improved", or "published", the paper's; None:
-    that which ranks, "improved" of problems with a horizon and "published" of others."""
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
@@ -125,7 +113,6 @@ class SearchSettings:
             "seed": seed_number(self.seed),
             "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
             "least_likelihood": share("least_likelihood", self.least_likelihood),
-            "search": None if self.search is None else one_of("search", self.search, SEARCHES),
             "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
             "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
             "strength": not_negative_number("strength", self.strength),
@@ -151,11 +138,6 @@ class SearchSettings:
         """The disturbance of the probabilities."""
         return Uniform(self.strength, self.objects)
 
-    def of_clock(self, *, timed: bool) -> SearchSettings:
-        """These settings with the default search of problems with a horizon, or of others."""
-        search = self.search or ("improved" if timed else "published")
-        return replace(self, search=search)
-
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
         return asdict(self)
@@ -177,7 +159,6 @@ class LooseSettings(TypedDict, total=False):
     strength: float
     objects: int | None
     common_random_numbers: bool
-    search: Search | None
 
 
 def chosen_settings(
@@ -196,9 +177,9 @@ def chosen_settings(
     return settings
 
 
-def algorithm_of(question: Mapping[str, Any]) -> str:
-    """The version of energymargin since which a metric of these settings has the same bits."""
-    return ALGORITHM_IMPROVED if question.get("search") == "improved" else ALGORITHM
+def algorithm_of(metric: str) -> str:
+    """The version of energymargin since which a metric of the same settings has the same bits."""
+    return ALGORITHM_IMPROVED if metric in LEAST_EFFORT else ALGORITHM
 
 
 def algorithm() -> str:
@@ -249,9 +230,10 @@ def metric_search(
         )
     chosen = {name: getattr(settings, name) for name in settings_of(metric)} | {"seed": seed}
     if metric_kind(metric) is KINDS["effort"]:
-        objects = "any" if metric.endswith(ANY) else "all"
-        planner = metric.split("/")[1]
-        return escape_effort(problem, planner=planner, captured=objects, **chosen, **keywords)
+        chosen["captured"] = "any" if metric.endswith(ANY) else "all"
+        if metric not in LEAST_EFFORT:
+            chosen |= {"planner": metric.split("/")[1], "search": "published"}
+        return escape_effort(problem, **chosen, **keywords)
     return capture_score(problem, **chosen, **keywords)
 
 

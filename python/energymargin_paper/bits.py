@@ -52,4 +52,4 @@ def _values(*, improved: bool) -> Iterator[float]:
         yield from (capture.capture, capture.success or 0.0, force_score(problem).force)
         yield escape_effort(problem, nodes=NODES, search="published").effort
         if improved:
-            yield escape_effort(problem, nodes=NODES, search="improved").effort
+            yield escape_effort(problem, nodes=NODES).effort

@@ -65,7 +65,6 @@ std::map<std::size_t, ScoreRow> all(std::vector<Problem> problems, const BatchOp
 TEST(Batch, OptionsOfTheRolloutsAreThoseOfTheMetrics) {
   const Problem problem = pushes(6).back();
   BatchOptions one = options();
-  one.search = Search::published;  // the improved one finds that the object leaves by itself
   BatchOptions several = one;
   several.nodes_per_edge = 3;
   several.stop_at_escape = true;
@@ -91,50 +90,40 @@ TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
   capture.nodes = 30;
   capture.seed = seed;
   const CaptureScore captured = capture_score(problem, capture);
-  ASSERT_EQ(row.scores.size(), 5u);
+  ASSERT_EQ(row.scores.size(), 4u);
   EXPECT_EQ(row.index, 4u);
   EXPECT_EQ(row.error, "");
   EXPECT_TRUE(same_bits(row.scores.at("capture"), captured.capture.mean));
   EXPECT_TRUE(same_bits(row.scores.at("success"), captured.success->mean));
-  EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, {"est", 30, seed}).effort));
-  EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, {"rrt", 30, seed}).effort));
+  EXPECT_TRUE(same_bits(row.scores.at("effort"), escape_effort(problem, {"est", 30, seed}).effort));
   EXPECT_TRUE(same_bits(row.scores.at("force"), force_score(problem).force));
 }
 
-TEST(Batch, EffortIsThatOfEscapeEffortOfEitherSearch) {
-  const Problem problem = push();
-  BatchOptions asked{{"effort/est"}, 60};
-  asked.seed = 11;
-  for (const Search search : {Search::published, Search::improved}) {
-    asked.search = search;
-    const double alone = escape_effort(problem, {"est", 60, stream(11, 4), Captured::all, {}, search}).effort;
-    EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone));
-  }
-}
-
-// Without a clock a wait of any length is free, and the cheapest escapes of any two states are alike.
-TEST(Batch, ByDefaultAnEffortIsThatOfTheSearchThatRanks) {
+// One name, one number: with a clock and without.
+TEST(Batch, EffortIsTheLeastWorkFoundAndThoseOfPlannersAreAlgorithm1) {
   Problem problem = push();
-  BatchOptions asked{{"effort/est"}, 60};
+  BatchOptions asked{{"effort", "effort/est", "effort/rrt"}, 60};
   asked.seed = 11;
-  const auto alone = [&](std::optional<Search> search) {
-    return escape_effort(problem, {"est", 60, stream(11, 4), Captured::all, {}, search}).effort;
-  };
-  EXPECT_EQ(search_of(problem), Search::published);
-  EXPECT_LT(alone(Search::improved), alone(Search::published));
-  EXPECT_TRUE(same_bits(alone({}), alone(Search::published)));
-  EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone({})));
-  problem.horizon = 0.5;
-  EXPECT_EQ(search_of(problem), Search::improved);
-  EXPECT_TRUE(same_bits(alone({}), alone(Search::improved)));
-  EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone({})));
+  EffortOptions options{"est", 60, stream(11, 4)};
+  for (const std::optional<double> horizon : {std::optional<double>(), std::optional(0.5)}) {
+    problem.horizon = horizon;
+    const ScoreRow row = score(problem, 4, asked);
+    options.search = EffortOptions{}.search;
+    options.planner = "est";
+    EXPECT_TRUE(same_bits(row.scores.at("effort"), escape_effort(problem, options).effort));
+    options.search = Search::published;
+    EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, options).effort));
+    options.planner = "rrt";
+    EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, options).effort));
+    EXPECT_LT(row.scores.at("effort"), row.scores.at("effort/est"));
+  }
 }
 
 TEST(Batch, ProbabilitiesShareRolloutsUnderTheDisturbanceOfTheOptionsAndHaveTheirCurves) {
   Problem problem = push();
   problem.horizon = 0.2;
   BatchOptions asked = options();
-  asked.metrics = {"probability", "probability/success", "effort/est"};
+  asked.metrics = {"probability", "probability/success", "effort"};
   asked.rollouts = 12;
   asked.disturbance = {2.5, 1};
   ProbabilityOptions own;
@@ -161,7 +150,7 @@ TEST(Batch, ProbabilitiesShareRolloutsUnderTheDisturbanceOfTheOptionsAndHaveThei
     const ScoreRow common = score(problem, index, asked);
     EXPECT_TRUE(same_bits(common.scores.at("probability/success"), *capture_probability(problem, own).success));
     const EffortOptions effort = {"est", 30, stream(11, index)};  // of its own stream
-    EXPECT_TRUE(same_bits(common.scores.at("effort/est"), escape_effort(problem, effort).effort));
+    EXPECT_TRUE(same_bits(common.scores.at("effort"), escape_effort(problem, effort).effort));
   }
 }
 

@@ -278,7 +278,7 @@ TEST(ProblemIo, FilesThatVersion13WroteAreReadWithAllThatTheyHold) {
   EXPECT_FALSE(of_3.horizon);
   const Problem of_4 = read_older(4).first;
   EXPECT_EQ(of_4.plan->rows(), 60);
-  EXPECT_EQ(of_4.dwell, of_4.scene.stepping().step);
+  EXPECT_EQ(of_4.dwell, 5 * of_4.scene.stepping().step);
   const Problem of_5 = read_older(5).first;
   EXPECT_EQ(of_5.scene.joints().front().armature, 0.001);
   EXPECT_EQ(of_5.scene.friction_rule(), FrictionRule::max);

@@ -15,6 +15,17 @@
 namespace energymargin {
 namespace {
 
+// ---- what a few estimates are worth
+
+// Ten that alternate between e and 1/e: their logarithms have a variance of 10/9, which ten of them know badly.
+TEST(Rare, EstimatesCountTheLongTailThatAFewOfThemSeldomShow) {
+  Eigen::VectorXd estimates(10);
+  for (Eigen::Index i = 0; i < 10; ++i) estimates[i] = 1e-9 * std::exp(i % 2 == 0 ? 1.0 : -1.0);
+  const double spread = 10.0 / 9.0;
+  EXPECT_NEAR(splitting::relative_variance(estimates), std::exp(spread + spread * spread * 5.0 / 9.0) - 1.0, 1e-9);
+  EXPECT_NEAR(splitting::relative_variance(Eigen::VectorXd::Constant(10, 1e-9)), 0.0, 1e-12);
+}
+
 // ---- the algorithm, on a path whose probability is known
 
 constexpr int walk_steps = 12;

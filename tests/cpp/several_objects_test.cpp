@@ -367,8 +367,8 @@ TEST(SeveralObjects, UnderDriveAnEdgeStartsWithTheEffectorsVelocityAndTheObjects
 
 // ---- batches
 
-const std::vector<std::string> all_metrics{"capture",        "success",        "capture/any",
-                                           "success/any",    "effort/est",     "effort/rrt",
+const std::vector<std::string> all_metrics{"capture",        "success",        "capture/any", "success/any",
+                                           "effort",         "effort/any",     "effort/est",  "effort/rrt",
                                            "effort/est/any", "effort/rrt/any", "force"};
 
 BatchOptions batch_options(int threads) {
@@ -402,13 +402,15 @@ TEST(SeveralObjects, BatchHoldsWhatTheMetricsGiveForOneAndFourThreads) {
         CaptureOptions options = capture_options(40);
         options.seed = seed;
         const CaptureScore capture = capture_score(problem, options);
-        const auto effort = [&](const std::string& planner, Captured captured) {
-          return escape_effort(problem, {planner, 40, seed, captured}).effort;
+        const auto effort = [&](const std::string& planner, Captured captured, Search search = Search::published) {
+          return escape_effort(problem, {planner, 40, seed, captured, {}, search}).effort;
         };
         const std::map<std::string, double> expected{{"capture", capture.capture.mean},
                                                      {"success", capture.success->mean},
                                                      {"capture/any", capture.capture_any->mean},
                                                      {"success/any", capture.success_any->mean},
+                                                     {"effort", effort("est", Captured::all, Search::improved)},
+                                                     {"effort/any", effort("est", Captured::any, Search::improved)},
                                                      {"effort/est", effort("est", Captured::all)},
                                                      {"effort/rrt", effort("rrt", Captured::all)},
                                                      {"effort/est/any", effort("est", Captured::any)},

@@ -182,7 +182,7 @@ def planned_problem():
         velocities={"cup": rows(4, 6), "weight": rows(5, 6)},
         limits={"weight": (1 / 3, 0.01)},
     )
-    return full_problem().replace(horizon=13 * step, plan=plan, check=4 * step, dwell=step)
+    return full_problem().replace(horizon=13 * step, plan=plan, check=4 * step, dwell=5 * step)
 
 
 def run(*arguments):

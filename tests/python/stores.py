@@ -9,7 +9,7 @@ from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore
 
 NODES, SEED = 20, 3
-SETTINGS = SearchSettings(nodes=NODES, seed=SEED, search="published")  # as older files
+SETTINGS = SearchSettings(nodes=NODES, seed=SEED)
 
 
 class Stop(Exception):

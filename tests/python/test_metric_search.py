@@ -95,7 +95,6 @@ def test_a_monitor_gives_the_bits_of_the_store(dataset, tmp_path):
         ("capture", {"nodes_per_edge": 1}),
         ("capture", {"least_likelihood": 0.0}),
         ("effort/est", {"stop_at_escape": False}),
-        ("effort/est", {"search": "improved"}),
         ("capture", {"seed": 6}),
     ],
 )
@@ -119,7 +118,7 @@ def test_a_problem_alone_has_the_seed_itself(dataset):
 
 def test_the_page_of_a_margin_along_a_plan_gives_its_scores_again(dataset):
     problem = dataset.problems([0], future=LATER)[0]
-    asked = {"rollouts": 9, "nodes": 60, "seed": 3, "search": "published"}
+    asked = {"rollouts": 9, "nodes": 60, "seed": 3}
     along = em.margin_profile(problem, every=0.5, **asked)
     with view(along) as viewer:
         viewer.page.score()

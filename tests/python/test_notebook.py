@@ -172,7 +172,7 @@ def test_forces_that_cancel_out_are_shown_as_zero():
 def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_path):
     dataset = datasets.generate("push", trajectories=1, frames=3, seed=0)
     settings = "common_random_numbers = False, least_likelihood = 0, nodes = 2, "
-    settings += "nodes_per_edge = 1, objects = None, rollouts = 30, search = published, "
+    settings += "nodes_per_edge = 1, objects = None, rollouts = 30, "
     settings += "seed = {}, stop_at_escape = False, strength = 1"
     now = "the state as it is"
     with ScoreStore(tmp_path / "push.db", create=True) as empty:

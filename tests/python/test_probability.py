@@ -220,6 +220,8 @@ def test_the_horizon_is_that_of_the_plan_unless_given():
         ({"horizon": 0.001}, "whole steps"),
         ({"check": 0.003}, "check is 0.003"),
         ({"dwell": -1.0}, "dwell is -1"),
+        ({"dwell": 1 / 240}, r"dwell is 0\.00416.*at least as long as `check`.*0\.0166"),
+        ({"dwell": 1 / 60, "check": 1 / 40}, r"dwell is 0\.0166.*`check`.*0\.025 s"),
         ({"effector": "drive"}, "the plan says"),
     ],
 )
@@ -440,7 +442,7 @@ def test_a_batch_gives_the_bits_of_single_calls():
     """Each problem has its own stream; those with a clock have other metrics than those without."""
     problems = [ball(bound) for bound in (15.0, 20.0, 30.0)]
     table = em.score(problems, seed=4, rollouts=20, nodes=20)
-    assert set(table.scores) == {"probability", "effort/est", "effort/rrt"}
+    assert set(table.scores) == {"probability", "effort", "effort/est", "effort/rrt"}
     single = [
         em.capture_probability(problem, rollouts=20, seed=em.stream(4, i)).captured
         for i, problem in enumerate(problems)

@@ -76,6 +76,30 @@ def test_a_loss_of_once_in_a_million_is_found(damping):
     assert p.levels > 100
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("replicas", [100, 200])
+@pytest.mark.parametrize("ratio", [7.5, 20.8])
+def test_19_of_20_intervals_hold_down_to_one_in_a_billion(ratio, replicas):
+    """Few replicas are worth little there, and the interval says so."""
+    well = known_losses.Well(known_losses.WEAK, 0.32 / ratio)
+    truth = well.loss(cells=2)
+    assert truth == pytest.approx({7.5: 1.02e-3, 20.8: 1.47e-9}[ratio], rel=0.01)
+    found = [
+        rare(well.problem, disturbance=well.disturbance, seed=s, rollouts=replicas, warn=False)
+        for s in range(60)
+    ]
+    assert sum(holds(p, truth) for p in found) >= 54
+
+
+def test_an_estimate_that_is_worth_less_than_one_loss_says_so():
+    well = known_losses.Well(known_losses.WEAK, 0.32 / 20.8)
+    with pytest.warns(em.PlausibilityWarning, match=r"100 replicas and .* take more `rollouts`"):
+        p = rare(well.problem, disturbance=well.disturbance, rollouts=100)
+    assert p.effective * p.lost < 1.0
+    p = rare(WEAK.problem, disturbance=WEAK.disturbance)
+    assert p.effective * p.lost > 1.0 and not p.warnings
+
+
 def test_forces_that_are_held_split_without_a_bias():
     found = [rare(block(), seed=seed).lost for seed in range(8)]
     error = np.std(found, ddof=1) / np.sqrt(len(found))

@@ -40,7 +40,7 @@ def test_the_settings_of_a_batch_are_those_of_the_two_metrics(problem):
         == em.capture_score(problem, nodes=40, seed=own, nodes_per_edge=4).capture
     )
     escape = em.escape_effort(problem, nodes=40, seed=own, stop_at_escape=True)
-    assert table["effort/est"][0] == escape.effort
+    assert table["effort"][0] == escape.effort
 
 
 def test_bad_numbers_of_nodes_an_edge_are_refused(problem):

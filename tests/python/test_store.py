@@ -97,9 +97,7 @@ def test_a_task_whose_code_was_changed_is_scored_anew(topple, topple_scores, tmp
 
     monkeypatch.setattr(type(made), "problem", problem)
     score_dataset(topple, path, ["effort/rrt"], settings=SETTINGS)
-    changed = em.score(
-        topple.problems(), ["effort/rrt"], nodes=NODES, seed=SEED, search="published"
-    )
+    changed = em.score(topple.problems(), ["effort/rrt"], nodes=NODES, seed=SEED)
     assert np.array_equal(scores(path)["effort/rrt"], changed["effort/rrt"])
     assert not np.array_equal(changed["effort/rrt"], topple_scores["effort/rrt"])
     monkeypatch.undo()

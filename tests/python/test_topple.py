@@ -141,7 +141,7 @@ def test_scores_tell_a_box_on_a_rough_ground_from_one_on_a_smooth_ground(toppled
     rough, smooth = (
         task.problem(t.states[2], t.params, t.contacts[2]) for t in (toppled, pushed_away)
     )
-    table = em.score([rough, smooth], nodes=50, threads=1, search="published")
+    table = em.score([rough, smooth], nodes=50, threads=1)
     assert table["capture"][0] > 0.5 > table["capture"][1]
     assert table["effort/est"][0] > 0 == table["effort/est"][1]
     assert table["force"][0] > table["force"][1]

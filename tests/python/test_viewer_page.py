@@ -321,7 +321,7 @@ def test_the_future_of_a_state_is_replayed_and_its_probability_scored_live(chrom
         page.get_by_role("button", name="Score this state").click()
         page.get_by_text("30 rollouts under random wrenches").wait_for(timeout=1e3 * PATIENCE)
         assert shown_score(page, "probability") == "0.000"
-        assert shown_score(page, "effort/est") == "0 J"
+        assert shown_score(page, "effort") == "0 J"
         assert score_rows(page, "capture").count() == 0
 
 

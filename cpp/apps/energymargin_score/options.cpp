@@ -94,7 +94,7 @@ std::vector<Option> effort_options() {
   return {
       {"--searches", "K", "effort", "independent ones, which share the nodes (1)",
        [](CommandLine& line, const Value& v) { line.arguments.effort.searches = v.count(); }},
-      {"--search", "NAME", "effort", "improved (with a horizon), or published, which is the paper's (without)",
+      {"--search", "NAME", "effort", "improved (the default), or published, which is the paper's",
        [](CommandLine& line, const Value& v) { line.arguments.effort.search = v.choice<Search>(); }},
       {"--sampling", "NAME", "effort",
        "of wrenches: " + alternatives(all_words<Sampling>(), "") + " (as the search does)",

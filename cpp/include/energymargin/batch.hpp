@@ -43,17 +43,17 @@ struct ScoreRow : StepCounts {
 
 //! What to compute, and how.
 struct BatchOptions {
-  //! Of "capture", "success", "effort/est", "effort/rrt", "force" and, for several objects, with "/any" for those of at
-  //! least one: "capture/any", "success/any", "effort/est/any", "effort/rrt/any". Of problems with a horizon
+  //! Of "capture", "success", "effort", "effort/est", "effort/rrt", "force" and, for several objects, with "/any" for
+  //! those of at least one: all but "force/any". "effort" is the least work that is found, as of `escape_effort`;
+  //! "effort/est" and "effort/rrt" are Algorithm 1 as published, with a horizon and without. Of problems with a horizon
   //! "probability", "probability/success" and "probability/any", under `disturbance`.
-  std::vector<std::string> metrics{"capture", "success", "effort/est", "effort/rrt", "force"};
+  std::vector<std::string> metrics{"capture", "success", "effort", "force"};
   int nodes = 1000;
-  int nodes_per_edge = 1;          //!< of capture and success, as CaptureOptions
-  double least_likelihood = 0.0;   //!< the same
-  std::optional<Search> search{};  //!< of the efforts, as EffortOptions
-  bool stop_at_escape = false;     //!< the same
-  int rollouts = 30;               //!< of the probabilities, as ProbabilityOptions
-  double most_diverged = 0.01;     //!< the same
+  int nodes_per_edge = 1;         //!< of capture and success, as CaptureOptions
+  double least_likelihood = 0.0;  //!< the same
+  bool stop_at_escape = false;    //!< of the efforts, as EffortOptions
+  int rollouts = 30;              //!< of the probabilities, as ProbabilityOptions
+  double most_diverged = 0.01;    //!< the same
   std::uint64_t seed = 0;
   int threads = 1;
   disturbances::Uniform disturbance{};  //!< of the probabilities

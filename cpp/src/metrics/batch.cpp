@@ -23,6 +23,7 @@ struct Metric {
   const char* name;
   Kind kind;
   const char* planner = "";  // of an effort, which has a search of its own; all others of a kind share one
+  Search search = Search::improved;
   Captured captured = Captured::all;
 };
 
@@ -34,10 +35,12 @@ constexpr Metric known_metrics[] = {{"force", Kind::force},
                                     {"success", Kind::tree},
                                     {"capture/any", Kind::tree},
                                     {"success/any", Kind::tree},
-                                    {"effort/est", Kind::effort, "est"},
-                                    {"effort/rrt", Kind::effort, "rrt"},
-                                    {"effort/est/any", Kind::effort, "est", Captured::any},
-                                    {"effort/rrt/any", Kind::effort, "rrt", Captured::any},
+                                    {"effort", Kind::effort, "est"},
+                                    {"effort/est", Kind::effort, "est", Search::published},
+                                    {"effort/rrt", Kind::effort, "rrt", Search::published},
+                                    {"effort/any", Kind::effort, "est", Search::improved, Captured::any},
+                                    {"effort/est/any", Kind::effort, "est", Search::published, Captured::any},
+                                    {"effort/rrt/any", Kind::effort, "rrt", Search::published, Captured::any},
                                     {"probability", Kind::probability},
                                     {"probability/success", Kind::probability},
                                     {"probability/any", Kind::probability}};
@@ -79,7 +82,7 @@ void add_effort(const Problem& problem, const Metric& metric, const BatchOptions
   effort.seed = seed;
   effort.captured = metric.captured;
   effort.limit = options.limit;
-  effort.search = options.search;
+  effort.search = metric.search;
   effort.stop_at_escape = options.stop_at_escape;
   const Escape escape = escape_effort(problem, effort);
   if (!escape.complete) throw Cancelled();

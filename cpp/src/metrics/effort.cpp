@@ -22,7 +22,7 @@ namespace {
 
 // Algorithm 1: AO-x over EST or RRT.
 Escape find_escape(const Problem& problem, const EffortOptions& options, search::Confirm confirm) {
-  const bool improved = options.search.value_or(search_of(problem)) == Search::improved;
+  const bool improved = options.search == Search::improved;
   const Sampling sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
                                  options.limit, sampling);
@@ -109,8 +109,6 @@ Escape find_escapes(const Problem& problem, const EffortOptions& options) {
 }
 
 }  // namespace
-
-Search search_of(const Problem& problem) { return timing_of(problem) ? Search::improved : Search::published; }
 
 Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_word("planner", options.planner, effort_planners);

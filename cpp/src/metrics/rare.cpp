@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
@@ -242,6 +244,18 @@ StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& n
   return counts;
 }
 
+// Where the batches differ so much that all of them are worth less than one loss that was counted.
+void warn_of_spread(const CaptureProbability& p, std::vector<Warning>& warnings) {
+  const double losses = p.effective * p.lost[p.lost.size() - 1];
+  if (losses == 0.0 || losses >= 1.0) return;  // without a loss the interval ends where counting it would
+  std::ostringstream what;
+  what << std::setprecision(2) << "a loss of " << p.lost[p.lost.size() - 1] << " by " << p.rollouts << " replicas and "
+       << p.splitting->levels << " levels is worth " << losses << " counted losses: its " << splitting_batches
+       << " batches differ much, most such estimates are too low, and the interval is wide; take "
+       << "more `rollouts`, 5 times as many, or a level that foresees the loss better (`ahead`, `level`)";
+  warnings.push_back({"rare loss", what.str()});
+}
+
 // What the batches say together.
 CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBatch>& batches) {
   const std::vector<int> checks = search::check_steps(*timing_of(problem));
@@ -321,6 +335,7 @@ CaptureProbability rare_capture_probability(const Problem& problem, const RareOp
   p.undisturbed = undisturbed.exit < 0;
   p.undisturbed_time = p.undisturbed ? p.times[p.times.size() - 1] : undisturbed.exit * problem.scene.stepping().step;
   p.warnings = implausible(p, problem);
+  warn_of_spread(p, p.warnings);
   return p;
 }
 

@@ -53,8 +53,10 @@ Generation<Replica> split(int count, Random& random, const Draw& draw, const Bra
   return generation;
 }
 
-//! Relative variance of one estimate: as measured or, if that is more, as of a lognormal distribution with the same
-//! variance of its logarithm, of which a few draws seldom show the long tail.
+//! Relative variance of one estimate: as measured or, if that is more, as of a lognormal distribution with the variance
+//! of their logarithms, of which a few draws seldom show the long tail. That variance is itself known to its square
+//! times 2 / (n - 1) alone, which counts as well (Cox's interval of a lognormal mean; Zhou and Gao, Statistics in
+//! Medicine, 1997).
 inline double relative_variance(const Eigen::VectorXd& estimates) {
   const auto n = static_cast<double>(estimates.size());
   const double mean = estimates.mean();
@@ -67,7 +69,8 @@ inline double relative_variance(const Eigen::VectorXd& estimates) {
   if (positive < 2.0) return measured;
   const Eigen::Map<const Eigen::ArrayXd> logs(logarithms.data(), static_cast<Eigen::Index>(logarithms.size()));
   const double spread = (logs - logs.mean()).square().sum() / (positive - 1.0);
-  return std::max(measured, std::exp(spread) * n / positive - 1.0);
+  const double of_spread = 0.5 * positive * spread * spread / (positive - 1.0);
+  return std::max(measured, std::exp(spread + of_spread) * n / positive - 1.0);
 }
 
 //! How many rollouts of equal weight say as much about a rare probability as these estimates: at least as many as the

@@ -65,6 +65,12 @@ void require_clock(const Problem& problem) {
   if (problem.horizon) require_whole_steps("horizon", *problem.horizon, 1, step);
   if (problem.check) require_whole_steps("check", *problem.check, 1, step);
   require_whole_steps("dwell", problem.dwell, 0, step);
+  const std::optional<Timing> timing = timing_of(problem);
+  if (timing && timing->dwell > 0 && timing->dwell < timing->check) {
+    reject("dwell", text(problem.dwell),
+           "0, or at least as long as `check`, the time between two looks, " + text(timing->check * step) +
+               " s: a shorter one is not seen");
+  }
   if (!problem.plan) return;
   validate(*problem.plan, problem.scene);
   if (problem.effector == Effector::drive) {

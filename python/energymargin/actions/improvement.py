@@ -33,7 +33,7 @@ from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text
 from energymargin.reprs import Record
-from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED, Search
+from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
 
@@ -158,7 +158,6 @@ def improve(
     harden: bool = True,
     seed: int = 0,
     nodes: int = 1000,
-    search: Search | None = None,
     file: str | Path | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
@@ -176,7 +175,7 @@ def improve(
             All have the same horizon, unless success is asked: a shorter plan is no safer one. Rows
             of a Plan begin at the steps of the scene that are nearest to their times.
         metric: what is to be large: "probability" of staying captured, "probability/success", or
-            an effort of escape, "effort/est" or "effort/rrt".
+            an effort of escape: "effort", "effort/est" or "effort/rrt".
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.
         uncertainty: how well friction, masses, poses and velocities are known.
         constraints: functions of the values by name, each to be at least 0. Values that break one
@@ -189,7 +188,6 @@ def improve(
             plan that withstands the most. The result is told under the stated disturbance.
         seed: the same seed gives the same result, on any number of threads and on any executor.
         nodes: nodes of each search, as in `em.escape_effort`.
-        search: "improved" or "published", as in `em.escape_effort`.
         file: where evaluations are kept by what they ask: the same call goes on from there, after
             Ctrl-C, or with a larger budget. Another plan, constraint or seed asks anew. A file
             cannot tell two functions apart, so the disturbance is a model of em.disturbances, and
@@ -211,7 +209,7 @@ def improve(
     of_search = Limit(None if timeout is None else SHARE_OF_SEARCH * timeout, cancel)
     box = Parameters(parameters)
     seed, nodes = seed_number(seed), whole_number("nodes", nodes, 1)
-    question = Question(metric, disturbance, seed, nodes, search)
+    question = Question(metric, disturbance, seed, nodes)
     one_of("method", method, METHODS)
     budget = whole_number("budget", budget, 1)
     rollouts = whole_number("rollouts", rollouts, 1)

@@ -90,7 +90,7 @@ class Journal(Trials):
         """The particles of a candidate follow from the first one, their numbers and `common`."""
         first = trial[0]
         disturbance = _disturbance_text(question.disturbance)
-        asked = (question.metric, question.seed, question.nodes, question.search, disturbance)
+        asked = (question.metric, question.seed, question.nodes, disturbance)
         own = [] if trial.particles is None else [trial.particles[k] for k in trial.numbers]
         particles = tuple(one.number for one in own)
         draws = (first.number, len(trial), particles, _problem_text(first.problem))

@@ -16,13 +16,12 @@ from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
 from energymargin.plans import control_period, in_steps, nearest_steps, whole_steps
-from energymargin.searches import Search
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
 
 Rows = NDArray[np.float64]
 
-EFFORT = "effort/est"
+EFFORT = "effort"
 
 
 class Moment(NamedTuple):
@@ -71,8 +70,6 @@ class MarginProfile(Summarized):
     seed: int
     disturbance: Disturbance | None = None
     """None: Uniform()."""
-    search: Search | None = None
-    """Search of the efforts, as in `em.escape_effort`."""
     complete: bool = True
     """Whether every moment has its scores: False if the timeout or the cancel came first."""
     ended: str | None = None
@@ -137,7 +134,6 @@ def margin_profile(
     disturbance: Disturbance | None = None,
     effort: bool = True,
     nodes: int = 300,
-    search: Search | None = None,
     seed: int = 0,
     threads: int | None = None,
     executor: Executor | None = None,
@@ -162,7 +158,6 @@ def margin_profile(
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform().
         effort: False leaves out the efforts.
         nodes: nodes of each search, as in `em.escape_effort`.
-        search: "improved" or "published", as in `em.escape_effort`.
         seed: of all moments: their probabilities are those of `em.capture_probability` with this
             seed, their searches those of `em.escape_effort` with em.stream(seed, 0).
         threads: None takes all cores. The bits do not depend on them.
@@ -187,9 +182,9 @@ def margin_profile(
         raise ValueError(f"ahead is {ahead!r} s, expected at most the {end * step:.4g} s there are")
     whole_number("rollouts", rollouts, 1)
     function_or_none("progress", progress, "done", "total")
-    questions = [(Question("probability", disturbance, seed, nodes, search), rollouts)]
+    questions = [(Question("probability", disturbance, seed, nodes), rollouts)]
     if yes_or_no("effort", effort):
-        questions.append((Question(EFFORT, None, seed, nodes, search), 1))
+        questions.append((Question(EFFORT, None, seed, nodes), 1))
     last = end - 1 if look is None else end - look
     moments = nearest_steps(np.arange(last * step / apart + 1) * apart, step)
     numbers = [int(number) for number in moments if number <= last]
@@ -237,7 +232,6 @@ def margin_profile(
         nodes=nodes,
         seed=seed,
         disturbance=disturbance,
-        search=search,
         complete=complete,
         ended=ended,
     )

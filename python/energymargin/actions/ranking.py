@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Problem
 from energymargin.actions.racing import Duel, beaten, beats, duel, looks
 from energymargin.actions.trials import (
-    EFFORT,
+    EFFORTS,
     OF_INTERVALS,
     Disturbance,
     Draws,
@@ -27,7 +27,6 @@ from energymargin.checks import function_or_none, share, shown, whole_number, ye
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.reprs import Record
-from energymargin.searches import Search
 from energymargin.summary import Summarized
 from energymargin.table_text import csv_text
 
@@ -169,7 +168,7 @@ class Ranking(Summarized):
             said = f"undecided: {self.best} leads, but"
             most, confidence = self.regret_bound, self.level
         by = f"by at most {most:g}"
-        if self.metric.startswith(EFFORT):
+        if self.metric in EFFORTS:
             by = f"in at most {most:.0%} of the searches"
         percent = _percent(confidence)
         return f"{said} {_listed(others)} may be better, {by}, with {percent} % confidence"
@@ -195,7 +194,7 @@ class Ranking(Summarized):
     def _risks(self) -> dict[str, float]:
         """One minus the confidence that each of the others is not the best; of efforts, that the
         first beats it."""
-        if self.metric.startswith(EFFORT):
+        if self.metric in EFFORTS:
             return {name: 1.0 - beats(one, len(self)) for name, one in self._duels.items()}
         return {
             one.name: 1.0 - beaten([duel(s.values, one.values) for s in self if s is not one])
@@ -221,7 +220,6 @@ def rank(
     race: bool = True,
     seed: int = 0,
     nodes: int = 1000,
-    search: Search | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -239,7 +237,7 @@ def rank(
         problems: the candidates, with the same step, objects and bounds, and with the same horizon
             unless success is asked; a dict gives them names, otherwise they are "0", "1", ...
         metric: "probability" of staying captured, "probability/success", or an effort of escape,
-            "effort/est" or "effort/rrt".
+            "effort", "effort/est" or "effort/rrt".
         rollouts: the most draws of each candidate; of an effort, searches.
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.
         uncertainty: how well friction, masses, poses and velocities are known: draw j has the same
@@ -251,7 +249,6 @@ def rank(
         race: False scores every candidate to the end.
         seed: the same seed draws the same, on any number of threads and on any executor.
         nodes: nodes of each search, as in `em.escape_effort`.
-        search: "improved" or "published", as in `em.escape_effort`.
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
         progress: progress(done, total) counts draws; a race does not need them all.
@@ -265,7 +262,7 @@ def rank(
     comparison.
     """
     limit = Limit(timeout, cancel)
-    question = Question(metric, disturbance, seed, nodes, search)
+    question = Question(metric, disturbance, seed, nodes)
     most = whole_number("rollouts", rollouts, 1)
     confidence, tolerance = share("confidence", confidence), share("tolerance", tolerance)
     yes_or_no("race", race)
@@ -415,7 +412,7 @@ class Race:
 def _mistaken(metric: str, candidates: int) -> int:
     """How many candidates may come first by mistake: all but the best one. Of efforts all, as none
     may beat each other one."""
-    return candidates if metric.startswith(EFFORT) else max(candidates - 1, 1)
+    return candidates if metric in EFFORTS else max(candidates - 1, 1)
 
 
 def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:

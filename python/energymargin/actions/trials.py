@@ -26,12 +26,13 @@ from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.executors.choice import chosen_executor
 from energymargin.limits import Limit
+from energymargin.metrics import KINDS
 from energymargin.parallel import run
 from energymargin.reprs import Record
-from energymargin.searches import Search, SearchSettings, metric_search
+from energymargin.searches import SearchSettings, metric_search
 
-OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
-EFFORT = "effort/"
+EFFORTS = KINDS["effort"].metrics
+OBJECTIVES = ("probability", "probability/success", *EFFORTS)
 
 OF_INTERVALS = 0.95
 PIECE = 1000  # draws that are made at a time
@@ -53,8 +54,6 @@ class Question:
     search with the seed stream(seed, j)."""
     nodes: int = 1000
     """Nodes of each search."""
-    search: Search | None = None
-    """Search of the efforts, as in `escape_effort`."""
     settings: SearchSettings = field(init=False, repr=False)
     """Those of each draw's search or rollouts."""
 
@@ -72,13 +71,13 @@ class Question:
                 f"disturbance is {shown(self.disturbance)} with the metric {self.metric!r}, "
                 "expected None: an effort is the least work within the problem's bounds"
             )
-        checked = SearchSettings(nodes=self.nodes, seed=self.seed, search=self.search)
+        checked = SearchSettings(nodes=self.nodes, seed=self.seed)
         object.__setattr__(self, "settings", checked)
 
     @property
     def is_effort(self) -> bool:
         """Whether draws are searches, and values efforts [J]."""
-        return self.metric.startswith(EFFORT)
+        return self.metric in EFFORTS
 
     def score(self, draws: Draws) -> float:
         """Mean of the values of draws that count, or the median effort [J]."""

@@ -22,7 +22,7 @@ from energymargin.summary import summary
 
 TASK = "push"
 FRAMES = 10
-SEARCH = SearchSettings(nodes=100, search="published")
+SEARCH = SearchSettings(nodes=100)
 SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 
 

@@ -23,7 +23,6 @@ TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
 
 
 @options_of(SearchSettings(), "nodes", "seed")
-@options_of(SearchSettings(), "search", panel="How candidates are compared")
 def rank(
     problems: list[Path],
     *,
@@ -51,7 +50,8 @@ def rank(
 
     Args:
         problems: Problem files, from `problem.save(...)`: the candidates.
-        metric: What is to be large: probability, probability/success, effort/est or effort/rrt.
+        metric: What is to be large: probability, probability/success, effort, effort/est or
+            effort/rrt.
         rollouts: The most draws of each candidate; for an effort, the most searches.
         strength: Strength of the disturbance of probabilities: a share of the problems' bounds, by
             default 1.

@@ -23,7 +23,7 @@ from energymargin.cli.options import (
     require_one,
 )
 from energymargin.cli.terminal import TIMED_OUT, say, warn
-from energymargin.metrics import CLOCKLESS, TIMED, USUAL
+from energymargin.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.searches import SearchSettings
 from energymargin.settings import flag_of
 
@@ -40,8 +40,7 @@ PROBABILITY = ("rollouts", "strength", "objects", "common_random_numbers")
 
 @options_of(SEARCH, "nodes", "seed")
 @options_of(
-    *(SEARCH, "search", "stop_at_escape", "nodes_per_edge", "least_likelihood"),
-    panel="How trees are grown",
+    *(SEARCH, "stop_at_escape", "nodes_per_edge", "least_likelihood"), panel="How trees are grown"
 )
 @options_of(SEARCH, *PROBABILITY, panel="Over a horizon")
 def score(
@@ -90,8 +89,8 @@ def score(
             on, and behind its end what the task says. hold: it goes on as it moves, as for
             recordings. none: it coasts. If not given, the first of these that the data have.
         check: The time between two looks at the capture set [s]; about 1/60 if not given.
-        dwell: How long the objects have to be outside to be lost [s]; 0 if not given: one look is
-            enough.
+        dwell: How long the objects have to be outside to be lost [s], at least --check; 0 if not
+            given: one look is enough.
     Models known with an error:
         belief: How well the models are known, as JSON or a file of it: friction, mass, pose,
             velocity. Scores are then means over a belief, at as many steps.
@@ -194,18 +193,24 @@ def _asked_runs(
 ) -> list[tuple[Sequence[str], Future | None]]:
     """The metrics and the future of each run: metrics without a clock have a run of their own.
 
-    Without `metrics` those of USUAL have the horizon, and beside them are all that have none.
+    Without `metrics` those of USUAL have the horizon, and beside them are the paper's, which have
+    none.
     """
     from energymargin.store.scoring import dataset_metrics
 
     def there(metrics: Sequence[str] | None, future: Future | None) -> Sequence[str]:
         return dataset_metrics(dataset, metrics, settings, future, sampling)
 
+    def usual() -> Sequence[str]:
+        found = there(None, None)
+        clock = set(found) & set(TIMED)
+        return [metric for metric in found if clock or metric not in LEAST_EFFORT]
+
     if future is None:
-        return [(there(metrics, None), None)]
+        return [(usual() if metrics is None else there(metrics, None), None)]
     if metrics is None:
         timed = [metric for metric in there(None, future) if metric in USUAL]
-        return [(timed, future), (there(None, None), None)]
+        return [(timed, future), (usual(), None)]
     clockless = [metric for metric in metrics if metric in CLOCKLESS]
     timed = [metric for metric in metrics if metric not in CLOCKLESS]
     runs = [(timed, future), (clockless, None)]

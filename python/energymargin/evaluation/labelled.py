@@ -50,9 +50,6 @@ class LabelledScores(Record, Summarized):
     asks: str | None = None
     """The question with a clock that the scores answer, as "horizon 5 frames, plan script"; None:
     one about the state as it is."""
-    search: str | None = None
-    """How the efforts were searched for, "improved" or "published"; None: there are none, or it is
-    not known."""
     frames: int | None = None
     """The horizon of that question, in frames."""
 

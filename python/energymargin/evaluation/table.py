@@ -127,8 +127,6 @@ class Evaluation(Record, Summarized):
     """Which states are compared; of those that are captured now `success` is None."""
     clipped: bool = False
     """Whether a horizon ends with its trajectory; else such states are left out."""
-    search: str | None = None
-    """As of LabelledScores. The paper's efforts stand beside none of another search."""
     counts: dict[int, Counts] = field(default_factory=dict)
     """By horizon, which states count."""
 
@@ -190,8 +188,7 @@ class Evaluation(Record, Summarized):
 
     def paper(self, score: str) -> tuple[float, float] | None:
         """AUC and AP in the paper's Table I; None if it has no such score."""
-        other = score.startswith("effort") and self.search not in (None, "published")
-        return None if other else PAPER.get(self.task, {}).get(score)
+        return PAPER.get(self.task, {}).get(score)
 
     @property
     def several(self) -> bool:
@@ -251,8 +248,6 @@ class Evaluation(Record, Summarized):
             )
         if self.shows_paper:
             sentences.append(f"The paper's values are at h = {PAPER_HORIZON}.")
-        if self.shows_paper and self.search == "improved":
-            sentences.append("Its efforts are of the published search, these of the improved one.")
         if self.missing and (len(self.counts) != 1 or self.missing_trajectories):
             sentences.append(f"{self.left_out}.")
         return " ".join(filter(None, sentences))
@@ -320,7 +315,6 @@ def evaluate(
         last=last,
         probable_success=successes.get(PROBABLE_SUCCESS),
         asks=labelled.asks,
-        search=labelled.search,
         among=among,
         clipped=clipped,
         counts={

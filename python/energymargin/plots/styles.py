@@ -61,7 +61,7 @@ PALETTE = (
     LineStyle("#56B4E9", (0, (10, 2)), "X"),
 )
 STYLED = ("capture", "effort/est", "effort/rrt", "success", "force", *list(TIMED)[:2])
-METRICS = dict(zip(STYLED, PALETTE, strict=True))
+METRICS = dict(zip(STYLED, PALETTE, strict=True)) | {"effort": LineStyle("#882255", "-", "*")}
 
 
 def metric_style(metric: str) -> LineStyle:

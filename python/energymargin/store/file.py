@@ -94,7 +94,7 @@ class ScoreStore(Database, Summarized):
             ahead = self.number_of("futures", asks=asks)
             asked = sorted(
                 self.number_of(
-                    "questions", metric=metric, settings=_json(own), algorithm=algorithm_of(own)
+                    "questions", metric=metric, settings=_json(own), algorithm=algorithm_of(metric)
                 )
                 for metric, own in questions.items()
             )

@@ -6,7 +6,7 @@ import json
 import math
 import re
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -66,6 +66,7 @@ class Run(Summarized):
         self.future = None if asks == NO_FUTURE else Future.from_json(asks)
         """What is asked of each state's future; None: the scores are about the state as it is."""
         self.settings: dict[str, Any] = json.loads(settings)
+        self.settings.pop("search", None)  # of files from before 0.15, where metrics now say it
         self.sampling = Sampling.taken_from(self.settings)
         """What is not known of each state's model, and how many particles it has; None: each score
         is of the model as it is. The scores of a belief are means."""
@@ -73,12 +74,15 @@ class Run(Summarized):
     @cached_property
     def _questions(self) -> list[tuple[str, int, str, str]]:
         """Metric, number, settings (JSON) and algorithm of each, in the order of METRICS."""
-        rows = self._database.execute(
+        rows: Iterable[tuple[str, int, str, str]] = self._database.execute(
             "SELECT metric, id, settings, algorithm FROM asked JOIN questions ON question = id "
             "WHERE run = ?",
             (self.number,),
         )
         order = {metric: place for place, metric in enumerate(METRICS)}
+        rows = [
+            (_named(metric, json.loads(own)), number, own, of) for metric, number, own, of in rows
+        ]
         return sorted(rows, key=lambda row: (order.get(row[0], len(order)), row[0]))
 
     @cached_property
@@ -104,14 +108,13 @@ class Run(Summarized):
     @cached_property
     def up_to_date(self) -> bool:
         """Whether this energymargin gives the same scores."""
-        return all(algorithm_of(json.loads(own)) == other for _, _, own, other in self._questions)
+        return all(algorithm_of(metric) == other for metric, _, _, other in self._questions)
 
     @property
     def common_settings(self) -> dict[str, Any]:
-        """What the scores of runs that stand beside each other share: dataset, belief and settings,
-        but for the search."""
+        """What the scores of runs that stand beside each other share: dataset, belief, settings."""
         belief = {} if self.sampling is None else self.sampling.all()
-        return {"dataset": self.dataset, **self.settings, **belief, "search": None}
+        return {"dataset": self.dataset, **self.settings, **belief}
 
     @cached_property
     def several(self) -> bool:
@@ -323,7 +326,6 @@ class Run(Summarized):
             success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
             asks=self._asks(),
             frames=None if self.future is None else self.future.frames,
-            search=self.settings.get("search"),
         )
 
     def why_not_of(self, dataset: Dataset, name: str, scores: str) -> str:
@@ -365,6 +367,13 @@ class Run(Summarized):
     @cached_property
     def _listed(self) -> str:
         return ", ".join(map(str, self.questions))
+
+
+def _named(metric: str, settings: Mapping[str, Any]) -> str:
+    """Today's name of a metric: efforts of search="improved" had those of the paper before 0.15."""
+    if settings.get("search") != "improved":
+        return metric
+    return metric.replace("/est", "") if "/est" in metric else f"{metric}, improved"
 
 
 def _packed(numbers: NDArray[np.float64]) -> bytes:

@@ -113,7 +113,6 @@ def begin_run(
     After a change of the task's code, states make other problems. A change of only a few states of
     a large dataset may be missed.
     """
-    settings = settings.of_clock(timed=has_clock(dataset, future))
     questions = {metric: settings.of(metric) for metric in metrics}
     named = settings.all()
     if sampling is not None:

@@ -177,7 +177,7 @@ def score_state(
             probability = search(
                 "probability", 0.0, settings.rollouts, disturbance=disturbance, **sides
             )
-    escape = search("effort/est", 0.5, settings.nodes)
+    escape = search("effort", 0.5, settings.nodes)
     return Scored(problem, escape, capture, force, probability, disturbance)
 
 

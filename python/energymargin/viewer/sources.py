@@ -26,7 +26,7 @@ from energymargin.store import ScoreStore
 PROBLEM, DATASET = ".json", ".h5"
 Progress = Callable[[int, int], None]
 
-EFFORT = "effort/est"
+EFFORT = "effort"
 # Share of a trajectory's frames before its loss. In the frames just before it the object leaves by
 # itself, and long before it all is well: here the tasks have capture scores of 0.2 to 0.6.
 BEFORE = 0.25
@@ -216,7 +216,7 @@ def profile_scores(profile: MarginProfile) -> FrameScores:
     finite = np.where(np.isfinite(profile.efforts), profile.efforts, np.nan)
     curves = scores | {"low": profile.low, "high": profile.high, EFFORT: finite}
     search = {
-        **{"nodes": profile.nodes, "search": profile.search, "seed": profile.seed},
+        **{"nodes": profile.nodes, "seed": profile.seed},
         **{"rollouts": profile.rollouts, "common_random_numbers": True},
     }
     there = {name: values for name, values in curves.items() if not np.isnan(values).all()}

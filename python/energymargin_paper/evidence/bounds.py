@@ -266,7 +266,7 @@ PROBLEMS: dict[str, Callable[[str], tuple[Problem, float]]] = {
 
 def _run(job: Job, cancel: Cancel) -> Row:
     problem, answer = PROBLEMS[job.kind](job.name)
-    upper = escape_effort(problem, nodes=job.nodes, search="improved", cancel=cancel).effort
+    upper = escape_effort(problem, nodes=job.nodes, cancel=cancel).effort
     begun = time.perf_counter()
     bound = effort_lower_bound(problem, cells=job.cells, cancel=cancel)
     seconds = time.perf_counter() - begun

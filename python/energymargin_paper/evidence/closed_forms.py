@@ -304,7 +304,7 @@ def _effort(
 
 
 def _search(known: KnownAnswer, job: Job, cancel: Cancel | None = None) -> EscapeEffort:
-    options = {"search": "improved"} | SEARCHES[job.search]
+    options = SEARCHES[job.search]
     return escape_effort(
         known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **options
     )

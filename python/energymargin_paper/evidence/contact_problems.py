@@ -176,7 +176,7 @@ def plate_effort(excess: float, seed: int, nodes: int = 200, force: float = 3.0)
             duration=0.3,
             captured=regions.HalfSpace("object", (1.0, 0.0, 0.0), 0.0),
         )
-        return escape_effort(problem, nodes=nodes, seed=seed, search="improved").effort
+        return escape_effort(problem, nodes=nodes, seed=seed).effort
 
 
 def _add_room(scene: Scene, posts: str) -> None:

@@ -187,7 +187,7 @@ def _future(task: ScriptedTask, trajectory: Trajectory, frame: int) -> Problem:
 
 def _escape(question: str, frame: int, problem: Problem, job: Job, cancel: Cancel) -> Escape:
     seed = stream(job.seed, frame)
-    escape = escape_effort(problem, nodes=job.nodes, seed=seed, search="improved", cancel=cancel)
+    escape = escape_effort(problem, nodes=job.nodes, seed=seed, cancel=cancel)
     if cancel.is_set:
         raise Cancelled("cancelled while an escape was searched")
     if not len(escape.path):

@@ -297,7 +297,7 @@ def _score(
     progress: Callable[[int, int], None],
 ) -> None:
     """The paper's scores, as published."""
-    search = SearchSettings(settings.nodes, settings.seed, search="published")
+    search = SearchSettings(settings.nodes, settings.seed)
     path = folder / f"{dataset.task}-scores.db"
     score_dataset(
         dataset, path, PUBLISHED, settings=search, executor=Threads(threads), progress=progress

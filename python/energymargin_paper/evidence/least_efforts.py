@@ -319,7 +319,7 @@ def _reference(problem: Problem, job: ReferenceJob, cancel: Cancel) -> Reference
 
 def search(problem: Problem, job: SearchJob, cancel: Cancel | None = None) -> Search:
     """A search of the library."""
-    found = escape_effort(problem, nodes=job.nodes, seed=job.seed, search="improved", cancel=cancel)
+    found = escape_effort(problem, nodes=job.nodes, seed=job.seed, cancel=cancel)
     steps = int(np.round(found.tree.durations.sum() / problem.scene.step))
     return Search([(nodes, effort) for nodes, effort in found.history], steps)
 

@@ -225,7 +225,7 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
         }
         draws = stream(settings.seed, STEPS * seed + f)
         said = {n: _probability(problem, p, draws, settings) for n, p in plans.items()}
-        search = SearchSettings(NODES, draws, search="published")
+        search = SearchSettings(NODES, draws)
         said[SCORE] = value_of("capture", metric_search(alone, "capture", search, 0))
         found["said"].append(said)
         if cancel.is_set:

@@ -90,7 +90,7 @@ class Settings:
     @property
     def search(self) -> SearchSettings:
         """Those of the scores."""
-        return SearchSettings(self.nodes, self.seed, search="published")
+        return SearchSettings(self.nodes, self.seed)
 
 
 @dataclass(frozen=True, eq=False)

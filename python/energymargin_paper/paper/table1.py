@@ -84,7 +84,7 @@ class Settings:
     @property
     def search(self) -> SearchSettings:
         """Those of the scores."""
-        return SearchSettings(self.nodes, self.seed, search="published")
+        return SearchSettings(self.nodes, self.seed)
 
 
 def check_tasks(names: Sequence[str]) -> None:

@@ -222,7 +222,7 @@ class Table2Study(Study[Settings, Table2]):
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Table2:
         """Scores what the folder's store lacks. Raises ValueError on a store that is none."""
         sets = {name: recorded(name) for name in settings.combinations}
-        search = SearchSettings(settings.nodes, settings.seed, search="published")
+        search = SearchSettings(settings.nodes, settings.seed)
         before, total = 0, sum(dataset.size for dataset in sets.values())
         rows = []
         with ScoreStore(folder / "scores.db", create=True) as store:

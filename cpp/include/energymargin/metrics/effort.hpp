@@ -14,13 +14,9 @@ namespace energymargin {
 
 //! How an escape is searched for.
 enum class Search {
-  published,  //!< the paper's: controls drawn evenly, nothing shortened
-  improved    //!< mixed controls, and most nodes make the best escape cheaper
+  improved,  //!< mixed controls, and most nodes make the best escape cheaper: the least work that is found
+  published  //!< Algorithm 1 as in the paper: controls drawn evenly, nothing shortened
 };
-
-//! The search of a problem where none is asked for. With a clock it is `improved`. Without one it is `published`: since
-//! a wait of any length is free there, the least efforts of states hardly differ, and do not rank them.
-Search search_of(const Problem& problem);
 
 struct EffortOptions {
   std::string planner = "est";  //!< "est" or "rrt": the x of AO-x
@@ -28,7 +24,7 @@ struct EffortOptions {
   std::uint64_t seed = 0;
   Captured captured = Captured::all;         //!< of several objects, which have to leave
   Limit limit{};                             //!< ends the search early; the best escape so far counts
-  std::optional<Search> search{};            //!< by default as `search_of` has it
+  Search search = Search::improved;          //!< with a clock and without
   std::optional<Sampling> sampling{};        //!< how controls are drawn; by default as the search does
   std::optional<bool> shorten{};             //!< make the best escape cheaper; by default as the search does
   bool stop_at_escape = false;               //!< a rollout ends where it is seen outside, every few steps
