@@ -22,7 +22,7 @@ std::vector<ContactPoint> points_of(const Shape& ground, double top, double dist
   MovingBodies bodies(scene);
   bodies.restore(pack(scene));
   CollisionPairs pairs(scene, bodies.poses());
-  pairs.update();
+  pairs.update(std::vector<Velocity>(scene.bodies().size()), scene.stepping().step);
   return pairs.points();
 }
 

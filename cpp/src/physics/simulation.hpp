@@ -296,7 +296,7 @@ class Simulation {
     const Substep substep{blow_duration * step_, pairs_.points(), motors_, Bounces::now};
     const bool converged = equations_.solve(substep);
     equations_.commit(substep, 1.0);
-    equations_.join_mimics();
+    equations_.join_velocities(0.0);
     in_step_ = true;
     ++blows_;
     spring_loads_ = springs_.loads(true);
