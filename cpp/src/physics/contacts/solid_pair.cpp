@@ -1,6 +1,8 @@
 #include "physics/contacts/solid_pair.hpp"
 
-#include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +16,6 @@ constexpr double along_tilt = 0.01;
 // The points are at an end of the common height where that is so much closer than the other [m], and between them
 // before. Of cylinders that cross, they are at the lowest point of a parabola through both ends and the middle.
 constexpr double clearly_closer = 1e-5;
-
-// Two ways to find a distance agree if they differ by less than this share of the margins.
-constexpr double same_distance = 1e-9;
 
 // The nearest point of a box or a cylinder to one beside it, across `axis`, in its own frame.
 btVector3 nearest_across(const InnerShape& shape, int axis, btVector3 point) {
@@ -210,23 +209,14 @@ class Simplex {
   int count_ = 0;
 };
 
-// An inner shape as EPA asks for it.
-class InnerOfBullet : public btConvexInternalShape {
- public:
-  explicit InnerOfBullet(const InnerShape& shape) : shape_(shape) { m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE; }
+struct OnePoint : btDiscreteCollisionDetectorInterface::Result {
+  std::optional<ClosestPoints> point;
 
-  btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override {
-    return shape_.support(direction);
+  void setShapeIdentifiersA(int, int) override {}
+  void setShapeIdentifiersB(int, int) override {}
+  void addContactPoint(const btVector3& normal, const btVector3& on_b, btScalar distance) override {
+    point = {normal, on_b, distance};
   }
-  void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3* directions, btVector3* points,
-                                                         int count) const override {
-    for (int i = 0; i < count; ++i) points[i] = shape_.support(directions[i]);
-  }
-  void calculateLocalInertia(btScalar, btVector3&) const override {}
-  const char* getName() const override { return "InnerOfBullet"; }
-
- private:
-  const InnerShape& shape_;
 };
 
 }  // namespace
@@ -246,8 +236,7 @@ std::optional<ClosestPoints> distance_side_by_side(const InnerShape& a, const bt
 // GJK (Gilbert, Johnson and Keerthi 1988): the point of their difference that is closest to the origin, in b's frame.
 Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransform& pose_b, double reach,
                                      ClosestPoints& result) {
-  const bool approximates = margins() > 0.0;
-  if (const auto found = approximates ? distance_side_by_side(a_, pose_a, b_, pose_b) : std::nullopt) {
+  if (const auto found = distance_side_by_side(a_, pose_a, b_, pose_b)) {
     result = *found;
     return result.distance > reach ? Separation::too_far : Separation::apart;
   }
@@ -278,7 +267,6 @@ Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransfor
     result.on_b = pose_b(simplex.on_b());
     return Separation::apart;
   };
-  result = {btVector3(0.0, 0.0, 1.0), pose_b.getOrigin(), 0.0};
   const double least = clearly_apart(a_, b_);
   for (int i = 0; squared > least * least; ++i) {
     if (i == most_iterations) break;
@@ -307,59 +295,22 @@ std::optional<ClosestPoints> SolidPair::closest(const btTransform& pose_a, const
   ClosestPoints inner;
   const Separation separation = inner_distance(pose_a, pose_b, margins() + reach, inner);
   if (separation == Separation::too_far) return std::nullopt;
-  if (separation == Separation::apart) return with_margins(inner);
-  return penetration == Penetration::measured ? deepest(pose_a, pose_b) : std::nullopt;
+  if (separation == Separation::too_near) return closest_by_bullet(pose_a, pose_b, reach, penetration);
+  return ClosestPoints{inner.normal, inner.on_b + inner.normal * b_.margin(), inner.distance - margins()};
 }
 
-// EPA fails where its first points are flat: then it begins elsewhere.
-std::optional<ClosestPoints> SolidPair::deepest(const btTransform& pose_a, const btTransform& pose_b) const {
-  const InnerOfBullet a(a_), b(b_);
-  btGjkEpaSolver2::sResults found;
-  constexpr bool with_margins = false;
-  const btVector3 between = pose_b.getOrigin() - pose_a.getOrigin();
-  for (const btVector3& guess : {between, btVector3(1, 0, 0), btVector3(0, 1, 0), btVector3(0, 0, 1),
-                                 btVector3(-1, 0, 0), btVector3(0, -1, 0), btVector3(0, 0, -1)}) {
-    if (!btGjkEpaSolver2::Penetration(&a, pose_a, &b, pose_b, guess, found, with_margins)) continue;
-    const btVector3 along = pose_a.getBasis() * found.normal;  // Bullet's is in the frame of a
-    const btVector3 normal = gap(pose_a, pose_b, along) < gap(pose_a, pose_b, -along) ? -along : along;
-    return ClosestPoints{normal, found.witnesses[1] + normal * b_.margin(), found.distance - margins()};
-  }
-  return std::nullopt;
-}
-
-ClosestPoints SolidPair::sharp_side(const btTransform& pose_a, const btTransform& pose_b,
-                                    const ClosestPoints& rounded) const {
-  if (!have_edges() || !(a_.is_cylinder() || b_.is_cylinder())) return rounded;
-  const auto lies = [](const InnerShape& solid, const btTransform& pose, const btVector3& normal) {
-    return solid.is_cylinder() && std::abs(pose.getBasis().getColumn(2).dot(normal)) < along_tilt;
-  };
-  const bool a_lies = lies(a_, pose_a, rounded.normal), b_lies = lies(b_, pose_b, rounded.normal);
-  if (a_lies == b_lies || rounded.distance - gap(pose_a, pose_b, rounded.normal) <= same_distance * margins())
-    return rounded;
-  SolidPair side(a_lies ? a_.side() : a_.sharp(), b_lies ? b_.side() : b_.sharp());
-  const auto found = side.closest(pose_a, pose_b, BT_LARGE_FLOAT, Penetration::ignored);
-  return found && lies(a_lies ? a_ : b_, a_lies ? pose_a : pose_b, found->normal) ? *found : rounded;
-}
-
-// Rounded solids tell it where the sharp ones are as far apart along their normal: at faces and round sides.
-std::optional<ClosestPoints> sharp_closest(const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
-                                           const btTransform& pose_b, double reach) {
-  SolidPair rounded(a, b), solids(a, b, Edges::sharp);
-  const bool has_hull = rounded.a().is_hull() || rounded.b().is_hull();  // whose corners may be needles
-  const double nearer = has_hull ? rounded.a().size() + rounded.b().size() : most_rounded * rounded.margins();
-  ClosestPoints inner;
-  Separation separation = rounded.inner_distance(pose_a, pose_b, rounded.margins() + nearer + reach, inner);
-  if (separation == Separation::too_far) return std::nullopt;
-  if (separation == Separation::apart) {
-    const ClosestPoints found = rounded.with_margins(inner);
-    if (found.distance - rounded.gap(pose_a, pose_b, found.normal) <= same_distance * rounded.margins()) return found;
-  }
-  separation = solids.inner_distance(pose_a, pose_b, solids.margins() + reach, inner);
-  if (separation == Separation::too_far) return std::nullopt;
-  if (separation == Separation::too_near) {
-    if (const auto deepest = solids.deepest(pose_a, pose_b)) return deepest;
-  }
-  return solids.with_margins(inner);  // EPA has nothing to say of what just touches
+std::optional<ClosestPoints> SolidPair::closest_by_bullet(const btTransform& pose_a, const btTransform& pose_b,
+                                                          double reach, Penetration penetration) const {
+  btDiscreteCollisionDetectorInterface::ClosestPointInput input;
+  input.m_transformA = pose_a;
+  input.m_transformB = pose_b;
+  input.m_maximumDistanceSquared = (margins() + reach) * (margins() + reach);
+  btVoronoiSimplexSolver simplex;
+  btGjkEpaPenetrationDepthSolver depth;
+  btGjkPairDetector detector(&shape_a_, &shape_b_, &simplex, penetration == Penetration::measured ? &depth : nullptr);
+  OnePoint result;
+  detector.getClosestPoints(input, result, nullptr);
+  return result.point;
 }
 
 }  // namespace energymargin
