@@ -179,7 +179,7 @@ inline Problem planned() {
   problem.effector = Effector::coast;
   problem.horizon = 11 * step;
   problem.check = 3 * step;
-  problem.dwell = step;
+  problem.dwell = 3 * step;
   Plan plan{2 * step};
   plan.wrenches = {{"tip", uneven_rows(rows, 0.1)}, {"pusher", uneven_rows(rows, 0.7)}};
   plan.targets = {{"right 2", uneven_rows(rows, 0.3, 1)}, {"left 1", uneven_rows(rows, 0.2, 1)}};
