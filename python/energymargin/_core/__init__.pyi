@@ -718,7 +718,7 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-05, margin: float | None = None, friction_rule: str = 'product') -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 200, solver_tolerance: float = 1e-05, margin: float | None = None, friction_rule: str = 'product') -> None:
         """
         An empty scene.
         
@@ -1322,7 +1322,7 @@ class World:
         
         duration [s]: of the wrench, rounded to whole steps. audit: also balances the energy; only the time that it takes changes.
         time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Warns of a joint that starts
-        beyond its limits. Raises TimeoutError, or Cancelled.
+        beyond its limits, and if more than 1 % of the steps did not converge, or of the time is lost. Raises TimeoutError, or Cancelled.
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """

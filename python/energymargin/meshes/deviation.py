@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from energymargin.meshes.solids import Faces, Points, Solid
 
@@ -107,6 +106,8 @@ class Surface:
         self._mesh = mesh_of(solid)
         fine = solid.refine_to_length(_spacing(solid, SAMPLES)).to_mesh64()
         self._triangles = np.asarray(fine.vert_properties[:, :3], float)[fine.tri_verts]
+        from scipy.spatial import cKDTree
+
         self._tree = cKDTree(self._triangles.mean(axis=1))
 
     def farthest(self, rest: Manifold, samples: int = SAMPLES) -> tuple[float, Points, Points]:
