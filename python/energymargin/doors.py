@@ -99,7 +99,7 @@ def _checked_function(function: Any, package: str | None = None) -> Any:
             return function(*args, **kwargs)
         except STUMBLES as error:
             names, kinds = kinds_of(function)
-            if _names_one(error, kinds):
+            if type(error).__module__ != "builtins" or _names_one(error, kinds):
                 raise
             for name, value in (*zip(names, args, strict=False), *kwargs.items()):
                 kind = kinds.get(name)

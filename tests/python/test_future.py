@@ -190,14 +190,14 @@ def test_a_run_holds_what_em_score_says_of_the_same_problems(dataset, table, tmp
 
 
 def test_a_file_keeps_several_questions_of_a_state_apart(dataset, tmp_path):
-    """The effort has the same settings with all horizons, and is another one."""
+    """The effort has the same settings with all horizons: one question, of other problems."""
     path, asked = (
         tmp_path / "s.db",
         [None, Future(1), Future(2), Future(1, "hold"), Future(1, None)],
     )
     for future in [*asked, *asked]:
         score_dataset(dataset, path, ["effort/est"], settings=SETTINGS, future=future)
-    assert rows(path, "runs") == 5 and rows(path, "posed") == 5 * 8 and rows(path, "questions") == 2
+    assert rows(path, "runs") == 5 and rows(path, "posed") == 5 * 8 and rows(path, "questions") == 1
     for number, future in enumerate(asked, start=1):
         direct = em.score(dataset.problems(future=future), ["effort/est"], nodes=20, seed=3)
         assert np.array_equal(scores(path, number)["effort/est"], direct["effort/est"])

@@ -23,12 +23,12 @@ FORCE = 1.0  # N for half a second; moves the box by at most 0.19 m in a second
 
 def moving(state, time, action):
     """The box at a place with a velocity, which it keeps for a second."""
-    return problem(state[0], action[0]).replace(force=(FORCE, 0, 0))
+    return problem(state[0], action[0]).replace(force=(FORCE, 0, 0), succeeded=None)
 
 
 def ahead(state, time):
     """What the monitor asks: the policy goes on."""
-    return problem(state[0], WALK).replace(force=(FORCE, 0, 0))
+    return problem(state[0], WALK).replace(force=(FORCE, 0, 0), succeeded=None)
 
 
 def walk(observation):

@@ -138,7 +138,7 @@ def test_scores_of_a_horizon_are_drawn_from_0_to_1_and_differ_without_colour():
     assert ax.get_ylabel() == "probability [0..1]"
     markers = {line.get_marker() for line in ax.lines}
     assert len(markers) == 2
-    assert len({matplotlib.colors.to_rgb(style.color) for style in METRICS.values()}) == 7
+    assert len({matplotlib.colors.to_rgb(style.color) for style in METRICS.values()}) == 8
 
 
 def test_the_undisturbed_path_goes_from_the_state_to_the_horizon_with_a_mark_where_it_leaves():

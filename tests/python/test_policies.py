@@ -286,14 +286,14 @@ def test_a_policy_has_the_same_bits_in_other_processes(tmp_path, monkeypatch):
     from controllers import Spring
 
     held = [problem(policy(Spring(GAINS * k))) for k in (0.2, 1, 2)]
-    asked = ["probability", "effort/est"]
+    asked = ["probability", "effort"]
     here, there = (
         em.score(held, asked, rollouts=40, nodes=20, seed=3, executor=executor)
         for executor in (em.executors.Threads(2), em.executors.Processes(2))
     )
     for metric in asked:
         assert np.array_equal(here[metric], there[metric])
-    assert len(set(here["effort/est"])) == 3
+    assert len(set(here["effort"])) == 3
     begun = pickle.loads(pickle.dumps(held[0].plan.policy.after([9, 0, 0])))
     assert np.array_equal(begun._first, [[9, 0, 0]])
 
@@ -393,7 +393,7 @@ def test_the_law_of_a_feedback_goes_on_in_what_is_left_of_it():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"gains": np.eye(2)}, r"gains is of shape \(2, 2\), expected \(3, 6\)"),
+        ({"gains": np.eye(2)}, r"gains is of shape \(2, 2\), expected shape \(3, 6\)"),
         ({"observed": [*SEEN[:5], "ball.q"]}, "observed is with 'ball.q'"),
         ({"corrected": ["ball.fx", "ball.fy", "joint"]}, "with 'joint', expected what the plan"),
         ({"delay": -1}, "delay is -1"),

@@ -82,7 +82,7 @@ def test_the_page_says_what_was_scored_and_how(document, labelled):
     assert "nodes = 15" in document.row("settings")[0][0]
     assert "friction drawn at random, effector = drive" in document.row("parameters")[0][0]
     assert re.match(
-        r"[\d.]+ s: capture \d+%, effort/est \d+%", document.row("time of a state")[0][0]
+        r"[\d.]+ s: capture \d+%, effort \d+%, effort/est \d+%", document.row("time of a state")[0][0]
     )
     assert "No picture" not in document.text and not document.text.count("not scored")
     assert (
@@ -162,7 +162,7 @@ def test_the_histograms_count_every_state(document, labelled):
     of_states = sum(count for label, count in found if "trajectory" not in label)
     of_trajectories = sum(count for label, count in found if "trajectory" in label)
     whole = 12 * (6 - HORIZON)  # of each trajectory the states with as many frames left
-    assert (of_states, of_trajectories) == (4 * whole, 12)
+    assert (of_states, of_trajectories) == (5 * whole, 12)
 
 
 def test_how_wrong_a_score_is_means_what_the_auc_lacks_of_one():
@@ -217,7 +217,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
             assert again == found[metric][[0, 35, 71]].tolist()
     page = written(own, pictures=1)
     assert page.row("asked about") == [["horizon 2 frames, plan hold"]]
-    assert "This run has no scores of effort/est." in page.text
+    assert "This run has no scores of effort." in page.text
     assert "No picture" not in page.text and "Not the tree" not in page.text
     assert all(page.row("probability")) and page.row("probability/success")[1:] == [[]] * 5
     assert "stay captured; left out are" in page.text
@@ -243,7 +243,7 @@ def test_what_is_missing_is_said_with_the_command_that_completes_it(own):
     found = written(own)
     assert (
         "53 of 72 states are not scored yet, or not in full: 52 lack capture, 52 lack success, "
-        "53 lack effort/est, 52 lack effort/rrt, 52 lack force." in found.text
+        "53 lack effort, 52 lack effort/est, 52 lack effort/rrt, 52 lack force." in found.text
     )
     assert "Not shown are 8 trajectories that have no score at all." in found.text
     (command,) = re.findall(r"energymargin score .* --seed 3", found.text)
@@ -256,7 +256,7 @@ def test_scores_that_were_not_asked_for_are_named(own):
     with datasets.open(own / "push.h5") as dataset:
         score_dataset(dataset, own / "push-scores.db", ["capture", "force"], settings=SETTINGS)
     found = written(own)
-    assert "This run has no scores of success, effort/est, effort/rrt." in found.text
+    assert "This run has no scores of success, effort, effort/est, effort/rrt." in found.text
     assert "energymargin score" in found.text and "--paper" in found.text
     assert "--metrics" not in found.text
 
@@ -266,7 +266,7 @@ def test_states_of_one_label_have_no_auc_and_the_page_says_why(own):
     found = written(own, pictures=1)
     assert found.row("capture")[:6] == [["—"]] * 6
     assert "one label alone" in found.pictures["roc"][0].texts
-    assert found.text.count("None: all have the same label.") == 5
+    assert found.text.count("None: all have the same label.") == 6
 
 
 def test_a_store_without_any_score_still_makes_a_page(own):
