@@ -133,7 +133,7 @@ def test_progress_counts_particles_and_a_cancel_keeps_those_that_are_done():
 def test_what_cannot_be_asked_is_refused():
     belief = em.Belief(problem(), friction=0.1)
     for asked, words in (
-        ({"belief": problem()}, "expected em.Beliefs alone"),
+        ({"belief": problem()}, "expected a Belief"),
         ({"particles": 0}, "particles is 0"),
         ({"particles": 20, "nodes": 10}, "nodes is 10, expected one at least for each of 20"),
         ({"metrics": ["luck"]}, "metrics is 'luck'"),

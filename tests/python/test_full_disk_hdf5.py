@@ -4,6 +4,7 @@ A limit of the size of files is met in the middle of a write, as the end of a di
 """
 
 import resource
+import signal
 from contextlib import contextmanager
 
 import numpy as np
@@ -20,6 +21,7 @@ GRASPS = GraspSet(np.array([DOWN] * 200))
 @contextmanager
 def files_of_at_most(size):
     """Files end after so many bytes."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # as Python does, whatever a library did since
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:

@@ -141,7 +141,7 @@ def test_sums_do_not_depend_on_threads() -> None:
 
 def test_a_table_sums_up_its_rows_and_warns_of_all_steps_once() -> None:
     problems = [tower(1)] * 3
-    metrics = ["capture", "effort/est"]
+    metrics = ["capture", "effort"]
     with pytest.warns(em.PlausibilityWarning) as caught:
         table = em.score(problems, metrics, nodes=10, threads=1)
     assert len(caught) == 1

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel
+from energymargin.reprs import Record
 
 LONGEST_CLOSE = 0.2  # s
 
 
-@dataclass(frozen=True, eq=False)
-class Pushed:
+@dataclass(frozen=True, eq=False, repr=False)
+class Pushed(Record):
     """A state that waits."""
 
     time: float
