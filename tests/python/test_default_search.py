@@ -31,7 +31,7 @@ def test_an_effort_is_the_least_work_found_from_every_door(problem, horizon, tmp
     settings = SearchSettings(nodes=NODES)
     assert metric_search(problem, "effort", settings, 0, warn=False).effort == one.effort
     ranked = em.rank([problem, problem], metric="effort", rollouts=1, nodes=NODES, race=False)
-    assert ranked.candidates[0].score == one.effort
+    assert ranked.standings[0].score == one.effort
     problem.save(tmp_path / "problem.json")
     command = [EXECUTABLE, tmp_path / "problem.json", "--metric", "effort"]
     command += ["--nodes", NODES, "--seed", seed]
@@ -50,7 +50,7 @@ def test_an_effort_with_the_name_of_a_planner_is_algorithm_1_as_published(
     assert em.score([problem], [f"effort/{planner}"], nodes=NODES).scores == {
         f"effort/{planner}": [published]
     }
-    assert em.escape_effort(problem, **asked).effort < published
+    assert em.escape_effort(problem, **asked).effort <= published
 
 
 def test_a_margin_along_a_plan_has_the_least_work_found(problem):

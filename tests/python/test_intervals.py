@@ -86,7 +86,8 @@ def test_the_interval_of_a_score_is_that_of_its_trees(many):
     assert low < many.capture < high
     wide = many.interval(confidence=0.999)
     assert wide[0] < low and high < wide[1]
-    assert high - low == pytest.approx(2 * 1.972 * many.capture_stderr, rel=0.01)
+    # Wilson's interval and the normal one differ in the second order.
+    assert high - low == pytest.approx(2 * 1.972 * many.capture_stderr, rel=0.02)
 
 
 def test_a_tolerance_takes_as_many_trees_as_the_rule_says_on_any_number_of_threads(problem, many):

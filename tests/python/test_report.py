@@ -82,7 +82,8 @@ def test_the_page_says_what_was_scored_and_how(document, labelled):
     assert "nodes = 15" in document.row("settings")[0][0]
     assert "friction drawn at random, effector = drive" in document.row("parameters")[0][0]
     assert re.match(
-        r"[\d.]+ s: capture \d+%, effort \d+%, effort/est \d+%", document.row("time of a state")[0][0]
+        r"[\d.]+ s: capture \d+%, effort \d+%, effort/est \d+%",
+        document.row("time of a state")[0][0],
     )
     assert "No picture" not in document.text and not document.text.count("not scored")
     assert (
