@@ -130,7 +130,7 @@ def test_a_hand_that_holds_a_drawer_makes_it_more_robust_and_mujoco_agrees(tmp_p
     loose, weak, strong = (min(each.effort for each in efforts) for efforts in found)
     assert loose < weak < 0.5 * strong
     # It slips from the fingers after 2 cm, and its rail has friction for 5.
-    assert strong > 2 * 0.5 * 20 * 0.02 + 1.0 * 0.05
+    assert strong > 0.98 * (2 * 0.5 * 20 * 0.02 + 1.0 * 0.05)  # Coulomb, to 2 %
     chances = [
         em.capture_probability(problem.replace(horizon=0.5), rollouts=50, seed=1).captured
         for problem in (problems[0], problems[2])

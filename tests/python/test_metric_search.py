@@ -24,8 +24,8 @@ SETTINGS = SearchSettings(
     strength=2.0,
     common_random_numbers=True,
 )
-CLOCKLESS = ("capture", "success", "effort/est", "force")
-TIMED = ("probability", "probability/success", "effort/est")
+CLOCKLESS = ("capture", "success", "effort", "force")
+TIMED = ("probability", "probability/success", "effort")
 LATER = Future(3, "hold")
 
 
@@ -53,7 +53,7 @@ def on_the_page(dataset, path):
         viewer.page.score()
         viewer.page.wait()
         scored = viewer.page.scored
-    found = {"effort/est": scored.escape.effort}
+    found = {"effort": scored.escape.effort}
     if scored.capture is None:
         return found | scored.values(0, 0.0)
     force = scored.force.force
@@ -94,7 +94,7 @@ def test_a_monitor_gives_the_bits_of_the_store(dataset, tmp_path):
     [
         ("capture", {"nodes_per_edge": 1}),
         ("capture", {"least_likelihood": 0.0}),
-        ("effort/est", {"stop_at_escape": False}),
+        ("effort", {"stop_at_escape": False}),
         ("capture", {"seed": 6}),
     ],
 )

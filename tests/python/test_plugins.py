@@ -52,10 +52,10 @@ def test_an_installed_task_is_listed_with_the_package_that_it_is_from(folder):
 
 
 def test_an_installed_task_is_generated_scored_and_evaluated_like_our_own(folder):
-    options = ["--trajectories", 16, "--frames", 5, "-p", "tilt=0.4"]
+    options = ["--trajectories", 16, "--frames", 5, "-p", "tilt=0.4", "-p", "pull=2"]
     run(folder, "generate", "shelf", *options)
     dataset = datasets.load(folder / "shelf.h5")
-    assert (dataset.task, dataset.parameters) == ("shelf", {"tilt": 0.4, "pull": 1.0})
+    assert (dataset.task, dataset.parameters) == ("shelf", {"tilt": 0.4, "pull": 2.0})
     assert {trajectory.success for trajectory in dataset.trajectories} == {True, False}
 
     run(folder, "score", "shelf.h5", "--paper", "--nodes", 10)
