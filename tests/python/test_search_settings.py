@@ -96,4 +96,4 @@ def test_the_command_hands_all_settings_on(dataset, tmp_path):
     chosen = {"nodes_per_edge": 2, "least_likelihood": 0.1, "stop_at_escape": True}
     assert chosen.items() <= settings.items()
     table = em.score(dataset.problems(), nodes=10, **chosen)
-    assert all(np.array_equal(scores[metric], table[metric]) for metric in table.scores)
+    assert all(np.array_equal(scores[metric], table[metric]) for metric in scores)
