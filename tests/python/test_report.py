@@ -228,7 +228,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
     assert done.returncode == 0, done.stderr
     with ScoreStore(path) as store:
         assert [one.future for one in store.runs()] == [future, future]
-        assert set(store.run(2).metrics) == {*asked, "effort/est"}
+        assert set(store.run(2).metrics) == {*asked, "effort"}
 
 
 def test_a_picture_of_another_tree_than_that_of_the_score_says_so(own):
