@@ -123,14 +123,14 @@ def test_a_hand_that_holds_a_drawer_makes_it_more_robust_and_mujoco_agrees(tmp_p
     mujoco = pytest.importorskip("mujoco")
     problems = [held_drawer(grip) for grip in (None, 5.0, 20.0)]
     found = [
-        [em.escape_effort(problem, nodes=8000, seed=seed) for seed in (1, 2, 3)]
+        [em.escape_effort(problem, nodes=8000, seed=seed, search="published") for seed in (1, 2, 3)]
         for problem in problems
     ]
     # Each is an upper bound, so the least counts.
     loose, weak, strong = (min(each.effort for each in efforts) for efforts in found)
     assert loose < weak < 0.5 * strong
     # It slips from the fingers after 2 cm, and its rail has friction for 5.
-    assert strong > 0.98 * (2 * 0.5 * 20 * 0.02 + 1.0 * 0.05)  # Coulomb, to 2 %
+    assert strong > 2 * 0.5 * 20 * 0.02 + 1.0 * 0.05
     chances = [
         em.capture_probability(problem.replace(horizon=0.5), rollouts=50, seed=1).captured
         for problem in (problems[0], problems[2])
@@ -139,7 +139,9 @@ def test_a_hand_that_holds_a_drawer_makes_it_more_robust_and_mujoco_agrees(tmp_p
     held = problems[2]
     held.save(tmp_path / "held.json")
     read = em.Problem.load(tmp_path / "held.json")
-    assert em.escape_effort(read, nodes=8000, seed=1).effort == found[2][0].effort
+    assert (
+        em.escape_effort(read, nodes=8000, seed=1, search="published").effort == found[2][0].effort
+    )
     model = em.mujoco.model_of(held.scene, held.state)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
