@@ -99,17 +99,17 @@ TEST(FaceContact, CubeOnACubeThatIsTurnedBy45DegreesTouchesAtEightCorners) {
   }
 }
 
-// The edge is as wide as the cube, and round: no deeper than `closest` tells.
+// The edge is as wide as the cube, and sharp.
 TEST(FaceContact, EdgeOnAFaceTouchesAtItsTwoEnds) {
   const HullShape cube = brick_of({0.05, 0.05, 0.05});
-  const double height = (0.05 - margin) * std::sqrt(2.0) + margin + 0.05 - 0.0003;
+  const double height = 0.05 * std::sqrt(2.0) + 0.05 - 0.0003;
   const btTransform upper = at({0.02, 0.0, height}, about({1.0, 0.0, 0.0}, 0.25 * SIMD_PI));
   std::vector<Point> points = face_points(cube, upper, cube, at({0.0, 0.0, 0.0}));
   ASSERT_EQ(points.size(), 2U);
   if (points[0].on_b.x() > points[1].on_b.x()) std::swap(points[0], points[1]);
   EXPECT_LT((points[0].on_b - btVector3(-0.03, 0.0, 0.05)).length(), 1e-12);
   EXPECT_LT((points[1].on_b - btVector3(0.05, 0.0, 0.05)).length(), 1e-12);
-  for (const Point& point : points) EXPECT_NEAR(point.distance, -0.0003, 1e-2 * 0.0003);
+  for (const Point& point : points) EXPECT_NEAR(point.distance, -0.0003, 1e-12);
 }
 
 TEST(FaceContact, CylinderThatLiesOnAFaceTouchesAtTheEndsOfALine) {
@@ -126,13 +126,16 @@ TEST(FaceContact, CylinderThatLiesOnAFaceTouchesAtTheEndsOfALine) {
 }
 
 // Two wedges, their edges up and down.
-TEST(FaceContact, EdgesThatCrossHaveNoPointButTheClosest) {
+TEST(FaceContact, EdgesThatCrossTouchWhereTheyDo) {
   const HullShape cube = brick_of({0.05, 0.05, 0.05});
   const double height = 0.1 * std::sqrt(2.0) - 0.0003;
   const btQuaternion on_edge = about({1.0, 0.0, 0.0}, 0.25 * SIMD_PI);
   for (const double angle : {0.1, 0.7, 0.5 * SIMD_PI}) {
     const btTransform upper = at({0.0, 0.0, height}, about({0.0, 0.0, 1.0}, angle) * on_edge);
-    EXPECT_TRUE(face_points(cube, upper, cube, at({0.0, 0.0, 0.0}, on_edge)).empty()) << angle;
+    const std::vector<Point> points = face_points(cube, upper, cube, at({0.0, 0.0, 0.0}, on_edge));
+    ASSERT_EQ(points.size(), 1U) << angle;
+    EXPECT_NEAR(points.front().distance, -0.0003, 1e-9) << angle;
+    EXPECT_LT((points.front().on_b - btVector3(0.0, 0.0, 0.05 * std::sqrt(2.0))).length(), 1e-9) << angle;
   }
   EXPECT_EQ(face_points(cube, at({0.03, 0.0, height}, on_edge), cube, at({0.0, 0.0, 0.0}, on_edge)).size(), 2U);
 }

@@ -1,5 +1,6 @@
 #pragma once
-// A convex piece of a body as the contacts see it, with its edges rounded by the collision margin: how deep a point is.
+// A convex piece of a body as continuous collision sees it, with its edges rounded by the collision margin: how deep a
+// point is.
 
 #include <algorithm>
 #include <cmath>
@@ -77,6 +78,9 @@ class ConvexPiece {
   double half_extent() const { return half_extent_; }               //!< the smallest [m]
   double margin() const { return margin_; }                         //!< all of the radius of what is round [m]
   const std::vector<Vector3>& corners() const { return corners_; }  //!< without the margin; none of what is round
+
+  //! Whether it is a point or a line with a radius around it: what meets it has sharp edges.
+  bool is_round() const { return std::holds_alternative<Sphere>(shape_) || std::holds_alternative<Capsule>(shape_); }
 
   //! Whether anything is left without the margin: of a sliver of a hull there may be nothing.
   bool solid() const { return solid_; }

@@ -41,9 +41,11 @@ class Obstacles {
         }
         continue;
       }
-      for (const ConvexPiece& obstacle : convex_pieces(scene.bodies()[body].shape, pose, scene.stepping().margin)) {
-        for (std::size_t i = 0; i < space.pieces().size(); ++i) {
-          const ConvexPiece& whole = space.pieces()[i].whole;
+      const Shape& shape = scene.bodies()[body].shape;
+      for (std::size_t i = 0; i < space.pieces().size(); ++i) {
+        const ConvexPiece& whole = space.pieces()[i].whole;
+        const std::optional<double> margin = whole.is_round() ? sharp : scene.stepping().margin;
+        for (const ConvexPiece& obstacle : convex_pieces(shape, pose, margin)) {
           const double margins = whole.margin() + obstacle.margin();
           const double allowed =
               pressed_deeper * allowed_penetration(margins, whole.half_extent(), obstacle.half_extent());
@@ -107,6 +109,8 @@ class Obstacles {
   static constexpr double share_in_plane = 0.01;
 
   static constexpr double any_depth = infinity;
+
+  static constexpr double sharp = 0.0;  // margin: as a sphere or a capsule meets edges
 
   static constexpr int halvings = 6;  // of the step in which the sum of the depths is climbed
 

@@ -89,11 +89,9 @@ class FreeSpace {
     for (const Piece& piece : pieces_) {
       const btTransform at = object * piece.in_object;
       if (obstacle.plane) {
-        const btVector3& up = obstacle.plane->normal;
-        const btVector3 lowest = at * piece.shape->localGetSupportingVertex(-up * at.getBasis());
-        least = std::min(least, up.dot(lowest) - obstacle.plane->offset);
+        least = std::min(least, closest_to_plane(InnerShape(*piece.shape, Edges::sharp), at, *obstacle.plane).distance);
       } else if (!far(at.getOrigin(), piece.radius + std::max(least, 0.0), obstacle.bounds)) {
-        const auto closest = SolidPair(*piece.shape, *obstacle.solid).closest(at, obstacle.pose, std::max(least, 0.0));
+        const auto closest = sharp_closest(*piece.shape, at, *obstacle.solid, obstacle.pose, std::max(least, 0.0));
         if (closest) least = std::min(least, closest->distance);
       }
     }

@@ -78,19 +78,23 @@ bool is_nowhere_else(const Part& part, double half_extent) {
          part.pose.orientation.angularDistance(Quaternion::Identity()) <= rounding;
 }
 
-// The distance of the inner shape's farthest point from the body's origin, or a little more.
-double inner_reach(const btConvexShape& shape, const btTransform& in_body) {
+// The distance of the farthest corner, or of the middle of what is round, from the body's origin, or a little more:
+// Bullet rounds a cylinder's rim by its margin.
+double core_reach(const btConvexShape& shape, const btTransform& in_body) {
+  const int kind = shape.getShapeType();
+  const bool is_round = kind == SPHERE_SHAPE_PROXYTYPE || kind == CAPSULE_SHAPE_PROXYTYPE;
   btVector3 farthest(0, 0, 0);
   for (int axis = 0; axis < 3; ++axis) {
     btVector3 along(0, 0, 0);
     for (const double sign : {-1.0, 1.0}) {
       along[axis] = sign;
       const btVector3 local = along * in_body.getBasis();
-      farthest[axis] =
-          std::max(farthest[axis], along.dot(in_body(shape.localGetSupportVertexWithoutMarginNonVirtual(local))));
+      const btVector3 point =
+          is_round ? shape.localGetSupportVertexWithoutMarginNonVirtual(local) : shape.localGetSupportingVertex(local);
+      farthest[axis] = std::max(farthest[axis], along.dot(in_body(point)));
     }
   }
-  return farthest.length();
+  return farthest.length() + (kind == CYLINDER_SHAPE_PROXYTYPE ? shape.getMarginNonVirtual() : 0.0);
 }
 
 // The solids of a body, in Bullet's frame.
@@ -106,8 +110,7 @@ std::vector<Part> solids_in_bullet(const Shape& shape, const Inertial& inertial)
 void add_piece(CollisionShape& to, const btCollisionShape& piece, const btTransform& in_body, bool at_origin,
                double half_extent) {
   const auto& shape = static_cast<const btConvexShape&>(piece);
-  to.pieces.push_back(
-      {&shape, in_body, at_origin, inner_reach(shape, in_body), half_extent, bounds_of(shape, in_body)});
+  to.pieces.push_back({&shape, in_body, at_origin, core_reach(shape, in_body), half_extent, bounds_of(shape, in_body)});
   to.reach = std::max(to.reach, to.pieces.back().reach);
 }
 
@@ -288,19 +291,15 @@ std::shared_ptr<const CollisionShape> make_collision_shape(const Body& body, con
 HullShape::HullShape(const std::vector<Vector3>& points, double margin) : HullShape(shrunk_hull(points, margin)) {}
 
 HullShape::HullShape(const Hull& hull)
-    : corners_(hull.corners), faces_(hull.faces), low_(hull.corners.front()), high_(low_) {
+    : corners_(hull.corners),
+      faces_(hull.faces),
+      points_(hull.inner),
+      corner_points_(hull.corners),
+      low_(hull.corners.front()),
+      high_(low_) {
   for (const btVector3& point : hull.inner) addPoint(point, false);
   recalcLocalAabb();
   setMargin(hull.margin);
-  points_.resize((hull.inner.size() + Points::count - 1) / Points::count);
-  for (std::size_t i = 0; i < Points::count * points_.size(); ++i) {
-    const btVector3& point = hull.inner[std::min(i, hull.inner.size() - 1)];
-    Points& of = points_[i / Points::count];
-    const std::size_t pair = i % Points::count / 2;
-    of.x[pair][i % 2] = point.x();
-    of.y[pair][i % 2] = point.y();
-    of.z[pair][i % 2] = point.z();
-  }
   for (const btVector3& corner : corners_) {
     low_.setMin(corner);
     high_.setMax(corner);
@@ -313,18 +312,29 @@ const HullShape::Face& HullShape::face_along(const btVector3& direction) const {
   });
 }
 
-const btVector3& HullShape::farthest_point(const btVector3& direction) const {
+PointSet::PointSet(const std::vector<btVector3>& points) : blocks_((points.size() + block - 1) / block) {
+  for (std::size_t i = 0; i < block * blocks_.size(); ++i) {
+    const btVector3& point = points[std::min(i, points.size() - 1)];
+    Block& of = blocks_[i / block];
+    const std::size_t pair = i % block / 2;
+    of.x[pair][i % 2] = point.x();
+    of.y[pair][i % 2] = point.y();
+    of.z[pair][i % 2] = point.z();
+  }
+}
+
+std::size_t PointSet::farthest(const btVector3& direction) const {
   using Places = long long __attribute__((vector_size(sizeof(Pair))));
-  const auto along = [&](const Points& of, std::size_t pair) {
+  const auto along = [&](const Block& of, std::size_t pair) {
     return of.x[pair] * direction.x() + of.y[pair] * direction.y() + of.z[pair] * direction.z();
   };
-  Pair most[Points::pairs];
-  Places best[Points::pairs] = {}, place = {};
-  for (std::size_t pair = 0; pair < Points::pairs; ++pair) most[pair] = along(points_[0], pair);
-  for (std::size_t i = 1; i < points_.size(); ++i) {
-    place += Points::count;
-    for (std::size_t pair = 0; pair < Points::pairs; ++pair) {
-      const Pair now = along(points_[i], pair);
+  Pair most[pairs];
+  Places best[pairs] = {}, place = {};
+  for (std::size_t pair = 0; pair < pairs; ++pair) most[pair] = along(blocks_[0], pair);
+  for (std::size_t i = 1; i < blocks_.size(); ++i) {
+    place += block;
+    for (std::size_t pair = 0; pair < pairs; ++pair) {
+      const Pair now = along(blocks_[i], pair);
       const Places farther = now > most[pair];
       most[pair] = farther ? now : most[pair];
       best[pair] = farther ? place : best[pair];
@@ -332,14 +342,14 @@ const btVector3& HullShape::farthest_point(const btVector3& direction) const {
   }
   double farthest = most[0][0];
   long long first = best[0][0];
-  for (std::size_t lane = 1; lane < Points::count; ++lane) {
+  for (std::size_t lane = 1; lane < block; ++lane) {
     const double now = most[lane / 2][lane % 2];
     const long long point = best[lane / 2][lane % 2] + static_cast<long long>(lane);
     if (!(now > farthest || (now == farthest && point < first))) continue;
     farthest = now;
     first = point;
   }
-  return getUnscaledPoints()[first];
+  return static_cast<std::size_t>(first);
 }
 
 btVector3 HullShape::localGetSupportingVertex(const btVector3& direction) const {

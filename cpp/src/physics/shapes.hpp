@@ -28,6 +28,24 @@ btTransform bullet_pose(const Inertial& inertial, const BodyState& frame);
 BodyState frame_state(const Inertial& inertial, const btTransform& pose, const Vector3& velocity,
                       const Vector3& angular_velocity);
 
+//! Points of which the farthest is asked for. Their coordinates are together, two by two.
+class PointSet {
+ public:
+  explicit PointSet(const std::vector<btVector3>& points);
+
+  //! The index of the first of those that are farthest along a direction.
+  std::size_t farthest(const btVector3& direction) const;
+
+ private:
+  static constexpr std::size_t pairs = 4, block = 2 * pairs;
+  // What is missing of the last block is the last point again.
+  struct Block {
+    Pair x[pairs], y[pairs], z[pairs];
+  };
+
+  std::vector<Block> blocks_;
+};
+
 //! A convex hull with its margin inside, and the corners that it has with it. Bullet's hull is an inner shape with a
 //! margin around it, whose corners are round: its faces are smaller than those of the points that it is made of. Where
 //! it lies on a face, or stands on a plane, these corners count, as a box's do.
@@ -69,21 +87,25 @@ class HullShape : public btConvexHullShape {
   }
 
   //! Of the inner shape's points that farthest along a direction, the first of them.
-  const btVector3& farthest_point(const btVector3& direction) const;
+  const btVector3& farthest_point(const btVector3& direction) const {
+    return getUnscaledPoints()[points_.farthest(direction)];
+  }
+
+  //! Of the corners that farthest along a direction, the first of them.
+  const btVector3& farthest_corner(const btVector3& direction) const {
+    return corners_[corner_points_.farthest(direction)];
+  }
+
+  //! Half the diagonal of the box around it [m].
+  double size() const { return 0.5 * (high_ - low_).length(); }
 
   btVector3 localGetSupportingVertex(const btVector3& direction) const override;
   void getAabb(const btTransform& pose, btVector3& low, btVector3& high) const override;
 
  private:
-  // The coordinates of some points, two by two. What is missing of the last ones is the last point again.
-  struct Points {
-    static constexpr std::size_t pairs = 4, count = 2 * pairs;
-    Pair x[pairs], y[pairs], z[pairs];
-  };
-
   std::vector<btVector3> corners_;
   std::vector<Face> faces_;
-  std::vector<Points> points_;
+  PointSet points_, corner_points_;
   btVector3 low_, high_;
 };
 
@@ -103,7 +125,7 @@ struct ConvexPiece {
   const btConvexShape* shape;
   btTransform in_body;
   bool at_origin;      // whether it stands in its body's own frame
-  double reach;        // of the inner shape's points from the body's origin [m]
+  double reach;        // of its corners, or of the centre of what is round, from the body's origin [m]
   double half_extent;  // the smallest [m]
   Bounds bounds{};     // in its body's frame
 

@@ -304,10 +304,10 @@ std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t 
   const CollisionShape &of_a = *shapes_[a], &of_b = *shapes_[b];
   std::optional<ClosestPoints> least;
   if (of_a.pieces.empty()) return least;  // two planes, or nothing
-  const auto take = [&least](const ClosestPoints& points) {
-    if (!least || points.distance < least->distance) least = points;
-  };
   const double within = contact_reach(a, b) + reach;
+  const auto take = [&](const std::optional<ClosestPoints>& points) {
+    if (points && points->distance <= within && (!least || points->distance < least->distance)) least = points;
+  };
   std::optional<NearPieces> near;
   std::vector<Bounds> bounds_a, bounds_b;
   if (of_a.shape->isCompound() && reach == 0.0) {
@@ -315,19 +315,16 @@ std::optional<ClosestPoints> CollisionPairs::closest(std::size_t a, std::size_t 
     add_bounds(of_b, poses_[b], bounds_b);
     near.emplace(of_a, poses_[a], bounds_a, of_b, poses_[b], bounds_b);
   }
-  std::vector<FacePoint> on_plane;
   for (const PieceIndices& at : all_pieces(of_a, of_b)) {
     if (near && (near->apart(at, 0.0) || !near->meet(at, 0.0))) continue;
     const btConvexShape& solid = *of_a.pieces[at.a].shape;
     const btTransform pose_a = of_a.pieces[at.a].pose(poses_[a]);
     if (of_b.pieces.empty()) {
-      const WorldPlane plane = plane_at(of_b, poses_[b]);
-      find_plane_contacts(InnerShape(solid), pose_a, plane, within, on_plane);
-      for (const FacePoint& point : on_plane) take({plane.normal, point.on_b, point.distance});
-      continue;
+      take(closest_to_plane(InnerShape(solid, Edges::sharp), pose_a, plane_at(of_b, poses_[b])));
+    } else {
+      const ConvexPiece& other = of_b.pieces[at.b];
+      take(sharp_closest(solid, pose_a, *other.shape, other.pose(poses_[b]), within));
     }
-    const ConvexPiece& other = of_b.pieces[at.b];
-    if (const auto found = SolidPair(solid, *other.shape).closest(pose_a, other.pose(poses_[b]), within)) take(*found);
   }
   return least;
 }

@@ -1,20 +1,34 @@
 #include "physics/contacts/face_contacts.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 namespace energymargin {
+
+// The plane of contact.
+struct ContactPlane {
+  btVector3 origin, x, y, normal;
+
+  ContactPlane(const btVector3& through, const btVector3& along) : origin(through), normal(along) {
+    btPlaneSpace1(normal, x, y);
+  }
+
+  FaceContacts::Corner operator()(const btVector3& point) const {
+    const btVector3 from = point - origin;
+    return {x.dot(from), y.dot(from), normal.dot(from)};
+  }
+};
+
 namespace {
 
 using Corner = FaceContacts::Corner;
 using Face = FaceContacts::Face;
 
-constexpr double lying = 0.7;  // sine of the angle between a round solid's axis and the normal
-constexpr int corners_of_a_rim = 8;
-constexpr double parallel = 0.02;  // sine of the angle between two lines that lie on one another
+constexpr double lying = 0.7;         // sine of the angle between a round solid's axis and the normal
+constexpr double least_tilt = 1e-10;  // sine, of which rounding leaves the direction
+constexpr double parallel = 0.02;     // sine of the angle between two lines that lie on one another
 
 // Shares of the depth.
 constexpr double same_point = 1e-3;       // points so near are one
@@ -29,7 +43,6 @@ constexpr double same_depth = 0.1;
 
 // Shares of the margins.
 constexpr double clearly_farther = 1e-6;  // along this axis, more than along another
-constexpr double most_rounded = 0.74;     // that a sharp corner is nearer than a rounded one: sqrt 3 - 1
 constexpr double least_overlap = 1e-2;    // of faces across an edge, of the smaller margin
 
 // Cosines, of axes that are one, and of those of two faces with an edge between them.
@@ -37,20 +50,6 @@ constexpr double same_direction = 1.0 - 1e-11, across_an_edge = 0.7;
 
 // Cosines between a normal and the faces that may have the right one.
 constexpr double near_face = 0.5, any_face = -0.02;
-
-// The plane of contact.
-struct ContactPlane {
-  btVector3 origin, x, y, normal;
-
-  ContactPlane(const btVector3& through, const btVector3& along) : origin(through), normal(along) {
-    btPlaneSpace1(normal, x, y);
-  }
-
-  Corner operator()(const btVector3& point) const {
-    const btVector3 from = point - origin;
-    return {x.dot(from), y.dot(from), normal.dot(from)};
-  }
-};
 
 double cross(const Corner& from, const Corner& to, const Corner& point) {
   return (to.x - from.x) * (point.y - from.y) - (to.y - from.y) * (point.x - from.x);
@@ -64,15 +63,21 @@ Corner between(const Corner& a, const Corner& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.height + share * (b.height - a.height)};
 }
 
-// The corners of a circle of radius 1.
-const std::array<btVector3, corners_of_a_rim> rim = [] {
-  std::array<btVector3, corners_of_a_rim> corners;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const double angle = SIMD_2_PI * static_cast<double>(i) / corners_of_a_rim;
-    corners[i] = btVector3(std::cos(angle), std::sin(angle), 0.0);
+// Calls `visit` with the corners of a cylinder's rim, of which one is the lowest along `down` in its frame, at a
+// height.
+template <typename Visit>
+void for_each_rim_corner(double radius, double z, const btVector3& down, const Visit& visit) {
+  const double across = std::hypot(down.x(), down.y());
+  const btVector3 low =
+      across > least_tilt ? btVector3(down.x(), down.y(), 0.0) * (radius / across) : btVector3(radius, 0.0, 0.0);
+  const btVector3 aside(-low.y(), low.x(), 0.0), height(0.0, 0.0, z);
+  for (const double sign : {1.0, -1.0}) {
+    visit(sign * low + height);
+    visit(sign * aside + height);
+    visit(SIMDSQRT12 * sign * (low + aside) + height);
+    visit(SIMDSQRT12 * sign * (low - aside) + height);
   }
-  return corners;
-}();
+}
 
 // Whether the corners of the other side are visited too: those of a thin plate are near.
 bool has_back(const InnerShape& solid) { return solid.is_box() || solid.is_hull(); }
@@ -92,8 +97,7 @@ void for_each_corner(const InnerShape& solid, const btVector3& direction, const 
     for (const double z : {-half.z(), half.z()}) visit(btVector3(direction.x() * scale, direction.y() * scale, z));
     return;
   }
-  const double z = direction.z() < 0.0 ? -half.z() : half.z();
-  for (const btVector3& corner : rim) visit(btVector3(half.x() * corner.x(), half.x() * corner.y(), z));
+  for_each_rim_corner(half.x(), direction.z() < 0.0 ? -half.z() : half.z(), direction, visit);
 }
 
 void sort(Face& face) {
@@ -172,9 +176,8 @@ void find_face(const InnerShape& solid, const btTransform& pose, const ContactPl
   const double most = along_normal.second;
   if (has_back(solid)) depth = std::min(depth, 0.5 * (most - along_normal.first));
   // A hull's corners may be as sharp as needles: they make its face as wide as it is, and no deeper than it is rounded.
-  const double rounded = direction.dot(solid.support(direction)) + solid.margin();
-  const double reached = solid.is_hull() ? std::min(most, rounded) : BT_LARGE_FLOAT;
-  const double outside = solid.is_box() || solid.is_cylinder() || solid.is_hull() ? 0.0 : solid.margin();
+  const double reached = BT_LARGE_FLOAT;
+  const double outside = has_back(solid) || solid.is_cylinder() ? 0.0 : solid.margin();
   const auto add = [&](const btVector3& point) {
     const double along = direction.dot(point);
     if (along < most - depth) return;
@@ -267,8 +270,121 @@ double height_at(const Face& face, const Corner& point) {
   }
 }
 
-// A cylinder stands upright if its axis is as near to the vertical: square of the sine. Then its points stay where they
-// are, and its lowest one is a thousandth of the radius below them at most.
+// How a face rises along the plane of contact.
+struct Slope {
+  double x = 0.0, y = 0.0;
+};
+
+Slope slope_of(const Face& face) {
+  btVector3 normal(0.0, 0.0, 0.0);
+  for (std::size_t i = 2; i < face.size(); ++i) {
+    const auto from_first = [&](std::size_t k) {
+      return btVector3(face[k].x - face[0].x, face[k].y - face[0].y, face[k].height - face[0].height);
+    };
+    normal += from_first(i - 1).cross(from_first(i));
+  }
+  return normal.z() > 0.0 ? Slope{-normal.x() / normal.z(), -normal.y() / normal.z()} : Slope{};
+}
+
+// The circle around a cylinder's end: center + cos x + sin y.
+struct Rim {
+  Corner center, x, y;
+
+  Corner at(double angle) const {
+    const double cosine = std::cos(angle), sine = std::sin(angle);
+    return {center.x + cosine * x.x + sine * y.x, center.y + cosine * x.y + sine * y.y,
+            center.height + cosine * x.height + sine * y.height};
+  }
+
+  // The same, with the circle as unit circle.
+  std::pair<double, double> scaled(const Corner& point) const {
+    const double whole = x.x * y.y - x.y * y.x, of_x = point.x - center.x, of_y = point.y - center.y;
+    return {(of_x * y.y - of_y * y.x) / whole, (x.x * of_y - x.y * of_x) / whole};
+  }
+
+  bool is_clockwise() const { return x.x * y.y < x.y * y.x; }
+  double radius() const { return std::sqrt(x.x * x.x + x.y * x.y + x.height * x.height); }
+  Slope slope() const {
+    const double whole = x.x * y.y - x.y * y.x;
+    return {(x.height * y.y - y.height * x.y) / whole, (x.x * y.height - y.x * x.height) / whole};
+  }
+};
+
+// That of the end that faces `outward` along the normal, unless the cylinder lies on its side.
+std::optional<Rim> rim_of(const InnerShape& solid, const btTransform& pose, const ContactPlane& plane, double outward) {
+  if (!solid.is_cylinder()) return std::nullopt;
+  const btVector3 direction = plane.normal * outward * pose.getBasis();
+  if (std::hypot(direction.x(), direction.y()) > lying) return std::nullopt;
+  const double radius = solid.half().x() + solid.margin(), z = solid.half().z() + solid.margin();
+  const auto along = [&](const btVector3& arm) {
+    return Corner{plane.x.dot(arm), plane.y.dot(arm), plane.normal.dot(arm)};
+  };
+  return Rim{plane(pose(btVector3(0.0, 0.0, direction.z() < 0.0 ? -z : z))),
+             along(pose.getBasis().getColumn(0) * radius), along(pose.getBasis().getColumn(1) * radius)};
+}
+
+// Where a circle crosses the edges of a face or a line.
+void add_crossings(const Rim& rim, const Face& other, std::vector<double>& angles) {
+  for (std::size_t i = other.size() == 2 ? 1 : 0; i < other.size(); ++i) {
+    const auto [from_x, from_y] = rim.scaled(other[i]);
+    const auto [to_x, to_y] = rim.scaled(other[(i + 1) % other.size()]);
+    const double along_x = to_x - from_x, along_y = to_y - from_y, square = along_x * along_x + along_y * along_y;
+    const double half = from_x * along_x + from_y * along_y;
+    const double root = half * half - square * (from_x * from_x + from_y * from_y - 1.0);
+    if (!(root > 0.0 && square > 0.0)) continue;
+    for (const double sign : {-1.0, 1.0}) {
+      const double share = (sign * std::sqrt(root) - half) / square;
+      if (share < 0.0 || share > 1.0) continue;
+      angles.push_back(std::atan2(from_y + share * along_y, from_x + share * along_x));
+    }
+  }
+}
+
+// Where it crosses another circle.
+void add_crossings(const Rim& rim, const Rim& other, std::vector<double>& angles) {
+  const auto [x, y] = rim.scaled(other.center);
+  const double away = std::hypot(x, y), ratio = other.radius() / rim.radius();
+  if (!(away > std::abs(1.0 - ratio) && away < 1.0 + ratio)) return;
+  const double half = std::acos((1.0 + away * away - ratio * ratio) / (2.0 * away));
+  angles.push_back(std::atan2(y, x) + half);
+  angles.push_back(std::atan2(y, x) - half);
+}
+
+// The corners of a rim within `depth` of its outermost one: it bears where its circle does, so they are at eighths of a
+// turn from where it is nearest to a face of that slope, however little nearer, and at `angles`. Whether all are.
+bool find_rim(const Rim& rim, double outward, double depth, const Slope& other, std::vector<double>& angles,
+              Face& face) {
+  const double x = rim.x.height - other.x * rim.x.x - other.y * rim.x.y;
+  const double y = rim.y.height - other.x * rim.y.x - other.y * rim.y.y;
+  const double nearest = std::hypot(x, y) > least_tilt * rim.radius() ? std::atan2(outward * y, outward * x) : 0.0;
+  for (int eighth = 0; eighth < 8; ++eighth) angles.push_back(nearest + SIMD_2_PI / 8.0 * eighth);
+  for (double& angle : angles) angle -= SIMD_2_PI * std::floor((angle - nearest) / SIMD_2_PI);
+  std::sort(angles.begin(), angles.end());
+  if (rim.is_clockwise()) std::reverse(angles.begin(), angles.end());
+  const double most = outward * rim.center.height + std::hypot(rim.x.height, rim.y.height);
+  face.clear();
+  for (const double angle : angles) {
+    const Corner corner = rim.at(angle);
+    if (outward * corner.height >= most - depth) face.push_back(corner);
+  }
+  return face.size() == angles.size();
+}
+
+// Where two lines cross, if they do and are not parallel.
+std::optional<Corner> crossing(const Face& line, const Face& other) {
+  const double along_x = line[1].x - line[0].x, along_y = line[1].y - line[0].y;
+  const double other_x = other[1].x - other[0].x, other_y = other[1].y - other[0].y;
+  const double sine = along_x * other_y - along_y * other_x;
+  const double lengths = squared_distance(line[0], line[1]) * squared_distance(other[0], other[1]);
+  if (!(sine * sine > parallel * parallel * lengths)) return std::nullopt;
+  const double from_x = other[0].x - line[0].x, from_y = other[0].y - line[0].y;
+  const double share = (from_x * other_y - from_y * other_x) / sine;
+  const double of_other = (from_x * along_y - from_y * along_x) / sine;
+  if (share < 0.0 || share > 1.0 || of_other < 0.0 || of_other > 1.0) return std::nullopt;
+  return between(line[0], line[1], share);
+}
+
+// A cylinder stands upright if its axis is as near to the vertical: square of the sine.
 constexpr double upright = 1e-6;
 
 // Calls `visit` with every point of a solid that can be its lowest one along `down`, all in its own frame.
@@ -280,12 +396,10 @@ void for_each_low_point(const InnerShape& solid, const btVector3& down, const Vi
   };
   switch (solid.kind()) {
     case CYLINDER_SHAPE_PROXYTYPE: {
-      // On each rim the lowest point and those a quarter and half a turn from it: a firm stand, and a smooth roll.
+      // On each rim the lowest point, however little it is lower, and those eighths of a turn from it: a stand that
+      // tips where its circle does, and a smooth roll.
       const btVector3 half = solid.half() + btVector3(solid.margin(), solid.margin(), solid.margin());
-      btVector3 low(down.x(), down.y(), 0.0);
-      low = low.length2() > upright ? low.normalized() * half.x() : btVector3(half.x(), 0.0, 0.0);
-      const btVector3 across(-low.y(), low.x(), 0.0);
-      for (const btVector3& side : {low, -low, across, -across}) ends(btVector3(0.0, 0.0, half.z()), side);
+      for (const double z : {half.z(), -half.z()}) for_each_rim_corner(half.x(), z, down, visit);
       return;
     }
     case CAPSULE_SHAPE_PROXYTYPE:
@@ -322,9 +436,10 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
   points_.clear();
   edge_.reset();
   const double rounded = solids.have_edges() ? most_rounded * solids.margins() : 0.0;
-  if (const auto closest = solids.closest(pose_a, pose_b, near.reach() + rounded)) {
-    normal = closest->normal;
-    find_sharp(solids, pose_a, pose_b, *closest, near, normal);
+  if (const auto found = solids.closest(pose_a, pose_b, near.reach() + rounded)) {
+    const ClosestPoints closest = solids.sharp_side(pose_a, pose_b, *found);
+    normal = closest.normal;
+    find_sharp(solids, pose_a, pose_b, closest, near, normal);
     if (near.early > 0.0 && !points_.empty()) add_corners(solids, pose_a, pose_b, normal, near);
   }
   return points_;
@@ -362,8 +477,8 @@ void FaceContacts::find_sharp(SolidPair& solids, const btTransform& pose_a, cons
       if (passes || gives) edge_ = edge;
       return;
     }
-  } else if (points_.size() > 1) {
-    if (axis) {  // between edges: no nearer than rounded ones
+  } else if (!points_.empty()) {
+    if (axis && points_.size() > 1) {  // between parallel edges: no nearer than rounded ones
       const double nearer = std::max(0.0, closest.distance - least_distance());
       for (FacePoint& point : points_) point.distance += nearer;
     }
@@ -445,16 +560,19 @@ const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const 
   const double depth = near.depth;
   points_.clear();
   const ContactPlane plane(pose_b.getOrigin(), normal);
-  find_face(solids.a(), pose_a, plane, -1.0, depth, a_, scratch_);
-  find_face(solids.b(), pose_b, plane, 1.0, depth, b_, scratch_);
-  if (a_.size() < 2 || b_.size() < 2) return points_;
-  const bool round = a_.size() == corners_of_a_rim && solids.a().is_cylinder();
-  const bool other_round = b_.size() == corners_of_a_rim && solids.b().is_cylinder();
-  const bool cuts_b = b_.size() == 2 && a_.size() > 2;  // a line is cut by a face
+  const auto [is_whole_a, is_whole_b] = find_faces(solids, pose_a, pose_b, plane, depth);
+  if (a_.empty() || b_.empty() || (a_.size() == 1 && b_.size() == 1)) return points_;
+  const bool cuts_b = b_.size() < 3 && a_.size() > b_.size();  // a point or a line is cut by a face
   shared_ = cuts_b ? b_ : a_;
   const Face& other = cuts_b ? a_ : b_;
-  if (other.size() == 2) {
-    cut_to_line(shared_, scratch_, other);
+  if (shared_.size() == 1) {
+    if (other.size() < 3 || !is_inside(other, shared_.front())) return points_;
+  } else if (other.size() == 2) {
+    if (const auto point = crossing(shared_, other)) {
+      shared_ = {*point};
+    } else {
+      cut_to_line(shared_, scratch_, other);
+    }
   } else {
     for (std::size_t i = 0; i < other.size(); ++i) cut(shared_, scratch_, other[i], other[(i + 1) % other.size()]);
   }
@@ -470,8 +588,29 @@ const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const 
     const btVector3 on_b = plane.origin + plane.x * corner.x + plane.y * corner.y + normal * height_b;
     points_.push_back({on_b, on_b, height_a - height_b});
   }
-  if ((round || other_round) && points_.size() > 2) move_grips();
+  if ((is_whole_a || is_whole_b) && points_.size() > 2) move_grips();
   return points_;
+}
+
+std::pair<bool, bool> FaceContacts::find_faces(const SolidPair& solids, const btTransform& pose_a,
+                                               const btTransform& pose_b, const ContactPlane& plane, double depth) {
+  const std::optional<Rim> rim_a = rim_of(solids.a(), pose_a, plane, -1.0);
+  const std::optional<Rim> rim_b = rim_of(solids.b(), pose_b, plane, 1.0);
+  if (!rim_a) find_face(solids.a(), pose_a, plane, -1.0, depth, a_, scratch_);
+  if (!rim_b) find_face(solids.b(), pose_b, plane, 1.0, depth, b_, scratch_);
+  const auto find = [&](const Rim& rim, double outward, const std::optional<Rim>& other, const Face& of_other,
+                        Face& face) {
+    angles_.clear();
+    if (other) {
+      add_crossings(rim, *other, angles_);
+    } else if (of_other.size() > 1) {
+      add_crossings(rim, of_other, angles_);
+    }
+    return find_rim(rim, outward, depth, other ? other->slope() : slope_of(of_other), angles_, face);
+  };
+  const bool is_whole_a = rim_a && find(*rim_a, -1.0, rim_b, b_, a_);
+  const bool is_whole_b = rim_b && find(*rim_b, 1.0, rim_a, a_, b_);
+  return {is_whole_a, is_whole_b};
 }
 
 // Corners beyond those of the faces come into contact before the next step where bodies turn as they hit each other.

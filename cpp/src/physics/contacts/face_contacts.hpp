@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "physics/contacts/solid_pair.hpp"
@@ -27,6 +28,8 @@ struct ContactReach {
 
   double reach() const { return std::max(depth, early); }
 };
+
+struct ContactPlane;
 
 //! The corners of what two faces share, or the ends of what two lines or a line and a face do.
 class FaceContacts {
@@ -66,6 +69,9 @@ class FaceContacts {
   // Adds corners that are not of the faces, before they touch the other solid's face.
   void add_corners(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
                    const btVector3& normal, const ContactReach& near);
+  // Sets the outermost faces along a normal, as far as they are within `depth`. Whether each is a whole round one.
+  std::pair<bool, bool> find_faces(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                   const ContactPlane& plane, double depth);
   void move_grips();
   double least_distance() const;  // of the points
   // Finds the faces as near to a normal as that cosine. Whether one has it.
@@ -82,6 +88,7 @@ class FaceContacts {
 
   std::optional<Edge> edge_;
   Face a_, b_, shared_, scratch_;
+  std::vector<double> angles_;
   // A face's normal, from b to a, and the most that the solids can be apart along it: the height of the other's closest
   // point above the face [m].
   struct Axis {
@@ -102,6 +109,14 @@ struct WorldPlane {
       : normal(pose.getBasis() * plane.getPlaneNormal()),
         offset(plane.getPlaneConstant() + normal.dot(pose.getOrigin())) {}
 };
+
+//! The closest point of a solid, seen with sharp edges, to a plane, on the plane.
+inline ClosestPoints closest_to_plane(const InnerShape& solid, const btTransform& pose, const WorldPlane& plane) {
+  const btVector3 down = -plane.normal;
+  const btVector3 lowest = pose(solid.support(down * pose.getBasis())) + down * solid.margin();
+  const double distance = plane.normal.dot(lowest) - plane.offset;
+  return {plane.normal, lowest + down * distance, distance};
+}
 
 //! Sets `points` to all points of a solid within `reach` of a plane [m], at once: a body that slides fast would lose
 //! those that Bullet gathers over several steps, sink and tilt.

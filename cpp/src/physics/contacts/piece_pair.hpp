@@ -118,7 +118,7 @@ class PiecePair {
     if (has_normal_ && !compliant_) return;
     const btTransform pose_a = a_.pose(sweeps.a.start);
     const btTransform pose_b = b_.pose(sweeps.b.start);
-    const auto closest = solids_.closest_by_bullet(pose_a, pose_b, BT_LARGE_FLOAT, Penetration::measured);
+    const auto closest = solids_.deepest(pose_a, pose_b);
     const btVector3 offset = pose_a.getOrigin() - pose_b.getOrigin();
     btVector3 normal(0, 0, 1);
     if (closest) {

@@ -1,8 +1,6 @@
 #include "physics/contacts/solid_pair.hpp"
 
-#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
-#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
-#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +14,13 @@ constexpr double along_tilt = 0.01;
 // The points are at an end of the common height where that is so much closer than the other [m], and between them
 // before. Of cylinders that cross, they are at the lowest point of a parabola through both ends and the middle.
 constexpr double clearly_closer = 1e-5;
+
+// Two ways to find a distance agree if they differ by less than this share of the margins.
+constexpr double same_distance = 1e-9;
+
+// Shares of the size.
+constexpr double same_depth = 1e-7;
+constexpr double least_apart = 1e-3;
 
 // The nearest point of a box or a cylinder to one beside it, across `axis`, in its own frame.
 btVector3 nearest_across(const InnerShape& shape, int axis, btVector3 point) {
@@ -209,14 +214,23 @@ class Simplex {
   int count_ = 0;
 };
 
-struct OnePoint : btDiscreteCollisionDetectorInterface::Result {
-  std::optional<ClosestPoints> point;
+// An inner shape as EPA asks for it.
+class InnerOfBullet : public btConvexInternalShape {
+ public:
+  explicit InnerOfBullet(const InnerShape& shape) : shape_(shape) { m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE; }
 
-  void setShapeIdentifiersA(int, int) override {}
-  void setShapeIdentifiersB(int, int) override {}
-  void addContactPoint(const btVector3& normal, const btVector3& on_b, btScalar distance) override {
-    point = {normal, on_b, distance};
+  btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override {
+    return shape_.support(direction);
   }
+  void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3* directions, btVector3* points,
+                                                         int count) const override {
+    for (int i = 0; i < count; ++i) points[i] = shape_.support(directions[i]);
+  }
+  void calculateLocalInertia(btScalar, btVector3&) const override {}
+  const char* getName() const override { return "InnerOfBullet"; }
+
+ private:
+  const InnerShape& shape_;
 };
 
 }  // namespace
@@ -236,7 +250,8 @@ std::optional<ClosestPoints> distance_side_by_side(const InnerShape& a, const bt
 // GJK (Gilbert, Johnson and Keerthi 1988): the point of their difference that is closest to the origin, in b's frame.
 Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransform& pose_b, double reach,
                                      ClosestPoints& result) {
-  if (const auto found = distance_side_by_side(a_, pose_a, b_, pose_b)) {
+  const bool approximates = margins() > 0.0;
+  if (const auto found = approximates ? distance_side_by_side(a_, pose_a, b_, pose_b) : std::nullopt) {
     result = *found;
     return result.distance > reach ? Separation::too_far : Separation::apart;
   }
@@ -267,6 +282,7 @@ Separation SolidPair::inner_distance(const btTransform& pose_a, const btTransfor
     result.on_b = pose_b(simplex.on_b());
     return Separation::apart;
   };
+  result = {btVector3(0.0, 0.0, 1.0), pose_b.getOrigin(), 0.0};
   const double least = clearly_apart(a_, b_);
   for (int i = 0; squared > least * least; ++i) {
     if (i == most_iterations) break;
@@ -295,22 +311,92 @@ std::optional<ClosestPoints> SolidPair::closest(const btTransform& pose_a, const
   ClosestPoints inner;
   const Separation separation = inner_distance(pose_a, pose_b, margins() + reach, inner);
   if (separation == Separation::too_far) return std::nullopt;
-  if (separation == Separation::too_near) return closest_by_bullet(pose_a, pose_b, reach, penetration);
-  return ClosestPoints{inner.normal, inner.on_b + inner.normal * b_.margin(), inner.distance - margins()};
+  if (separation == Separation::apart) return with_margins(inner);
+  return penetration == Penetration::measured ? deepest(pose_a, pose_b) : std::nullopt;
 }
 
-std::optional<ClosestPoints> SolidPair::closest_by_bullet(const btTransform& pose_a, const btTransform& pose_b,
-                                                          double reach, Penetration penetration) const {
-  btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-  input.m_transformA = pose_a;
-  input.m_transformB = pose_b;
-  input.m_maximumDistanceSquared = (margins() + reach) * (margins() + reach);
-  btVoronoiSimplexSolver simplex;
-  btGjkEpaPenetrationDepthSolver depth;
-  btGjkPairDetector detector(&shape_a_, &shape_b_, &simplex, penetration == Penetration::measured ? &depth : nullptr);
-  OnePoint result;
-  detector.getClosestPoints(input, result, nullptr);
-  return result.point;
+// EPA ends early, or at a face that is not the nearest, where its points are flat. Its depth is no more than the right
+// one, and the overlap along its normal no less: where they agree it is proven. Else they are parted along its normals
+// and the axes, and what is least counts.
+std::optional<ClosestPoints> SolidPair::deepest(const btTransform& pose_a, const btTransform& pose_b) const {
+  const InnerOfBullet a(a_), b(b_);
+  const double same = same_depth * (a_.size() + b_.size());
+  const btVector3 between = pose_b.getOrigin() - pose_a.getOrigin();
+  std::optional<ClosestPoints> best;
+  const auto part = [&](const btVector3& normal) {
+    const ClosestPoints found = parted(pose_a, pose_b, normal);
+    if (!best || found.distance > best->distance) best = found;
+  };
+  for (const btVector3& guess : {between, btVector3(1, 0, 0), btVector3(0, 1, 0), btVector3(0, 0, 1),
+                                 btVector3(-1, 0, 0), btVector3(0, -1, 0), btVector3(0, 0, -1)}) {
+    btGjkEpaSolver2::sResults found;
+    constexpr bool with_margins = false;
+    if (btGjkEpaSolver2::Penetration(&a, pose_a, &b, pose_b, guess, found, with_margins)) {
+      const btVector3 along = pose_a.getBasis() * found.normal;  // Bullet's is in the frame of a
+      const double forward = gap(pose_a, pose_b, along), backward = gap(pose_a, pose_b, -along);
+      const btVector3 normal = forward < backward ? -along : along;
+      const double distance = std::max(forward, backward);
+      if (found.distance - margins() - distance <= same)
+        return ClosestPoints{normal, found.witnesses[1] + normal * b_.margin(), distance};
+      part(normal);
+    }
+    if (!guess.fuzzyZero()) part(-guess.normalized());
+  }
+  return best;
+}
+
+// Apart by a little more than they overlap along a normal, their closest points have one along which they overlap less.
+ClosestPoints SolidPair::parted(const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal) const {
+  const double apart = least_apart * (a_.size() + b_.size());
+  ClosestPoints best{normal, pose_b.getOrigin(), gap(pose_a, pose_b, normal)};
+  for (int i = 0; i < most_iterations; ++i) {
+    btTransform moved = pose_a;
+    const btVector3 way = best.normal * (apart - best.distance);
+    moved.getOrigin() += way;
+    ClosestPoints inner;
+    if (SolidPair(a_, b_).inner_distance(moved, pose_b, BT_LARGE_FLOAT, inner) != Separation::apart) break;
+    const ClosestPoints found = with_margins(inner);
+    const double distance = found.distance - found.normal.dot(way);
+    const double nearer = distance - best.distance;
+    if (nearer > 0.0 || i == 0) best = {found.normal, found.on_b, distance};
+    if (nearer <= same_distance * apart) break;
+  }
+  return best;
+}
+
+ClosestPoints SolidPair::sharp_side(const btTransform& pose_a, const btTransform& pose_b,
+                                    const ClosestPoints& rounded) const {
+  if (!have_edges() || !(a_.is_cylinder() || b_.is_cylinder())) return rounded;
+  const auto lies = [](const InnerShape& solid, const btTransform& pose, const btVector3& normal) {
+    return solid.is_cylinder() && std::abs(pose.getBasis().getColumn(2).dot(normal)) < along_tilt;
+  };
+  const bool a_lies = lies(a_, pose_a, rounded.normal), b_lies = lies(b_, pose_b, rounded.normal);
+  if (a_lies == b_lies || rounded.distance - gap(pose_a, pose_b, rounded.normal) <= same_distance * margins())
+    return rounded;
+  SolidPair side(a_lies ? a_.side() : a_.sharp(), b_lies ? b_.side() : b_.sharp());
+  const auto found = side.closest(pose_a, pose_b, BT_LARGE_FLOAT, Penetration::ignored);
+  return found && lies(a_lies ? a_ : b_, a_lies ? pose_a : pose_b, found->normal) ? *found : rounded;
+}
+
+// Rounded solids tell it where the sharp ones are as far apart along their normal: at faces and round sides.
+std::optional<ClosestPoints> sharp_closest(const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
+                                           const btTransform& pose_b, double reach) {
+  SolidPair rounded(a, b), solids(a, b, Edges::sharp);
+  const bool has_hull = rounded.a().is_hull() || rounded.b().is_hull();  // whose corners may be needles
+  const double nearer = has_hull ? rounded.a().size() + rounded.b().size() : most_rounded * rounded.margins();
+  ClosestPoints inner;
+  Separation separation = rounded.inner_distance(pose_a, pose_b, rounded.margins() + nearer + reach, inner);
+  if (separation == Separation::too_far) return std::nullopt;
+  if (separation == Separation::apart) {
+    const ClosestPoints found = rounded.with_margins(inner);
+    if (found.distance - rounded.gap(pose_a, pose_b, found.normal) <= same_distance * rounded.margins()) return found;
+  }
+  separation = solids.inner_distance(pose_a, pose_b, solids.margins() + reach, inner);
+  if (separation == Separation::too_far) return std::nullopt;
+  if (separation == Separation::too_near) {
+    if (const auto deepest = solids.deepest(pose_a, pose_b)) return deepest;
+  }
+  return solids.with_margins(inner);  // EPA has nothing to say of what just touches
 }
 
 }  // namespace energymargin

@@ -10,21 +10,46 @@
 
 namespace energymargin {
 
-//! What is left of Bullet's box, sphere, capsule or cylinder, or of a HullShape, without its margin. The shape outlives
-//! this.
+//! How edges and corners are seen. Spheres and capsules have none, and a margin of their own: their radius.
+enum class Edges {
+  rounded,  ///< by the collision margin
+  sharp     ///< as they are
+};
+
+//! What is left of Bullet's box, sphere, capsule or cylinder, or of a HullShape, without its margin; with sharp edges
+//! all of it, and the margin is 0. The shape outlives this.
 class InnerShape {
  public:
-  explicit InnerShape(const btConvexShape& shape)
+  explicit InnerShape(const btConvexShape& shape, Edges edges = Edges::rounded)
       : kind_(shape.getShapeType()),
         half_(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions()),
-        margin_(shape.getMarginNonVirtual()) {
+        margin_(shape.getMarginNonVirtual()),
+        edges_(Edges::rounded) {
     if (is_hull()) hull_ = &static_cast<const HullShape&>(shape);
+    if (edges == Edges::sharp) sharpen();
+  }
+
+  //! The axis of a cylinder with its radius around it: what it is to all that its round side meets.
+  InnerShape side() const {
+    InnerShape side = *this;
+    side.kind_ = CAPSULE_SHAPE_PROXYTYPE;
+    side.half_ += btVector3(margin_, margin_, margin_);
+    side.margin_ = side.half_.x();
+    return side;
+  }
+
+  //! The same with sharp edges.
+  InnerShape sharp() const {
+    InnerShape sharp = *this;
+    sharp.sharpen();
+    return sharp;
   }
 
   int kind() const { return kind_; }
   bool is_box() const { return kind_ == BOX_SHAPE_PROXYTYPE; }
   bool is_cylinder() const { return kind_ == CYLINDER_SHAPE_PROXYTYPE; }
-  bool is_sphere() const { return kind_ == SPHERE_SHAPE_PROXYTYPE; }
+  //! Whether it is a point or a line with a radius around it.
+  bool is_round() const { return kind_ == SPHERE_SHAPE_PROXYTYPE || kind_ == CAPSULE_SHAPE_PROXYTYPE; }
   bool is_hull() const { return kind_ == CONVEX_HULL_SHAPE_PROXYTYPE; }
 
   //! Half of the size along each axis, of all but hulls.
@@ -69,6 +94,9 @@ class InnerShape {
       visit(across.normalized(), half_.x() + margin_);
   }
 
+  //! Of the box around it, without its margin [m].
+  double size() const { return hull_ ? hull_->size() : half_.length(); }
+
   //! How far the solid reaches along a unit vector in its own frame, with sharp corners [m].
   double reach(const btVector3& direction) const {
     if (is_box()) return (half_ + btVector3(margin_, margin_, margin_)).dot(direction.absolute());
@@ -77,9 +105,7 @@ class InnerShape {
       return (half_.x() + margin_) * across + (half_.z() + margin_) * std::abs(direction.z());
     }
     if (!is_hull()) return direction.dot(support(direction)) + margin_;
-    double most = -BT_LARGE_FLOAT;
-    for (const btVector3& corner : hull_->corners()) most = std::max(most, direction.dot(corner));
-    return most;
+    return direction.dot(hull_->farthest_corner(direction));
   }
 
   //! The farthest point along a direction, both in its own frame.
@@ -98,24 +124,33 @@ class InnerShape {
       case CAPSULE_SHAPE_PROXYTYPE:
         return {0.0, 0.0, end};
       case CONVEX_HULL_SHAPE_PROXYTYPE:
-        return hull_->farthest_point(direction);
+        return edges_ == Edges::sharp ? hull_->farthest_corner(direction) : hull_->farthest_point(direction);
       default:  // sphere
         return {0.0, 0.0, 0.0};
     }
   }
 
  private:
+  void sharpen() {
+    edges_ = Edges::sharp;
+    if (is_round()) return;
+    if (!is_hull()) half_ += btVector3(margin_, margin_, margin_);
+    margin_ = 0.0;
+  }
+
   int kind_;
   btVector3 half_;
   double margin_;
+  Edges edges_;
   const HullShape* hull_ = nullptr;  // if it is one
 };
 
 //! Inner shapes nearer than this penetrate each other, as far as one can tell: the direction between them is not known
-//! [m]. A share of their margins makes small solids do what large ones do.
+//! [m]. A share of their margins makes small solids do what large ones do. Where both are sharp only the distance is
+//! asked for.
 inline double clearly_apart(const InnerShape& a, const InnerShape& b) {
-  constexpr double most = 1e-5, share = 1e-3;
-  return std::min(most, share * (a.margin() + b.margin()));
+  constexpr double most = 1e-5, share = 1e-3, of_sharp = 1e-10;
+  return std::max(of_sharp * (a.size() + b.size()), std::min(most, share * (a.margin() + b.margin())));
 }
 
 //! The closest points of two solids or inner shapes.
@@ -132,32 +167,39 @@ enum class Separation {
   too_near,  ///< they penetrate each other, or nearly so: the direction is not known
 };
 
-//! What Bullet says of inner shapes that penetrate each other.
+//! What is said of inner shapes that penetrate each other.
 enum class Penetration {
   ignored,  ///< no points
   measured  ///< EPA's points, at the penetration depth
 };
 
-//! Our GJK answers where the inner shapes are apart, as they nearly always are: Bullet asks thrice, so it is asked only
-//! where they are not. A search begins with the points that the last one of this pair ended with.
+//! Our GJK answers where the inner shapes are apart, as they nearly always are, and Bullet's EPA where they are not. A
+//! search begins with the points that the last one of this pair ended with. What meets a sphere or a capsule has sharp
+//! edges: a radius keeps the inner shapes as far apart as margins would.
 class SolidPair {
  public:
   //! The shapes outlive this.
-  SolidPair(const btConvexShape& a, const btConvexShape& b) : shape_a_(a), shape_b_(b), a_(a), b_(b) {}
+  SolidPair(const btConvexShape& a, const btConvexShape& b, Edges edges = Edges::rounded)
+      : a_(a, is_round(b) ? Edges::sharp : edges), b_(b, is_round(a) ? Edges::sharp : edges) {}
 
   const InnerShape& a() const { return a_; }
   const InnerShape& b() const { return b_; }
 
   //! The sum of both margins [m].
   double margins() const { return a_.margin() + b_.margin(); }
-  //! Whether edges may meet: balls have none.
-  bool have_edges() const { return !a_.is_sphere() && !b_.is_sphere(); }
+  //! Whether rounded edges may meet.
+  bool have_edges() const { return !a_.is_round() && !b_.is_round(); }
 
   //! How far the solids are apart along a unit vector from b to a, or less than nothing [m]: no more than their
   //! distance.
   double gap(const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal) const {
     return normal.dot(pose_a.getOrigin() - pose_b.getOrigin()) - a_.reach(-normal * pose_a.getBasis()) -
            b_.reach(normal * pose_b.getBasis());
+  }
+
+  //! The closest points of the solids from those of their inner shapes.
+  ClosestPoints with_margins(const ClosestPoints& inner) const {
+    return {inner.normal, inner.on_b + inner.normal * b_.margin(), inner.distance - margins()};
   }
 
   //! The next search begins anew.
@@ -170,16 +212,31 @@ class SolidPair {
   //! Closest points of the inner shapes, up to `reach` [m].
   Separation inner_distance(const btTransform& pose_a, const btTransform& pose_b, double reach, ClosestPoints& result);
 
-  //! Bullet's closest points of the solids, up to `reach` [m].
-  std::optional<ClosestPoints> closest_by_bullet(const btTransform& pose_a, const btTransform& pose_b, double reach,
-                                                 Penetration penetration) const;
+  //! The closest points of a cylinder's round side and the other solid with sharp edges, if those of rounded ones are
+  //! there and not where sharp ones are; else `rounded`.
+  ClosestPoints sharp_side(const btTransform& pose_a, const btTransform& pose_b, const ClosestPoints& rounded) const;
+
+  //! The points of inner shapes that penetrate each other, at the penetration depth of the solids; none where they do
+  //! not, or nearly so.
+  std::optional<ClosestPoints> deepest(const btTransform& pose_a, const btTransform& pose_b) const;
 
  private:
-  const btConvexShape &shape_a_, &shape_b_;
+  SolidPair(const InnerShape& a, const InnerShape& b) : a_(a), b_(b) {}
+  ClosestPoints parted(const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal) const;
+  static bool is_round(const btConvexShape& shape) { return InnerShape(shape).is_round(); }
+
   InnerShape a_, b_;
   int count_ = 0;                // of the points that the last search ended with
   btVector3 on_a_[3], on_b_[3];  // in the shapes' own frames
 };
+
+//! A share of the margins: by more than that no box or cylinder with sharp edges reaches beyond its rounded ones.
+inline constexpr double most_rounded = 0.74;  // sqrt 3 - 1
+
+//! The closest points of two solids with sharp edges, at their distance or penetration depth; none if they are farther
+//! than `reach` from each other [m].
+std::optional<ClosestPoints> sharp_closest(const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
+                                           const btTransform& pose_b, double reach);
 
 //! The closest points of a cylinder that stands along an axis of a box or of another cylinder, for which GJK takes many
 //! iterations: a question of a circle and a rectangle, or of two circles. The points are half way up their common
