@@ -114,7 +114,7 @@ def energies(scene, duration):
     world = em.World(scene)
     start = scene.pack()
     played = world.simulate(start, round(duration / scene.step))
-    assert played.lost_time == 0.0
+    assert played.lost_time < 1e-9
     states = np.array([start, *played.states])
     for body in scene.bodies:
         if body.mass > 0:
@@ -144,7 +144,7 @@ def test_a_ball_between_two_walls_keeps_its_speed(step):
     motion = {"velocity": (3.0, 0, 0), "surface": surface, "friction": 0.5}
     scene.add_body("ball", em.Sphere(RADIUS), mass=0.1, **motion)
     played = em.World(scene).simulate(scene.pack(), round(1 / step))
-    assert played.lost_time == 0.0
+    assert played.lost_time < 1e-9
     speeds = [abs(scene.unpack(state)["ball"]["velocity"][0]) for state in played.states]
     assert speeds == pytest.approx(np.full(len(speeds), 3.0), rel=1e-3)
 

@@ -8,7 +8,6 @@ import pytest
 import energymargin as em
 
 SIDEWAYS = (math.sqrt(0.5), 0, 0, math.sqrt(0.5))
-SHARP = 1e-5  # margin [m]: edges that are rounded by more are no seams, but grooves
 
 
 def roller(kind, radius):
@@ -20,7 +19,7 @@ def roller(kind, radius):
 
 def roll(kind, radius, speed, *, pieces=8, whole=False, step=1 / 240):
     """Speed at the end over that at the start, and the highest hop [m], over pieces of a floor."""
-    scene = em.Scene(step=step, margin=SHARP)
+    scene = em.Scene(step=step)
     length = 2.0 / pieces
     boxes = [(em.Box((length, 1, 0.2)), ((i + 0.5) * length - 0.5, 0, -0.1)) for i in range(pieces)]
     if whole:
@@ -84,7 +83,7 @@ def test_balls_that_miss_each_other_go_straight_on(step):
 def test_a_real_step_is_met(step):
     """By the angular momentum about its edge."""
     radius, height, speed = 0.05, 0.005, 1.5
-    scene = em.Scene(step=step, margin=SHARP)
+    scene = em.Scene(step=step)
     low = em.Box((1, 1, 0.2))
     scene.add_body("low", low, mass=0, position=(-0.5, 0, -0.1), friction=1)
     scene.add_body("high", low, mass=0, position=(0.5, 0, height - 0.1), friction=1)
