@@ -29,6 +29,7 @@ using Face = FaceContacts::Face;
 constexpr double lying = 0.7;         // sine of the angle between a round solid's axis and the normal
 constexpr double least_tilt = 1e-10;  // sine, of which rounding leaves the direction
 constexpr double parallel = 0.02;     // sine of the angle between two lines that lie on one another
+constexpr double same_angle = 1e-6;   // rad, on a rim: points so near are one
 
 // Shares of the depth.
 constexpr double same_point = 1e-3;       // points so near are one
@@ -360,6 +361,9 @@ bool find_rim(const Rim& rim, double outward, double depth, const Slope& other, 
   for (int eighth = 0; eighth < 8; ++eighth) angles.push_back(nearest + SIMD_2_PI / 8.0 * eighth);
   for (double& angle : angles) angle -= SIMD_2_PI * std::floor((angle - nearest) / SIMD_2_PI);
   std::sort(angles.begin(), angles.end());
+  const auto is_same = [](double angle, double next) { return next - angle < same_angle; };
+  angles.erase(std::unique(angles.begin(), angles.end(), is_same), angles.end());
+  if (angles.front() + SIMD_2_PI - angles.back() < same_angle) angles.pop_back();
   if (rim.is_clockwise()) std::reverse(angles.begin(), angles.end());
   const double most = outward * rim.center.height + std::hypot(rim.x.height, rim.y.height);
   face.clear();
