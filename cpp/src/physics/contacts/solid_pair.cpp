@@ -19,7 +19,7 @@ constexpr double clearly_closer = 1e-5;
 constexpr double same_distance = 1e-9;
 
 // Shares of the size.
-constexpr double same_depth = 1e-7;
+constexpr double proven_depth = 1e-7;
 constexpr double least_apart = 1e-3;
 
 // The nearest point of a box or a cylinder to one beside it, across `axis`, in its own frame.
@@ -320,7 +320,7 @@ std::optional<ClosestPoints> SolidPair::closest(const btTransform& pose_a, const
 // and the axes, and what is least counts.
 std::optional<ClosestPoints> SolidPair::deepest(const btTransform& pose_a, const btTransform& pose_b) const {
   const InnerOfBullet a(a_), b(b_);
-  const double same = same_depth * (a_.size() + b_.size());
+  const double same = proven_depth * (a_.size() + b_.size());
   const btVector3 between = pose_b.getOrigin() - pose_a.getOrigin();
   std::optional<ClosestPoints> best;
   const auto part = [&](const btVector3& normal) {
