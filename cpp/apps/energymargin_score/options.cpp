@@ -44,6 +44,8 @@ std::vector<Option> common_options() {
   return {
       {"--metric", "NAME", every_metric, alternatives(split(every_metric), "") + " (capture)",
        [](CommandLine& line, const Value& v) { line.arguments.metric = v.text; }},
+      {"--engine", "NAME", every_metric, "what steps the simulation: native or bullet (the problem's)",
+       [](CommandLine& line, const Value& v) { line.arguments.engine = v.choice<EngineKind>(); }},
       {"--timeout", "S", every_metric, "seconds after which the search ends: \"complete\" is false",
        [](CommandLine& line, const Value& v) { line.arguments.timeout = v.number(); }},
       {"--seed", "S", "capture effort probability escape_energy", "same seed, same bits (0)",
