@@ -64,7 +64,7 @@ def test_a_progress_that_is_no_function_is_refused_before_anything_else(path, pr
     names = [
         p.name for p in inspect.signature(DOORS[path]).parameters.values() if p.default is p.empty
     ]
-    task = em.tasks.make("push")
+    task = em.tasks.make("push", friction=0.3)
     problem = task.problem(task.rollout(3, frames=2).states[1])
     with pytest.raises((TypeError, ValueError), match=r"^progress is .*, expected a function$"):
         DOORS[path](**dict.fromkeys(names, problem), progress=progress)
