@@ -171,7 +171,7 @@ def _tell(path: Path, faces: int) -> None:
         f"decomposing {path} of {faces} triangles into convex parts, once: they are cached in "
         f"{cache_folder()}. A tenth of the triangles take about a tenth of the time: "
         "trimesh.load_mesh(path).simplify_quadric_decimation(face_count=3000).export(...) writes "
-        "such a mesh. decompose=False takes the hull at once"
+        "such a mesh (pip install fast-simplification). decompose=False takes the hull at once"
     )
 
 
