@@ -81,7 +81,11 @@ def test_public_headers_include_public_ones_only():
 @pytest.mark.parametrize("engine", ["native", "bullet"])
 def test_engines_are_known_where_they_are_made_alone(engine):
     folder = CPP / "src/physics" / engine
-    users = [p for p in FILES if folder not in p.parents and any(folder in h.parents for h in included(p))]
+    users = [
+        p
+        for p in FILES
+        if folder not in p.parents and any(folder in h.parents for h in included(p))
+    ]
     assert users == [CPP / "src/physics/engine.cpp"]
 
 
