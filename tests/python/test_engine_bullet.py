@@ -76,7 +76,7 @@ def test_a_joint_that_follows_another_loads_it(chain):
     for engine in ("bullet", "native"):
         scene = em.Scene(gravity=(0, 0, 0), engine=engine)
         scene.add_body("base", em.Box((0.05,) * 3), mass=0)
-        for name, x in (("one", 0.2), ("two", -0.2)):
+        for name in ("one", "two"):
             scene.add_body(name, em.Box((0.1, 0.02, 0.02)), mass=0.1)
         drive = {"stiffness": 0.05, "damping": 0.001, "target": 0.5}
         scene.add_joint("one", parent="base", child="one", axis=(0, 0, 1), **drive)

@@ -258,8 +258,7 @@ Scores a problem file and prints JSON, to the last bit as Python does. null: no 
     text << "Options of " << group.title << ":\n";
     for (const Option& option : group.options) text << help_of(option);
   }
-  text << R"(
-examples: energymargin_score problem.json --metric effort --nodes 5000
+  text << R"(examples: energymargin_score problem.json --metric effort --nodes 5000
           energymargin_score problem.json --metric probability --disturbance gaussian --force 0.5
           energymargin_score problem.json --save folder/copy.json --meshes files
 )";
