@@ -1,10 +1,10 @@
 // energymargin_rollouts PROBLEM.json [--nodes M ...] [--rounds R] [--alone] [--duration S] [--steps N]: what rollouts
 // cost.
 //
-// Grows a capture tree of M nodes, R times, and each time lets a stock Bullet world replay the tree's edges: the floor.
-// Ours and floor take turns, so that what else the machine does disturbs both. --alone: no floor, and peak memory
-// instead. --duration: of the longest edge. --steps: no tree, but one rollout of so many steps without a wrench. Prints
-// JSON; times are of the CPU [s], lengths in [m].
+// Grows a capture tree of M nodes, R times, and each time lets Bullet replay the tree's edges: the floor. Ours and
+// floor take turns, so that what else the machine does disturbs both. --alone: no floor, and peak memory instead.
+// --duration: of the longest edge. --steps: no tree, but one rollout of so many steps without a wrench. Prints JSON;
+// times are of the CPU [s], lengths in [m].
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +18,6 @@
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/problem_io.hpp"
 #include "peak_memory.hpp"
-#include "raw_scene.hpp"
 
 namespace {
 
@@ -46,14 +45,13 @@ std::vector<Edge> edges(const Problem& problem, const Tree& tree) {
   return made;
 }
 
-// Returns how many steps that took; `visit` sees each edge at its end.
+// Returns how many steps that took; `visit` sees each edge, and the state at its end.
 template <typename Visit>
-long replay(RawScene& raw, const std::vector<Edge>& edges, const Visit& visit) {
+long replay(World& bullet, const std::vector<Edge>& edges, const Visit& visit) {
   long steps = 0;
   for (const Edge& edge : edges) {
-    raw.set(edge.start);
-    for (int i = 0; i < edge.steps; ++i, ++steps) raw.step(edge.wrenches);
-    visit(edge);
+    visit(edge, bullet.rollout_unchecked(edge.start, {push(edge.wrenches, edge.steps)}).state);
+    steps += edge.steps;
   }
   return steps;
 }
@@ -72,15 +70,15 @@ double median(std::vector<double> values) {
 }
 
 // How far the objects went along the edges, and how far from there the floor left them.
-void compare(const Problem& problem, RawScene& raw, const std::vector<Edge>& edges, Json& result) {
+void compare(const Problem& problem, World& bullet, const std::vector<Edge>& edges, Json& result) {
   const StateLayout layout(problem.scene);
   const std::vector<std::size_t> objects = problem.scene.with_role(Role::object);
   std::vector<double> moved, apart;
-  replay(raw, edges, [&](const Edge& edge) {
+  replay(bullet, edges, [&](const Edge& edge, const State& there) {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const auto position = [&](const State& state) { return state.segment<3>(layout.offset(objects[i])); };
       moved.push_back((position(edge.end) - position(edge.start)).norm());
-      apart.push_back((position(edge.end) - raw.position(i)).norm());
+      apart.push_back((position(edge.end) - position(there)).norm());
     }
   });
   result["moved"] = median(moved);
@@ -88,18 +86,19 @@ void compare(const Problem& problem, RawScene& raw, const std::vector<Edge>& edg
 }
 
 Json pairs(const Problem& problem, const CaptureOptions& options, int rounds) {
-  RawScene raw(problem.scene);
+  World bullet(problem.scene.with_engine(EngineKind::bullet));
   Json result{{"nodes", options.nodes}};
   for (int round = 0; round < rounds; ++round) {
     CaptureScore score;
     result["ours"].push_back(cpu_seconds([&] { score = capture_score(problem, options); }));
     const std::vector<Edge> made = edges(problem, score.trees.front());
     long floor_steps = 0;
-    result["others"].push_back(cpu_seconds([&] { floor_steps = replay(raw, made, [](const Edge&) {}); }));
+    result["others"].push_back(
+        cpu_seconds([&] { floor_steps = replay(bullet, made, [](const Edge&, const State&) {}); }));
     if (round > 0) continue;
     result["steps"] = std::lround(score.trees.front().durations.sum() / problem.scene.stepping().step);
     result["others_steps"] = floor_steps;
-    compare(problem, raw, made, result);
+    compare(problem, bullet, made, result);
   }
   return result;
 }
@@ -117,17 +116,17 @@ Json alone(const Problem& problem, const CaptureOptions& options, int rounds) {
 // One rollout from the start in place of a tree.
 Json straight(const Problem& problem, int steps, int rounds) {
   World world(problem.scene);
-  RawScene raw(problem.scene);
+  World bullet(problem.scene.with_engine(EngineKind::bullet));
   const std::size_t objects = problem.scene.with_role(Role::object).size();
   Edge edge{problem.state, Disturbance(objects), steps, problem.state};
   Json result;
   for (int round = 0; round < rounds; ++round) {
     result["ours"].push_back(
         cpu_seconds([&] { edge.end = world.rollout_unchecked(problem.state, {push(edge.wrenches, steps)}).state; }));
-    result["others"].push_back(cpu_seconds([&] { replay(raw, {edge}, [](const Edge&) {}); }));
+    result["others"].push_back(cpu_seconds([&] { replay(bullet, {edge}, [](const Edge&, const State&) {}); }));
   }
   result["steps"] = result["others_steps"] = steps;
-  compare(problem, raw, {edge}, result);
+  compare(problem, bullet, {edge}, result);
   return result;
 }
 

@@ -84,7 +84,7 @@ class Watchdog {
         if (!limit.reached()) continue;
         lock.unlock();
         {
-          const py::gil_scoped_acquire acquire;
+          const WithGil acquire;
           Asking::cut_late();
         }
         lock.lock();

@@ -14,7 +14,7 @@ namespace {
 // Releases the GIL while the threads end: they may wait for it in a predicate.
 struct JoinWithoutGil {
   void operator()(Batch* batch) const {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     delete batch;
   }
 };
@@ -118,10 +118,10 @@ void bind_batch(py::module_& module) {
       .def("add", &add_problems, py::arg("problems"), py::arg("indices"), py::arg("metrics") = py::none(),
            "Puts problems at the end of the queue, with their stream indices. metrics: None takes the run's.")
       .def_property_readonly("pending", &Batch::pending, "Problems that were added and whose rows are not taken yet.")
-      .def("take", &Batch::take, py::arg("timeout"), py::call_guard<py::gil_scoped_release>(),
+      .def("take", &Batch::take, py::arg("timeout"), py::call_guard<WithoutGil>(),
            "Rows that are complete since the last call. Waits up to timeout [s] for the first.")
       .def_property_readonly("finished", &Batch::finished, "Whether no row will come unless problems are added.")
-      .def("cancel", &Batch::cancel, py::call_guard<py::gil_scoped_release>(),
+      .def("cancel", &Batch::cancel, py::call_guard<WithoutGil>(),
            "Stops within one rollout. Problems that are not complete give no row.");
   module.def("warn_of_steps", &warn_of_steps, py::arg("steps"), py::arg("unconverged"), py::arg("lost_time"),
              py::arg("scene"),

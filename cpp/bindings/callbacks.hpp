@@ -19,7 +19,7 @@ class Callback {
  public:
   explicit Callback(py::object function)
       : function_(new py::object(std::move(function)), [](py::object* last) {
-          const py::gil_scoped_acquire acquire;
+          const WithGil acquire;
           delete last;
         }) {}
 

@@ -42,6 +42,11 @@ std::string expected_whole(const py::handle& value, const std::string& range) {
          (whole ? ", as " + short_repr(py::int_(py::reinterpret_borrow<py::object>(value))) : " " + range);
 }
 
+// True and False count nothing.
+py::object index_of(const py::handle& value) {
+  return py::reinterpret_steal<py::object>(PyBool_Check(value.ptr()) ? nullptr : PyNumber_Index(value.ptr()));
+}
+
 void warn_once(const std::vector<Warning>& warnings, const std::string& fingerprint) {
   py::list pairs;
   for (const Warning& warning : warnings) pairs.append(py::make_tuple(warning.about, warning.text));
@@ -89,9 +94,9 @@ int convert(Type<int>, const std::string& name, const py::handle& value) {
 }
 
 std::uint64_t convert(Type<std::uint64_t>, const std::string& name, const py::handle& value) {
-  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
+  const py::object index = index_of(value);
   const std::uint64_t number = index ? PyLong_AsUnsignedLongLong(index.ptr()) : 0;
-  if (PyErr_Occurred() == nullptr) return number;
+  if (index && PyErr_Occurred() == nullptr) return number;
   PyErr_Clear();
   reject(name, short_repr(value), expected_whole(value, "from 0 to 2^64 - 1"));
 }
@@ -127,14 +132,17 @@ regions::PlanarMotion convert(Type<regions::PlanarMotion>, const std::string& na
 }
 
 int count(const std::string& name, const Given<int>& number, int least) {
-  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(number.value.ptr()));
-  const long value = index ? PyLong_AsLong(index.ptr()) : 0;
-  const bool fits = PyErr_Occurred() == nullptr && value >= least && value <= std::numeric_limits<int>::max();
+  const py::object index = index_of(number.value);
+  int overflow = 0;
+  const long long value = index ? PyLong_AsLongLongAndOverflow(index.ptr(), &overflow) : 0;
   PyErr_Clear();
-  if (!fits) {
-    reject(name, short_repr(number.value), expected_whole(number.value, "of at least " + std::to_string(least)));
-  }
-  return static_cast<int>(value);
+  constexpr int most = std::numeric_limits<int>::max();
+  if (index && overflow == 0 && value >= least && value <= most) return static_cast<int>(value);
+  const std::string smallest = std::to_string(least);
+  const bool large = overflow > 0 || value > most;
+  reject(name, short_repr(number.value),
+         expected_whole(number.value,
+                        large ? "from " + smallest + " to " + std::to_string(most) : "of at least " + smallest));
 }
 
 States matrix(const std::string& name, const GivenArray& array, Eigen::Index rows, Eigen::Index columns) {

@@ -18,6 +18,7 @@
 #include "energymargin/metrics/interval.hpp"
 #include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
+#include "gil.hpp"
 
 namespace py = pybind11;
 

@@ -55,26 +55,31 @@ class LongCall {
     const Limit either = limit_.or_when(stop);
     auto result = start([&] { return search(either); });
     const auto runs = [&] {
-      const py::gil_scoped_release release;
+      const WithoutGil release;
       const bool waits = result.wait_for(interval) == std::future_status::timeout;
       interval = std::min(interval + interval / 8, longest);
       return waits;
     };
     try {
       while (runs()) {
+        const Gate gate;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
         Asking::cut_late();
         report();
       }
     } catch (...) {
       stop = true;
-      while (runs()) Asking::cut_late();
+      while (runs()) {
+        const Gate gate;
+        Asking::cut_late();
+      }
       throw;
     }
     auto value = [&] {
-      const py::gil_scoped_release release;
+      const WithoutGil release;
       return result.get();
     }();
+    const Gate gate;
     report();
     return value;
   }
@@ -90,10 +95,11 @@ class LongCall {
   Result run_here(Result (*metric)(const Problem&, const Options&), const Problem& problem, Options& options) {
     options.limit = limit_;
     Result result = [&] {
-      const py::gil_scoped_release release;
+      const WithoutGil release;
       const Watchdog watchdog(limit_);
       return metric(problem, options);
     }();
+    const Gate gate;
     report();
     return result;
   }

@@ -28,6 +28,19 @@ void bind_limit(py::module_& module) {
       });
 }
 
+// What pybind11 would give the methods of an object that was made without __init__: memory that nobody has set.
+void* refuse_without_init(std::size_t) {
+  throw py::type_error("an object that was made by __new__ alone holds nothing: call its class, or give it a state");
+}
+
+void refuse_uninitialised(const py::module_& module) {
+  for (const auto& named : py::dict(module.attr("__dict__"))) {
+    if (!py::isinstance<py::type>(named.second)) continue;
+    auto* const type = reinterpret_cast<PyTypeObject*>(named.second.ptr());
+    if (py::detail::type_info* const info = py::detail::get_type_info(type)) info->operator_new = refuse_without_init;
+  }
+}
+
 }  // namespace
 }  // namespace energymargin::binding
 
@@ -39,4 +52,6 @@ PYBIND11_MODULE(_core, module) {
                           bind_problem, bind_capture, bind_effort, bind_baselines, bind_batch, bind_probability}) {
     bind(module);
   }
+  refuse_uninitialised(module);
+  py::module_::import("atexit").attr("register")(py::cpp_function(&Gate::close));
 }

@@ -259,7 +259,7 @@ py::object law_of(const Plan& plan) {
 }  // namespace
 
 bool AskedPolicy::operator()(const PolicyQuestion& asked, States& memory, States& actions) const {
-  const py::gil_scoped_acquire acquire;
+  const WithGil acquire;
   const Asking asking(asked.limit);
   const py::array_t<std::uint64_t> seeds(static_cast<py::ssize_t>(asked.seeds.size()), asked.seeds.data());
   try {

@@ -33,7 +33,7 @@ disturbances::Draws draws_of(const DrawFunction& asked, const Problem& problem, 
   const double step = problem.scene.stepping().step;
   return {[function = Callback(asked), steps, step, seed](std::uint64_t index,
                                                           const Limit& limit) -> std::optional<Wrenches> {
-    const py::gil_scoped_acquire acquire;
+    const WithGil acquire;
     const Asking asking(limit);
     try {
       const py::module_ numpy = py::module_::import("numpy");
@@ -52,7 +52,7 @@ using LevelFunction = py::typing::Callable<py::object(py::array_t<double>)>;
 // A user's function of a state.
 std::function<double(const State&)> level_of(const LevelFunction& asked) {
   return [function = Callback(asked)](const State& state) {
-    const py::gil_scoped_acquire acquire;
+    const WithGil acquire;
     return convert(Type<double>{}, "level", function.function()(py::cast(state)));
   };
 }

@@ -221,6 +221,15 @@ void def_copies(ProblemClass& type) {
            "The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint "
            "that is beyond its limits.")
       .def(
+          "with_engine",
+          [](const Problem& problem, const Given<EngineKind>& engine) {
+            return with_engine(problem, given("engine", engine));
+          },
+          py::arg("engine"),
+          "The same question in a simulation by another engine, 'native' or 'bullet', with its own solver_iterations "
+          "and "
+          "solver_tolerance. Raises ValueError on another word.")
+      .def(
           "with_step",
           [](const Problem& problem, const Given<double>& step) { return with_step(problem, given("step", step)); },
           py::arg("step"),

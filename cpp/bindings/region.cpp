@@ -104,7 +104,7 @@ void def_region(py::module_& module, const Signature& signature) {
 }  // namespace
 
 Mask AskedPredicate::operator()(const States& states) const {
-  const py::gil_scoped_acquire acquire;
+  const WithGil acquire;
   const PredicateLevel level;
   py::array answer;
   try {

@@ -12,17 +12,20 @@ namespace {
 constexpr const char* scene_doc = R"(An empty scene.
 
 gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iterations of the contact solver in a step, at most,
-1 to 10000. solver_tolerance: a step has converged when the residual of the equations of motion is below this share of the
-impulses that act in it (relative, without a unit), above 0 and at most 0.01. margin [m]: of collision shapes, by default a
+1 to 10000, 200 by default. solver_tolerance: a step has converged when the residual of the equations of motion is below this share of the
+impulses that act in it (relative, without a unit), above 0 and at most 0.01, 1e-5 by default. margin [m]: of collision shapes, by default a
 twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
-'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair.)";
+'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair. engine: what steps the scene, 'native' (the
+library's own dynamics) or 'bullet' (Bullet's multi-body world). There solver_iterations are sweeps, 50 by default, and solver_tolerance is
+the largest squared change of an impulse in the last sweep [N^2 s^2], 1e-7 by default.)";
 
-Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step, const Given<int>& solver_iterations,
-                 const Given<double>& solver_tolerance, const Given<std::optional<double>>& margin,
-                 const Given<FrictionRule>& friction_rule) {
+Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step,
+                 const Given<std::optional<int>>& solver_iterations,
+                 const Given<std::optional<double>>& solver_tolerance, const Given<std::optional<double>>& margin,
+                 const Given<FrictionRule>& friction_rule, const Given<EngineKind>& engine) {
   return Scene(given("gravity", gravity),
                Stepping{given("step", step), given("solver_iterations", solver_iterations),
-                        given("solver_tolerance", solver_tolerance), given("margin", margin)},
+                        given("solver_tolerance", solver_tolerance), given("margin", margin), given("engine", engine)},
                given("friction_rule", friction_rule));
 }
 
@@ -70,6 +73,9 @@ std::string shown_scene(const Scene& scene) {
                                                          {"dimension", py::cast(StateLayout(scene).dimension())}};
   const FrictionRule rule = scene.friction_rule();
   if (rule != FrictionRule::product) fields.emplace_back("friction_rule", py::cast(word_of(rule)));
+  if (const EngineKind engine = scene.stepping().engine; engine != EngineKind::native) {
+    fields.emplace_back("engine", py::cast(word_of(engine)));
+  }
   return repr_of_fields("Scene", fields);
 }
 
@@ -98,12 +104,23 @@ void bind_stepping(py::class_<Scene>& scene) {
       .def_property_readonly(
           "step", [](const Scene& of) { return of.stepping().step; }, "[s]")
       .def_property_readonly(
-          "solver_iterations", [](const Scene& of) { return of.stepping().iterations; },
+          "solver_iterations", [](const Scene& of) { return of.stepping().most_iterations(); },
           "Newton iterations of the contact solver in a step, at most.")
       .def_property_readonly(
-          "solver_tolerance", [](const Scene& of) { return of.stepping().tolerance; },
+          "solver_tolerance", [](const Scene& of) { return of.stepping().residual(); },
           "A step has converged when the residual of the equations of motion is below this share of its impulses.")
-      .def_property_readonly("margin", [](const Scene& of) { return of.stepping().margin; }, "[m]");
+      .def_property_readonly(
+          "margin", [](const Scene& of) { return of.stepping().margin; }, "[m]")
+      .def_property_readonly(
+          "engine", [](const Scene& of) { return std::string(word_of(of.stepping().engine)); },
+          "What steps the scene: 'native' or 'bullet'.")
+      .def(
+          "with_engine",
+          [](const Scene& of, const Given<EngineKind>& engine) { return of.with_engine(given("engine", engine)); },
+          py::arg("engine"),
+          "The same scene, stepped by 'native' or 'bullet', with that one's own solver_iterations and "
+          "solver_tolerance. "
+          "Raises ValueError on another word.");
 }
 
 using BodyDicts = py::typing::Dict<py::str, py::typing::Dict<py::str, py::object>>;
@@ -230,9 +247,10 @@ void bind_scene(py::module_& module) {
   py::class_<Scene> scene(module, "Scene",
                           "Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.");
   scene.def(py::init(&make_scene), py::arg("gravity") = py::make_tuple(0.0, 0.0, -9.81),
-            py::arg("step") = Stepping{}.step, py::arg("solver_iterations") = Stepping{}.iterations,
-            py::arg("solver_tolerance") = Stepping{}.tolerance, py::arg("margin") = py::none(),
-            py::arg("friction_rule") = word_of(FrictionRule::product), scene_doc);
+            py::arg("step") = Stepping{}.step, py::arg("solver_iterations") = py::none(),
+            py::arg("solver_tolerance") = py::none(), py::arg("margin") = py::none(),
+            py::arg("friction_rule") = word_of(FrictionRule::product), py::arg("engine") = word_of(EngineKind::native),
+            scene_doc);
   scene.def("__repr__", &shown_scene);
   bind_lists(scene);
   bind_stepping(scene);

@@ -82,7 +82,9 @@ void bind_shapes(py::module_& module) {
   module.def(
       "mass_properties",
       [](const Given<Shape>& shape, const Given<double>& mass) {
-        return mass_properties(given("shape", shape), given("mass", mass));
+        const double kilograms = given("mass", mass);
+        require_not_negative("mass", kilograms);
+        return mass_properties(given("shape", shape), kilograms);
       },
       py::arg("shape"), py::arg("mass") = 1.0, "Mass properties of a solid shape of a mass [kg], of even density.");
 }

@@ -44,7 +44,7 @@ class SharedWorld {
   template <typename Method, typename... More>
   auto ask(const Method& method, const Given<State>& state, const More&... more) {
     const State at = given("state", state);
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     const std::lock_guard<std::timed_mutex> lock(mutex_);
     return std::invoke(method, world_, at, more...);
   }
@@ -73,7 +73,7 @@ void visit_functions(const SharedWorld& world, const Visit& visit) {
 template <typename Simulation>
 auto run_simulation(double steps, const SharedWorld& world, LongCall& call, const Simulation& simulation) {
   if (steps > few_steps || world.world().memory() > 0) return call.run(simulation);
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return simulation(call.limit());
 }
 

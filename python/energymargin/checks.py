@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 LONGEST = 60  # characters of a value in an error
+MOST_COUNT, MOST_SEED = 2**31 - 1, 2**64 - 1  # of the core
 
 
 def shown(value: object) -> str:
@@ -27,24 +28,27 @@ def shown(value: object) -> str:
 
 
 def whole_number(name: str, value: int, least: int, most: int | None = None) -> int:
-    """`value`, if it is a whole number from `least` to `most`; else a ValueError with `name`."""
+    """`value`, if it is a whole number from `least` to `most`; else a ValueError with `name`.
+
+    True and False are none. Without `most` it has to fit into 32 bits, as the core's counts do.
+    """
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if whole and value >= least and (most is None or value <= most):
+    largest = MOST_COUNT if most is None else most
+    if whole and least <= value <= largest:
         return int(value)
     given: object = value
     if isinstance(given, float) and given.is_integer():
         raise ValueError(f"{name} is {value!r}, expected a whole number, as {int(value)}")
-    expected = f"of at least {least}" if most is None else f"from {least} to {most}"
-    raise ValueError(f"{name} is {value!r}, expected a whole number {expected}")
+    bounded = most is not None or (whole and value > largest)
+    end = "2^64 - 1" if largest == MOST_SEED else largest
+    expected = f"from {least} to {end}" if bounded else f"of at least {least}"
+    raise ValueError(f"{name} is {shown(value)}, expected a whole number {expected}")
 
 
 def seed_number(value: int) -> int:
     """`value`, if it is a seed: a whole number from 0 to 2^64 - 1; else a ValueError. None is no
     seed but where a function says what it means."""
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if whole and 0 <= value < 2**64:
-        return int(value)
-    raise ValueError(f"seed is {shown(value)}, expected a whole number from 0 to 2^64 - 1")
+    return whole_number("seed", value, 0, MOST_SEED)
 
 
 def core_count(name: str, count: int | None) -> int:

@@ -95,6 +95,9 @@ def methods(kind: type) -> Iterator[tuple[str, Any]]:
 def _checked_function(function: Any, package: str | None = None) -> Any:
     @functools.wraps(function)
     def checked_function(*args: Any, **kwargs: Any) -> Any:
+        progress = kwargs.get("progress")
+        if progress is not None and not callable(progress):  # it may be called late, or never
+            raise ValueError(f"progress is {shown(progress)}, expected a function")
         try:
             return function(*args, **kwargs)
         except STUMBLES as error:

@@ -1,6 +1,6 @@
 // Linear equations within an envelope.
 
-#include "physics/solver/envelope_lu.hpp"
+#include "physics/native/envelope_lu.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Coulomb's law at one contact point.
 
-#include "physics/solver/friction_law.hpp"
+#include "physics/native/friction_law.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Velocities under Coulomb friction and limited impulses.
 
-#include "physics/solver/newton_solver.hpp"
+#include "physics/native/newton_solver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include "base/check.hpp"
 #include "energymargin/problem.hpp"
-#include "physics/solver/friction_law.hpp"
+#include "physics/native/friction_law.hpp"
 
 namespace energymargin::scenes {
 

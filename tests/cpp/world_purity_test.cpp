@@ -213,10 +213,10 @@ TEST(MechanismPurity, QuestionsTouchLinksAndFastBodiesTakeTheirStepsInParts) {
     const Scene scene = random_mechanisms(seed);
     EXPECT_GE(trees(scene), 2) << "seed " << seed;
     EXPECT_GT(deepest_contact(scene, pack(scene)).distance, -1e-3) << "seed " << seed;
-    Simulation simulation(scene);
+    NativeEngine engine(scene);
     for (const Question& question : hurled_questions(scene, of_a_mechanism, longest_of_mechanisms)) {
-      parts += cut_steps(simulation, question.state, question.steps);
-      for (const Contact& contact : simulation.contacts()) {
+      parts += cut_steps(engine, question.state, question.steps);
+      for (const Contact& contact : engine.contacts()) {
         const auto link = [&](const std::string& name) { return scene.joint_to(scene.index(name)) ? 1 : 0; };
         const int links = link(contact.body_a) + link(contact.body_b);
         on_links += links > 0 && contact.normal_force > 0.01 ? 1 : 0;

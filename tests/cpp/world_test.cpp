@@ -316,7 +316,7 @@ TEST(World, ContactsOfTheDefaultSolverCarryTheWeightAtOnceToTheirSoftnessAndLate
     return normal;
   };
   EXPECT_NEAR(load(pack(scene)), g, 2.0 * giving * g);
-  EXPECT_NEAR(load(world.rollout(pack(scene), {Wrench{}}, 0.5).state), g, 10.0 * scene.stepping().tolerance * g);
+  EXPECT_NEAR(load(world.rollout(pack(scene), {Wrench{}}, 0.5).state), g, 10.0 * scene.stepping().residual() * g);
 }
 
 // Distance between two bodies of these shapes at these places, asked in both orders.

@@ -151,6 +151,32 @@ def test_a_float_for_a_whole_number_is_told_how_to_write_it(score, problem):
         score(problem, nodes=1e3)
 
 
+@pytest.mark.parametrize(
+    ("score", "count"), [(em.escape_effort, "nodes"), (em.rank, "rollouts"), (em.score, "threads")]
+)
+def test_a_truth_and_a_huge_number_are_no_counts_at_any_door(score, count, problem):
+    asked = problem.replace(horizon=0.1)
+    problems = {em.rank: {"a": asked}, em.score: [asked]}.get(score, asked)
+    with pytest.raises(ValueError, match=f"^{count} is True, expected a whole number "):
+        score(problems, **{count: True})
+    with pytest.raises(
+        ValueError, match=f"^{count} is 10{{30}}, .* whole number from 1 to 21474836"
+    ):
+        score(problems, **{count: 10**30})
+
+
+@pytest.mark.parametrize("mass", [float("nan"), float("inf"), -1.0])
+def test_mass_properties_are_of_a_mass_that_can_be(mass):
+    with pytest.raises(ValueError, match=f"^mass is {mass:g}, expected a finite number of at le"):
+        em.mass_properties(em.Sphere(0.1), mass)
+
+
+@pytest.mark.parametrize("kind", [em.Scene, em.Problem, em.Box, em.Feedback, em.Cancel, em.World])
+def test_an_object_that_was_never_made_is_refused_by_what_asks_it(kind):
+    with pytest.raises(TypeError, match=r"made by __new__ alone holds nothing: call its class"):
+        repr(kind.__new__(kind))
+
+
 def test_a_type_error_of_the_users_own_function_stays_as_it_is(problem):
     def progress(nodes: int, total: int) -> None:
         raise TypeError("capture_score(): mine")

@@ -53,6 +53,8 @@ def test_a_whole_number_is_within_its_bounds():
         whole_number("nodes", 4.0, 1)
     with pytest.raises(ValueError, match="nodes is True"):
         whole_number("nodes", True, 1)
+    with pytest.raises(ValueError, match=r"nodes is 10{30}, .* whole number from 1 to 2147483647$"):
+        whole_number("nodes", 10**30, 1)
 
 
 def test_yes_or_no_takes_a_truth_of_numpy_and_no_number():

@@ -55,6 +55,21 @@ def test_an_argument_of_another_kind_is_named(path):
                     door(**{name: bad})
 
 
+@pytest.mark.parametrize("progress", [3, 0, ""])
+@pytest.mark.parametrize(
+    "path",
+    [path for path, door in DOORS.items() if "progress" in inspect.signature(door).parameters],
+)
+def test_a_progress_that_is_no_function_is_refused_before_anything_else(path, progress):
+    names = [
+        p.name for p in inspect.signature(DOORS[path]).parameters.values() if p.default is p.empty
+    ]
+    task = em.tasks.make("push", friction=0.3)
+    problem = task.problem(task.rollout(3, frames=2).states[1])
+    with pytest.raises((TypeError, ValueError), match=r"^progress is .*, expected a function$"):
+        DOORS[path](**dict.fromkeys(names, problem), progress=progress)
+
+
 def knocks():
     """Calls that are right, by the name of what is called."""
     task = em.tasks.make("push")

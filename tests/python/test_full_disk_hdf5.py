@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import energymargin as em
+from energymargin.datasets.hdf5 import Sink
 from energymargin.grasps import GraspObject, GraspSet, Motion, ParallelGripper, Protocol, score
 
 OLD = b"what was there"
@@ -46,6 +47,19 @@ def test_a_dataset_that_does_not_fit_leaves_the_old_file(dataset, tmp_path, size
     assert {file.name for file in tmp_path.iterdir()} == {"push.h5", "whole.h5"}
     dataset.save(path)
     assert path.read_bytes() == whole.read_bytes()
+
+
+def test_what_a_full_disk_dropped_is_read_as_zeros(tmp_path):
+    """HDF5 reads back what it has written, and takes what its buffer holds for it."""
+    buffer = bytearray(b"garbage")
+    with Sink(tmp_path / "file") as sink:
+        with files_of_at_most(0):
+            sink.write(b"written")
+        sink.seek(0)
+        assert sink.readinto(buffer) == 7 and buffer == bytes(7)
+        with pytest.raises(OSError, match="File too large"):
+            sink.require_written()
+        sink._error = None
 
 
 @pytest.mark.parametrize("name", ["g.h5", "g.csv", "g.json", "g.yaml"])

@@ -4,6 +4,8 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 CPP = Path(__file__).parents[2] / "cpp"
 ROOMS = (
     "base",
@@ -74,6 +76,17 @@ def test_public_headers_include_public_ones_only():
     ]
     assert len(headers) > 20
     assert not private
+
+
+@pytest.mark.parametrize("engine", ["native", "bullet"])
+def test_engines_are_known_where_they_are_made_alone(engine):
+    folder = CPP / "src/physics" / engine
+    users = [
+        p
+        for p in FILES
+        if folder not in p.parents and any(folder in h.parents for h in included(p))
+    ]
+    assert users == [CPP / "src/physics/engine.cpp"]
 
 
 def test_bullet_is_in_one_room_and_ompl_in_two():

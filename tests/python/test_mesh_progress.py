@@ -11,7 +11,7 @@ import energymargin as em
 from energymargin.bars import bar, bars_by
 from energymargin.cli import application
 from energymargin.cli.progress import progress_bar
-from energymargin.meshes import mesh
+from energymargin.meshes import convex, mesh
 
 
 @pytest.fixture
@@ -34,6 +34,17 @@ def test_a_file_of_several_solids_says_once_that_it_is_decomposed(tmp_path, capl
     far.apply_translation((1, 0, 0))
     mesh(written(tmp_path, bars() + far))
     assert len(caplog.records) == 1
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_a_decomposition_that_takes_long_names_a_faster_way_and_says_how_long(
+    tmp_path, caplog, monkeypatch
+):
+    monkeypatch.setattr(convex, "PATIENCE", 0.0)
+    mesh(angle(tmp_path))
+    first, *others = (record.message for record in caplog.records)
+    assert "angle.stl of 20 triangles" in first and "simplify_quadric_decimation" in first
+    assert all(text.endswith("angle.stl for 0 s so far") for text in others[:3]) and others
 
 
 @pytest.mark.usefixtures("own_cache")

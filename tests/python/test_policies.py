@@ -52,6 +52,11 @@ def test_impedance_is_that_spring():
     assert np.array_equal(*times)
 
 
+def test_a_delay_of_more_commands_than_a_state_may_hold_is_refused():
+    with pytest.raises(ValueError, match=r"delay is 300000000 control periods, expected less than"):
+        asked(feedback(period=0.05, delay=300_000_000))
+
+
 def test_a_delay_that_makes_the_loop_unstable_is_found():
     late = [asked(feedback(period=0.05, delay=delay)).captured for delay in (0, 2)]
     assert late[0] > late[1] + 0.1

@@ -77,18 +77,25 @@ def test_a_loss_of_once_in_a_million_is_found(damping):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("replicas", [100, 200])
-@pytest.mark.parametrize("ratio", [7.5, 20.8])
-def test_19_of_20_intervals_hold_down_to_one_in_a_billion(ratio, replicas):
-    """Few replicas are worth little there, and the interval says so."""
+@pytest.mark.parametrize(("ratio", "replicas"), [(7.5, 200), (20.8, 100), (20.8, 200), (20.8, 500)])
+def test_19_of_20_intervals_hold_down_to_one_in_a_billion_or_are_warned_of(ratio, replicas):
     well = known_losses.Well(known_losses.WEAK, 0.32 / ratio)
     truth = well.loss(cells=2)
     assert truth == pytest.approx({7.5: 1.02e-3, 20.8: 1.47e-9}[ratio], rel=0.01)
-    found = [
+    answers = [
         rare(well.problem, disturbance=well.disturbance, seed=s, rollouts=replicas, warn=False)
-        for s in range(60)
+        for s in range(20)
     ]
-    assert sum(holds(p, truth) for p in found) >= 54
+    sure = [p for p in answers if not p.warnings]
+    assert sum(holds(p, truth) for p in sure) >= 0.95 * len(sure) - 1
+    assert sure or replicas < 12 * -np.log(truth)
+
+
+@pytest.mark.parametrize("seed", [0, 52])
+def test_too_few_replicas_for_a_loss_of_one_in_a_billion_are_warned_of(seed):
+    well = known_losses.Well(known_losses.WEAK, 0.32 / 20.8)
+    p = rare(well.problem, disturbance=well.disturbance, seed=seed, rollouts=100, warn=False)
+    assert "ends far below the loss; take at least 3" in p.warnings[-1]
 
 
 def test_an_estimate_that_is_worth_more_than_one_loss_does_not_warn():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pybullet
 import pytest
+from mesh_files import angle
 from scipy.spatial.transform import Rotation
 from urdf_files import (
     ARM,
@@ -359,6 +360,21 @@ def test_links_that_overlap_at_the_start_alone_touch_and_are_pressed_apart(tmp_p
         assert apart.disabled_collisions == [("b", "c")]
     with pytest.raises(ValueError, match="disable_collisions is 'all', expected 'overlapping' or"):
         built(tmp_path, SLIDES, disable_collisions="all")
+
+
+def test_a_hull_that_blocks_another_link_of_its_robot_is_warned_of(tmp_path):
+    """A block that slides in the corner of an L: its hull is there, the mesh is not."""
+    angle(tmp_path)
+    mesh = '<collision><geometry><mesh filename="angle.stl"/></geometry></collision>'
+    box = '<collision><geometry><box size=".02 .02 .02"/></geometry></collision>'
+    slide = joint("ab", "a", "b", kind="prismatic", at=".1 .1 .09", limit='lower="-.1" upper="0"')
+    text = chain(slide, joint("ac", "a", "c", kind="fixed", at="0 0 0"), links="").replace(
+        "</robot>",
+        link("a", INERTIAL) + link("b", INERTIAL + box) + link("c", INERTIAL + mesh) + "</robot>",
+    )
+    way = r"'c' collides as the convex hull .* overlaps 'b' in .*decompose=True .*\('c', 'b'\)"
+    with pytest.warns(em.PlausibilityWarning, match=way):
+        built(tmp_path, text, decompose=False)
 
 
 def test_without_self_collision_no_two_links_collide(tmp_path):

@@ -32,7 +32,8 @@ void warn(const std::vector<energymargin::Warning>& warnings) {
 // Scores or saves the problem, and returns what to print.
 std::string run(const Arguments& arguments) {
   std::vector<energymargin::Warning> outdated;
-  const energymargin::Problem problem = energymargin::load(arguments.file, &outdated);
+  energymargin::Problem problem = energymargin::load(arguments.file, &outdated);
+  if (arguments.engine) problem = energymargin::with_engine(problem, *arguments.engine);
   warn(outdated);
   if (!arguments.copy.empty()) {
     energymargin::save(problem, arguments.copy, arguments.meshes);

@@ -44,6 +44,8 @@ std::vector<Option> common_options() {
   return {
       {"--metric", "NAME", every_metric, alternatives(split(every_metric), "") + " (capture)",
        [](CommandLine& line, const Value& v) { line.arguments.metric = v.text; }},
+      {"--engine", "NAME", every_metric, "what steps the simulation: native or bullet (the problem's)",
+       [](CommandLine& line, const Value& v) { line.arguments.engine = v.choice<EngineKind>(); }},
       {"--timeout", "S", every_metric, "seconds after which the search ends: \"complete\" is false",
        [](CommandLine& line, const Value& v) { line.arguments.timeout = v.number(); }},
       {"--seed", "S", "capture effort probability escape_energy", "same seed, same bits (0)",
@@ -256,8 +258,7 @@ Scores a problem file and prints JSON, to the last bit as Python does. null: no 
     text << "Options of " << group.title << ":\n";
     for (const Option& option : group.options) text << help_of(option);
   }
-  text << R"(
-examples: energymargin_score problem.json --metric effort --nodes 5000
+  text << R"(examples: energymargin_score problem.json --metric effort --nodes 5000
           energymargin_score problem.json --metric probability --disturbance gaussian --force 0.5
           energymargin_score problem.json --save folder/copy.json --meshes files
 )";

@@ -17,6 +17,7 @@ namespace energymargin::app {
 struct Arguments {
   std::string file;
   std::string metric = "capture";
+  std::optional<EngineKind> engine{};  //!< unset: the problem's
   CaptureOptions capture{};
   EffortOptions effort{};
   ProbabilityOptions probability{};

@@ -79,6 +79,9 @@ void validate(const Problem& problem);
 //! std::invalid_argument where a time is not whole steps of this length, or a spring is too stiff for it.
 Problem with_step(const Problem& problem, double step);
 
+//! The same question in a simulation by another engine: Scene::with_engine.
+Problem with_engine(const Problem& problem, EngineKind engine);
+
 //! The world of a problem: with its plan, if it has one. Its steps are so many `parts` of the problem's.
 World world_of(const Problem& problem, int parts = 1);
 

@@ -189,13 +189,27 @@ struct PairFriction {
   std::optional<double> torsional_friction{}, rolling_friction{};  //!< [m]; unset: that of the surfaces
 };
 
+//! What steps a scene.
+enum class EngineKind {
+  native,  ///< the library's own: friction to Coulomb's limit, continuous collision
+  bullet,  ///< Bullet's multi-body world: sequential impulses, one step without substeps
+};
+
 //! How the physics is stepped.
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
-  int iterations = 200;       //!< Newton iterations of the contact solver in a step, at most; 1..most_solver_iterations
-  //! A step has converged with a residual below this share of its impulses; above 0, at most most_solver_tolerance.
-  double tolerance = 1e-5;
+  //! Newton iterations of the contact solver in a step, or sweeps of Bullet's, at most; 1..most_solver_iterations;
+  //! unset: 200, or 50 sweeps.
+  std::optional<int> iterations{};
+  //! A step has converged with a residual below this share of its impulses; of Bullet's sweeps, with the largest
+  //! squared change of an impulse below this [N^2 s^2]; above 0, at most most_solver_tolerance; unset: 1e-5, or 1e-7 of
+  //! Bullet's.
+  std::optional<double> tolerance{};
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
+  EngineKind engine = EngineKind::native;
+
+  int most_iterations() const { return iterations.value_or(engine == EngineKind::native ? 200 : 50); }
+  double residual() const { return tolerance.value_or(engine == EngineKind::native ? 1e-5 : 1e-7); }
 };
 
 //! What a scene has otherwise in a body; unset: nothing.
@@ -240,6 +254,11 @@ class Scene {
 
   //! The same scene in other steps.
   Scene with_stepping(const Stepping& stepping) const;
+
+  //! The same scene, stepped by another engine with that one's iterations and tolerance.
+  Scene with_engine(EngineKind engine) const {
+    return with_stepping({stepping_.step, {}, {}, stepping_.margin, engine});
+  }
 
   //! The same scene with other coefficients or another mass and inertia of one body; those of pairs stay.
   Scene with_body(const std::string& name, const BodyChange& change) const;

@@ -101,9 +101,7 @@ struct Frame {
   double lost_time = 0.0;  //!< time until then in which nothing moved [s]
 };
 
-struct Engine;
-
-//! One simulation of a scene, with Bullet in double precision. Every question is answered as a pure function of its
+//! One simulation of a scene. Every question is answered as a pure function of its
 //! arguments: the same bits in any order, in any world of the same scene, on any thread (one thread a world at a time).
 class World {
  public:
@@ -149,7 +147,8 @@ class World {
   double distance(const State& state, const std::string& body_a, const std::string& body_b);
 
  private:
-  std::unique_ptr<Engine> engine_;
+  struct Player;
+  std::unique_ptr<Player> player_;
 };
 
 //! Deepest penetration of any two bodies at a valid state [m]; 0 if nothing touches.

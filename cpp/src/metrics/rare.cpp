@@ -18,9 +18,10 @@
 namespace energymargin {
 namespace {
 
-constexpr std::size_t pilots = 20;         // rollouts that tell how long the rate of the level lasts
-constexpr int replicas_a_scout = 20;       // one of so many replicas scouts first, for the forecast ...
-constexpr int fewest_scouts = 20;          // ... but no fewer than these
+constexpr std::size_t pilots = 20;        // rollouts that tell how long the rate of the level lasts
+constexpr int replicas_a_scout = 20;      // one of so many replicas scouts first, for the forecast ...
+constexpr int fewest_scouts = 20;         // ... but no fewer than these
+constexpr double replicas_a_fold = 12.0;  // of e that a loss is rarer: 297 of 300 measured intervals held from there on
 constexpr std::size_t fewest_batches = 4;  // that have a variance: Student's distribution of three degrees of freedom
 
 // Their streams of random numbers, behind those of the batches.
@@ -244,15 +245,20 @@ StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& n
   return counts;
 }
 
-// Where the batches differ so much that all of them are worth less than one loss that was counted.
+// Where all batches are worth less than one loss that was counted, or the replicas are too few for so rare a loss.
 void warn_of_spread(const CaptureProbability& p, std::vector<Warning>& warnings) {
-  const double losses = p.effective * p.lost[p.lost.size() - 1];
-  if (losses == 0.0 || losses >= 1.0) return;  // without a loss the interval ends where counting it would
+  const double lost = p.lost[p.lost.size() - 1];
+  const double losses = p.effective * lost;
+  if (losses == 0.0) return;  // the interval ends where counting it would
+  const double enough = std::ceil(-replicas_a_fold * std::log(lost));
+  const bool few = p.rollouts < enough;
+  if (losses >= 1.0 && !few) return;
   std::ostringstream what;
-  what << std::setprecision(2) << "a loss of " << p.lost[p.lost.size() - 1] << " by " << p.rollouts << " replicas and "
-       << p.splitting->levels << " levels is worth " << losses << " counted losses: its " << splitting_batches
-       << " batches differ much, most such estimates are too low, and the interval is wide; take "
-       << "more `rollouts`, 5 times as many, or a level that foresees the loss better (`ahead`, `level`)";
+  what << std::setprecision(2) << "a loss of " << lost << " by " << p.rollouts << " replicas and "
+       << p.splitting->levels << " levels is worth " << losses << " counted losses: most such estimates are too low, "
+       << "and the interval is wide" << (few ? ", or ends far below the loss" : "") << "; take at least "
+       << std::setprecision(9) << (few ? enough : 5.0 * p.rollouts)
+       << " `rollouts`, or a level that foresees the loss better (`ahead`, `level`)";
   warnings.push_back({"rare loss", what.str()});
 }
 

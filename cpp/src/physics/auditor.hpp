@@ -4,50 +4,51 @@
 #include <algorithm>
 #include <vector>
 
-#include "physics/simulation.hpp"
+#include "physics/engine.hpp"
 #include "scene/energy.hpp"
 
 namespace energymargin {
 
-//! Watches a simulation from where it is when this is made, to the end of its own life.
+//! Watches an engine from where it is when this is made, to the end of its own life. The engine tells the work of
+//! its impulses.
 class Auditor {
  public:
-  Auditor(Simulation& simulation, const Energy& energy)
-      : simulation_(simulation), energy_(energy), length_rates_(simulation.scene().springs().size()) {
-    const std::vector<Joint>& joints = simulation.scene().joints();
-    for (std::size_t i = 0; i < joints.size() + simulation.scene().tendons().size(); ++i) {
+  Auditor(Engine& engine, const Energy& energy)
+      : engine_(engine), energy_(energy), length_rates_(engine.scene().springs().size()) {
+    const std::vector<Joint>& joints = engine.scene().joints();
+    for (std::size_t i = 0; i < joints.size() + engine.scene().tendons().size(); ++i) {
       const bool moves = i >= joints.size() || (joints[i].moves() && !joints[i].held);
-      if (moves && simulation.scene().control(i).drives()) controlled_.push_back(i);
+      if (moves && engine.scene().control(i).drives()) controlled_.push_back(i);
     }
-    simulation_.impulses() = {&before_, {}};
-    simulation_.read(next_);
+    *engine_.impulses() = {&before_, {}};
+    engine_.read(next_);
   }
-  ~Auditor() { simulation_.impulses() = {}; }
+  ~Auditor() { *engine_.impulses() = {}; }
   Auditor(const Auditor&) = delete;
   Auditor& operator=(const Auditor&) = delete;
 
   //! To be called before anything acts in a substep, and when that is over.
   void begin() {
-    simulation_.read(before_);
-    const Scene& scene = simulation_.scene();
+    engine_.read(before_);
+    const Scene& scene = engine_.scene();
     held_.clear();
-    for (const Load& load : simulation_.spring_loads()) {
+    for (const Load& load : engine_.spring_loads()) {
       if (scene.bodies()[load.body].kinematic && !scene.jointed(load.body)) held_.push_back(load);
     }
-    if (!simulation_.actuations().empty() || !held_.empty()) simulation_.read(velocities_);
+    if (!engine_.actuations().empty() || !held_.empty()) engine_.read(velocities_);
     state_ = next_;
-    for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.springs().span(i).length_rate;
+    for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = engine_.springs().span(i).length_rate;
   }
   void end(const SubstepResult& substep) {
-    simulation_.read(next_);
+    engine_.read(next_);
     add_actuations(substep.duration);
-    const StateLayout& layout = simulation_.layout();
+    const StateLayout& layout = engine_.layout();
     for (const std::size_t i : controlled_) {
       add_control(i, layout.controlled(state_.data(), i), layout.controlled(next_.data(), i), substep.duration);
     }
     for (std::size_t i = 0; i < length_rates_.size(); ++i) {
-      const double stretch = 0.5 * (length_rates_[i] + simulation_.springs().span(i).length_rate) * substep.duration;
-      audit_.damping -= simulation_.scene().springs()[i].damping * length_rates_[i] * stretch;
+      const double stretch = 0.5 * (length_rates_[i] + engine_.springs().span(i).length_rate) * substep.duration;
+      audit_.damping -= engine_.scene().springs()[i].damping * length_rates_[i] * stretch;
     }
     // Velocities are a substep behind the positions; where motion is lost, its loads do no work.
     const double power = energy_.power(next_);
@@ -58,7 +59,7 @@ class Auditor {
   //! The balance of the substeps so far; without energy_change and wrench, which others know.
   Audit audit() const {
     Audit audit = audit_;
-    const Audit& work = simulation_.impulses().work;
+    const Audit& work = engine_.impulses()->work;
     audit.friction = work.friction;
     audit.contacts = work.contacts;
     audit.joints = work.joints;
@@ -72,20 +73,20 @@ class Auditor {
  private:
   // A kinematic body is held against its springs; one that carries links the solver holds.
   void add_actuations(double duration) {
-    if (simulation_.actuations().empty() && held_.empty()) return;
-    simulation_.read(next_velocities_);
+    if (engine_.actuations().empty() && held_.empty()) return;
+    engine_.read(next_velocities_);
     const auto power = [this](const Load& load) {
       return load.power(velocities_[load.body], next_velocities_[load.body]);
     };
-    for (const Load& load : simulation_.actuations()) audit_.plan += power(load) * duration;
+    for (const Load& load : engine_.actuations()) audit_.plan += power(load) * duration;
     for (const Load& load : held_) audit_.plan -= power(load) * duration;
   }
   // What the compliance gives, by its torque at the end of the step, should be what its energy loses, about the scene's
   // target; the rest is work of the robot. What the torque limit leaves room for is damping and drive.
   void add_control(std::size_t index, const JointState& before, const JointState& after, double duration) {
-    const PositionControl& control = simulation_.scene().control(index);
+    const PositionControl& control = engine_.scene().control(index);
     const auto limited = [&](double torque) { return std::clamp(torque, -control.torque_limit, control.torque_limit); };
-    const double spring = control.stiffness * (simulation_.target(index) - after.position);
+    const double spring = control.stiffness * (engine_.target(index) - after.position);
     const double about_scene_target = control.stiffness * (control.target - after.position);
     const double damping = -control.damping * after.velocity;
     const double drive = control.damping * control.target_velocity;
@@ -100,7 +101,7 @@ class Auditor {
     audit_.drives += share * drive * turned;
   }
 
-  Simulation& simulation_;
+  Engine& engine_;
   const Energy& energy_;
 
   Motion before_;

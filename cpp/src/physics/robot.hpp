@@ -9,7 +9,7 @@
 
 #include "base/random_draws.hpp"
 #include "energymargin/plan.hpp"
-#include "physics/simulation.hpp"
+#include "physics/engine.hpp"
 #include "scene/feedback.hpp"
 
 namespace energymargin {
@@ -44,19 +44,19 @@ class Corrections {
     else
       memory_.setZero();
   }
-  const Eigen::VectorXd& remembered(const Simulation& simulation) {
-    if (forces_ > 0 && has_moved_) memory_.tail(forces_) = measured(simulation);
+  const Eigen::VectorXd& remembered(const Engine& engine) {
+    if (forces_ > 0 && has_moved_) memory_.tail(forces_) = measured(engine);
     return memory_;
   }
 
   //! Those of a step; null if the limit was reached.
-  const double* at(const Simulation& simulation, int step, const NoiseSeeds* noise, const Limit& limit) {
+  const double* at(const Engine& engine, int step, const NoiseSeeds* noise, const Limit& limit) {
     const double now = control_time(step);
     const bool begins = memory_[0] == 0.0;
     if (begins) memory_.segment(1, size() * (feedback_.delay + 1)) = first_.replicate(feedback_.delay + 1, 1);
     if (begins || control_time(step - 1) != now) {
       const std::optional<std::uint64_t> seed = seed_of(noise, step);
-      if (!observe(simulation, std::max(0.0, now), seed, limit)) return nullptr;
+      if (!observe(engine, std::max(0.0, now), seed, limit)) return nullptr;
     }
     memory_[0] = 1.0;
     has_moved_ = true;
@@ -79,22 +79,22 @@ class Corrections {
     return seed;
   }
 
-  bool observe(const Simulation& simulation, double time, std::optional<std::uint64_t> seed, const Limit& limit) {
-    simulation.read(state_);
+  bool observe(const Engine& engine, double time, std::optional<std::uint64_t> seed, const Limit& limit) {
+    engine.read(state_);
     const Eigen::Index queued = size() * feedback_.delay;
     Eigen::VectorXd newest(size());
     if (policy_ && !ask(time, seed, limit, newest)) return false;
-    if (!policy_) newest = correct(simulation, time, seed);
+    if (!policy_) newest = correct(engine, time, seed);
     auto queue = memory_.segment(1, queued + size());  // the oldest first
     if (queued > 0) queue.head(queued) = queue.tail(queued).eval();
     queue.tail(size()) = newest;
     return true;
   }
 
-  Eigen::VectorXd correct(const Simulation& simulation, double time, std::optional<std::uint64_t> seed) {
+  Eigen::VectorXd correct(const Engine& engine, double time, std::optional<std::uint64_t> seed) {
     const auto row = [time](std::size_t count) { return static_cast<Eigen::Index>(std::min(time, count - 1.0)); };
     const auto at = row(static_cast<std::size_t>(feedback_.references.rows()));
-    Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(simulation);
+    Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(engine);
     if (seed && feedback_.noise.size() > 0) {
       Random random(*seed, static_cast<std::size_t>(time));
       for (Eigen::Index i = 0; i < error.size(); ++i) error[i] -= feedback_.noise[i] * random.normal();
@@ -115,9 +115,9 @@ class Corrections {
     return true;
   }
 
-  Eigen::VectorXd numbers(const Simulation& simulation) {
+  Eigen::VectorXd numbers(const Engine& engine) {
     Eigen::VectorXd values(static_cast<Eigen::Index>(observed_.size()));
-    const Eigen::VectorXd forces = has_moved_ ? measured(simulation) : Eigen::VectorXd(memory_.tail(forces_));
+    const Eigen::VectorXd forces = has_moved_ ? measured(engine) : Eigen::VectorXd(memory_.tail(forces_));
     Eigen::Index force = 0;
     for (std::size_t i = 0; i < observed_.size(); ++i) {
       const bool presses = observed_[i].kind == Observed::Kind::force;
@@ -126,11 +126,11 @@ class Corrections {
     return values;
   }
 
-  Eigen::VectorXd measured(const Simulation& simulation) const {
+  Eigen::VectorXd measured(const Engine& engine) const {
     Eigen::VectorXd forces = Eigen::VectorXd::Zero(forces_);
     Eigen::Index force = 0;
     for (const Observed& of : observed_) {
-      if (of.kind == Observed::Kind::force) forces[force++] = simulation.normal_force(of.index, of.other);
+      if (of.kind == Observed::Kind::force) forces[force++] = engine.normal_force(of.index, of.other);
     }
     return forces;
   }
@@ -144,7 +144,7 @@ class Corrections {
   Eigen::Index forces_ = 0;
   Eigen::VectorXd memory_;
   State state_;             // scratch
-  bool has_moved_ = false;  // since `restore`: then forces are those of the simulation
+  bool has_moved_ = false;  // since `restore`: then forces are those of the engine
 };
 
 //! Does in each step what a plan says, which fits the scene.
@@ -170,8 +170,8 @@ class Robot {
   }
 
   //! Those numbers now.
-  Eigen::VectorXd remembered(const Simulation& simulation) {
-    return corrections_ ? corrections_->remembered(simulation) : Eigen::VectorXd();
+  Eigen::VectorXd remembered(const Engine& engine) {
+    return corrections_ ? corrections_->remembered(engine) : Eigen::VectorXd();
   }
 
   //! What a policy commands until the next call, or null: it is asked at its control times; and the seeds of the noise
@@ -181,23 +181,23 @@ class Robot {
     noise_ = noise;
   }
 
-  //! Loads the simulation with what acts in a step of the plan. Behind its end nothing acts but the last targets, or
+  //! Loads the engine with what acts in a step of the plan. Behind its end nothing acts but the last targets, or
   //! with a feedback the last row. False if the limit was reached before a policy answered.
-  bool act(Simulation& simulation, int step, const Limit& limit) {
+  bool act(Engine& engine, int step, const Limit& limit) {
     const int last = plan_.rows() - 1;
     const int row = std::min(step, last);
     take_row(row);
-    if (plan_.feedback && !correct(simulation, step, limit)) return false;
-    for (std::size_t i = 0; i < joints_.size(); ++i) simulation.set_target(joints_[i], targets_[i]);
+    if (plan_.feedback && !correct(engine, step, limit)) return false;
+    for (std::size_t i = 0; i < joints_.size(); ++i) engine.set_target(joints_[i], targets_[i]);
     if (step > last && !plan_.feedback) return true;
     for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
       const double* const wrench = wrenches_[i].data();
-      simulation.actuate({wrench_bodies_[i], vector(wrench), vector(wrench + 3)});
+      engine.actuate({wrench_bodies_[i], vector(wrench), vector(wrench + 3)});
     }
     for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
       const Servo& servo = plan_.velocities[i];
-      simulation.add_motor(servo_bodies_[i], velocities_[i].head<3>(), velocities_[i].tail<3>(),
-                           servo.force.value_or(unlimited), servo.torque.value_or(unlimited));
+      engine.add_motor(servo_bodies_[i], velocities_[i].head<3>(), velocities_[i].tail<3>(),
+                       servo.force.value_or(unlimited), servo.torque.value_or(unlimited));
     }
     return true;
   }
@@ -236,8 +236,8 @@ class Robot {
     for (std::size_t i = 0; i < velocities_.size(); ++i) velocities_[i] = plan_.velocities[i].velocities.row(row);
   }
 
-  bool correct(const Simulation& simulation, int step, const Limit& limit) {
-    const double* const corrections = commands_ ? commands_->data() : corrections_->at(simulation, step, noise_, limit);
+  bool correct(const Engine& engine, int step, const Limit& limit) {
+    const double* const corrections = commands_ ? commands_->data() : corrections_->at(engine, step, noise_, limit);
     if (!corrections) return false;
     const Feedback& feedback = *plan_.feedback;
     for (std::size_t i = 0; i < corrected_.size(); ++i) {

@@ -5,7 +5,7 @@
 #include <mutex>
 
 #include "base/check.hpp"
-#include "physics/simulation.hpp"
+#include "physics/engine.hpp"
 #include "sets/primitives.hpp"
 
 namespace energymargin {
@@ -21,18 +21,18 @@ class TouchingPair {
   }
 
   double beyond_gap(const double* state) {
-    return ask(state, [this](Simulation& simulation) {
-      const auto closest = simulation.pairs().closest(a_, b_, everywhere);
+    return ask(state, [this](Engine& engine) {
+      const auto closest = engine.pairs().closest(a_, b_, everywhere);
       return closest ? closest->distance - set_.gap : infinity;
     });
   }
 
   double missing_force(const double* state) {
-    return ask(state, [this](Simulation& simulation) {
+    return ask(state, [this](Engine& engine) {
       double left = scene_.stepping().step;
-      while (left > 0.0) left -= simulation.advance(left).duration;
+      while (left > 0.0) left -= engine.advance(left).duration;
       double force = 0.0;
-      for (const Contact& contact : simulation.contacts()) {
+      for (const Contact& contact : engine.contacts()) {
         const bool of_pair = contact.body_a == set_.body ? contact.body_b == set_.other
                                                          : contact.body_a == set_.other && contact.body_b == set_.body;
         if (of_pair) force += contact.normal_force;
@@ -52,29 +52,29 @@ class TouchingPair {
 
   template <typename Question>
   double ask(const double* state, const Question& question) {
-    std::unique_ptr<Simulation> simulation = take();
-    const State at = Eigen::Map<const State>(state, simulation->layout().dimension());
+    std::unique_ptr<Engine> engine = take();
+    const State at = Eigen::Map<const State>(state, engine->layout().dimension());
     if (!at.allFinite()) return infinity;
-    simulation->restore(at);
-    const double answer = question(*simulation);
+    engine->restore(at);
+    const double answer = question(*engine);
     const std::lock_guard<std::mutex> lock(mutex_);
-    idle_.push_back(std::move(simulation));
+    idle_.push_back(std::move(engine));
     return answer;
   }
 
-  std::unique_ptr<Simulation> take() {
+  std::unique_ptr<Engine> take() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (idle_.empty()) return std::make_unique<Simulation>(scene_);
-    std::unique_ptr<Simulation> simulation = std::move(idle_.back());
+    if (idle_.empty()) return make_engine(scene_);
+    std::unique_ptr<Engine> engine = std::move(idle_.back());
     idle_.pop_back();
-    return simulation;
+    return engine;
   }
 
   Scene scene_;
   regions::Touching set_;
   std::size_t a_, b_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Simulation>> idle_;
+  std::vector<std::unique_ptr<Engine>> idle_;
 };
 
 }  // namespace

@@ -7,8 +7,9 @@
 
 #include "base/check.hpp"
 #include "physics/auditor.hpp"
+#include "physics/engine.hpp"
 #include "physics/robot.hpp"
-#include "physics/simulation.hpp"
+#include "scene/records.hpp"
 
 namespace energymargin {
 namespace {
@@ -36,11 +37,11 @@ void validate_simulation(const Plan& besides, int steps, const std::vector<int>&
 }
 
 // What a push is on each object.
-std::vector<Load> loads_of(const Push& push, const Simulation& simulation) {
+std::vector<Load> loads_of(const Push& push, const Engine& engine) {
   std::vector<Load> loads;
   for (Eigen::Index first = 0; first < push.wrenches.size(); first += wrench_axes) {
     const double* const wrench = push.wrenches.data() + first;
-    loads.push_back({simulation.objects()[loads.size()], vector(wrench), vector(wrench + 3)});
+    loads.push_back({engine.objects()[loads.size()], vector(wrench), vector(wrench + 3)});
   }
   return loads;
 }
@@ -48,27 +49,28 @@ std::vector<Load> loads_of(const Push& push, const Simulation& simulation) {
 }  // namespace
 
 // The robot follows `plan`, which fits the scene, unless it is null.
-struct Engine {
-  Engine(const Scene& scene, const Plan* plan) : simulation(scene), energy(scene) {
-    if (plan) robot.emplace(simulation.scene(), *plan);
+struct World::Player {
+  Player(const Scene& scene, const Plan* plan) : made(make_engine(scene)), energy(scene) {
+    if (plan) robot.emplace(engine.scene(), *plan);
   }
 
-  Simulation simulation;
+  const std::unique_ptr<Engine> made;
+  Engine& engine = *made;
   Energy energy;
   std::optional<Robot> robot;
   std::vector<LoadedMotion> before{};  // as a substep begins
 
   // One step under loads; its work, effort, lost time and convergence are added to `result`.
   void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
-    double left = simulation.scene().stepping().step;
+    double left = engine.scene().stepping().step;
     bool converged = true;
     while (left > 0.0) {
       if (auditor) auditor->begin();
       before.clear();
-      for (const Load& load : loads) before.push_back(simulation.before(load));
-      const SubstepResult substep = simulation.advance(left);
+      for (const Load& load : loads) before.push_back(engine.before(load));
+      const SubstepResult substep = engine.advance(left);
       for (std::size_t i = 0; i < loads.size(); ++i) {
-        const double work = simulation.power(loads[i], before[i]) * substep.duration;
+        const double work = engine.power(loads[i], before[i]) * substep.duration;
         result.effort += std::abs(work);
         result.work += work;
       }
@@ -91,23 +93,23 @@ Push push(const Disturbance& wrenches, int steps) {
   return push;
 }
 
-World::World(const Scene& scene) : engine_(std::make_unique<Engine>(scene, nullptr)) {}
+World::World(const Scene& scene) : player_(std::make_unique<Player>(scene, nullptr)) {}
 World::World(const Scene& scene, const Plan& plan) {
   validate(plan, scene);
-  engine_ = std::make_unique<Engine>(scene, &plan);
+  player_ = std::make_unique<Player>(scene, &plan);
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-const Scene& World::scene() const { return engine_->simulation.scene(); }
-const StateLayout& World::layout() const { return engine_->simulation.layout(); }
-int World::memory() const { return engine_->robot ? static_cast<int>(engine_->robot->memory()) : 0; }
+const Scene& World::scene() const { return player_->engine.scene(); }
+const StateLayout& World::layout() const { return player_->engine.layout(); }
+int World::memory() const { return player_->robot ? static_cast<int>(player_->robot->memory()) : 0; }
 
 Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit, const Limit& limit,
                        double time) {
   validate(scene(), state);
-  const std::size_t objects = engine_->simulation.objects().size();
+  const std::size_t objects = player_->engine.objects().size();
   if (objects == 0) reject("scene", "without an object", "a body of role \"object\"");
   if (wrenches.size() != objects) {
     reject("wrenches", std::to_string(wrenches.size()) + " wrenches", std::to_string(objects) + ", one an object");
@@ -122,53 +124,59 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
       reject(name, text(seconds), "at most " + std::to_string(most_steps) + " steps");
     }
   }
-  const int steps = engine_->simulation.whole_steps(duration);
+  if (audit && !player_->engine.impulses()) {
+    reject("audit",
+           std::string("with engine '") + word_of(scene().stepping().engine) +
+               "', which does not tell the work of impulses",
+           "engine 'native'");
+  }
+  const int steps = player_->engine.whole_steps(duration);
   Watch watch;
   watch.audit = audit;
-  watch.first = engine_->simulation.whole_steps(time);
+  watch.first = player_->engine.whole_steps(time);
   Rollout result = rollout_unchecked(state, {push(wrenches, steps)}, limit, watch);
   if (!result.complete) limit.require();
   result.state.conservativeResize(layout().dimension());
-  result.energy = engine_->energy(result.state);
+  result.energy = player_->energy(result.state);
   return result;
 }
 
 Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit,
                                  const Watch& watch) {
-  Simulation& simulation = engine_->simulation;
-  simulation.restore(state);
+  Engine& engine = player_->engine;
+  engine.restore(state);
   std::optional<Auditor> auditor;
-  if (watch.audit) auditor.emplace(simulation, engine_->energy);
+  if (watch.audit) auditor.emplace(engine, player_->energy);
   Rollout result;
   std::optional<Robot> other;
-  if (watch.plan) other.emplace(simulation.scene(), *watch.plan);
-  std::optional<Robot>& robot = other ? other : engine_->robot;
+  if (watch.plan) other.emplace(engine.scene(), *watch.plan);
+  std::optional<Robot>& robot = other ? other : player_->robot;
   if (robot) {
-    robot->restore(state, simulation.layout().dimension());
+    robot->restore(state, engine.layout().dimension());
     robot->take(watch.commands, watch.noise);
   }
   const auto read = [&](State& now) {
-    simulation.read(now);
+    engine.read(now);
     if (!robot || robot->memory() == 0) return;
     now.conservativeResize(now.size() + robot->memory());
-    now.tail(robot->memory()) = robot->remembered(simulation);
+    now.tail(robot->memory()) = robot->remembered(engine);
   };
   auto next = watch.record.begin();
   bool over = false;
   for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
-    const std::vector<Load> loads = loads_of(*push, simulation);
+    const std::vector<Load> loads = loads_of(*push, engine);
     for (int i = 0; i < push->steps && !over; ++i) {
       result.complete = result.steps % steps_between_checks != 0 || !limit.reached();
       over = !result.complete;
       if (over) break;
       if (i == 0 || robot) {
-        simulation.unload();
-        for (const Load& load : loads) simulation.load(load);
-        over = robot && !robot->act(simulation, watch.first + result.steps, limit);
+        engine.unload();
+        for (const Load& load : loads) engine.load(load);
+        over = robot && !robot->act(engine, watch.first + result.steps, limit);
         result.complete = !over;
         if (over) break;
       }
-      engine_->step(loads, result, auditor ? &*auditor : nullptr);
+      player_->step(loads, result, auditor ? &*auditor : nullptr);
       ++result.steps;
       if (next != watch.record.end() && *next == result.steps) {
         result.recorded.push_back({result.steps, result.effort, {}});
@@ -185,7 +193,7 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
   if (!std::isfinite(result.effort)) throw Diverged("the effort");
   if (auditor) {
     result.audit = auditor->audit();
-    result.audit->energy_change = engine_->energy(result.state) - engine_->energy(state);
+    result.audit->energy_change = player_->energy(result.state) - player_->energy(state);
     result.audit->wrench = result.work;
   }
   return result;
@@ -195,7 +203,7 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
                                    const Limit& limit) {
   validate(scene(), state);
   validate_simulation(besides, steps, record);
-  Simulation& simulation = engine_->simulation;
+  Engine& engine = player_->engine;
   std::optional<Robot> second;
   if (besides.rows() > 0) {
     Plan rows = besides;
@@ -211,23 +219,23 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
   }
   const double step = scene().stepping().step;
   Rollout whole;
-  simulation.restore(state);
-  if (engine_->robot) {
-    engine_->robot->restore(state, layout().dimension());
-    engine_->robot->take(nullptr, nullptr);
-    if (!frames.empty()) frames.front().memory = engine_->robot->remembered(simulation);
+  engine.restore(state);
+  if (player_->robot) {
+    player_->robot->restore(state, layout().dimension());
+    player_->robot->take(nullptr, nullptr);
+    if (!frames.empty()) frames.front().memory = player_->robot->remembered(engine);
   }
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_checks == 0) limit.require();
-    simulation.unload();
-    for (std::optional<Robot>* robot : {&engine_->robot, &second}) {
-      if (*robot && !(*robot)->act(simulation, i - 1, limit)) limit.require();
+    engine.unload();
+    for (std::optional<Robot>* robot : {&player_->robot, &second}) {
+      if (*robot && !(*robot)->act(engine, i - 1, limit)) limit.require();
     }
-    engine_->step({}, whole, nullptr);
+    player_->step({}, whole, nullptr);
     if (i != *next) continue;
-    frames.push_back({i * step, {}, {}, simulation.contacts(), whole.unconverged, whole.lost_time});
-    simulation.read(frames.back().state);
-    if (engine_->robot) frames.back().memory = engine_->robot->remembered(simulation);
+    frames.push_back({i * step, {}, {}, engine.contacts(), whole.unconverged, whole.lost_time});
+    engine.read(frames.back().state);
+    if (player_->robot) frames.back().memory = player_->robot->remembered(engine);
     ++next;
   }
   return frames;
@@ -235,15 +243,15 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
 
 std::vector<Contact> World::contacts(const State& state) {
   validate(scene(), state);
-  engine_->simulation.restore(state);
+  player_->engine.restore(state);
   Rollout whole;
-  engine_->step({}, whole, nullptr);
-  return engine_->simulation.contacts();
+  player_->step({}, whole, nullptr);
+  return player_->engine.contacts();
 }
 
 double World::energy(const State& state) const {
   validate(scene(), state);
-  return engine_->energy(state);
+  return player_->energy(state);
 }
 
 double World::distance(const State& state, const std::string& body_a, const std::string& body_b) {
@@ -251,8 +259,8 @@ double World::distance(const State& state, const std::string& body_a, const std:
   const std::size_t b = scene().index(body_b);
   if (a == b) reject("body_b", "'" + body_b + "'", "another body than body_a");
   validate(scene(), state);
-  engine_->simulation.restore(state);
-  const auto closest = engine_->simulation.pairs().closest(a, b, 1e9);
+  player_->engine.restore(state);
+  const auto closest = player_->engine.pairs().closest(a, b, 1e9);
   return closest ? closest->distance : std::numeric_limits<double>::infinity();
 }
 

@@ -395,7 +395,8 @@ double smaller_half_extent(const Scene& scene, const Contact& contact) {
 
 std::string fingerprint(const Scene& scene) {
   const Stepping& stepping = scene.stepping();
-  std::string words = text(stepping.step) + " " + std::to_string(stepping.iterations) + text(scene.gravity());
+  std::string words = text(stepping.step) + " " + std::to_string(stepping.most_iterations()) +
+                      word_of(stepping.engine) + text(scene.gravity());
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Body& body = scene.bodies()[i];
     words += "\n" + body.name + " " + text(body.mass) + " " + text(scene.smallest_half_extent(i));

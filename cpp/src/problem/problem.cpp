@@ -187,6 +187,12 @@ Problem with_step(const Problem& problem, double step) {
   return copy;
 }
 
+Problem with_engine(const Problem& problem, EngineKind engine) {
+  Problem copy = problem;
+  copy.scene = problem.scene.with_engine(engine);
+  return copy;
+}
+
 World world_of(const Problem& problem, int parts) {
   Stepping stepping = problem.scene.stepping();
   if (parts > 1) stepping.step /= parts;

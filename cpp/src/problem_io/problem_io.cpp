@@ -37,10 +37,11 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
   const Stepping& stepping = scene.stepping();
   OrderedJson json = {{"gravity", write(scene.gravity())},
                       {"step", stepping.step},
-                      {"solver_iterations", stepping.iterations},
-                      {"solver_tolerance", stepping.tolerance}};
+                      {"solver_iterations", stepping.most_iterations()},
+                      {"solver_tolerance", stepping.residual()}};
   if (stepping.margin) json["margin"] = *stepping.margin;
   if (scene.friction_rule() != FrictionRule::product) json["friction_rule"] = word_of(scene.friction_rule());
+  if (stepping.engine != EngineKind::native) json["engine"] = word_of(stepping.engine);
   json["bodies"] = OrderedJson::array();
   for (const Body& body : scene.bodies()) json["bodies"].push_back(write_body(body, meshes));
   json["joints"] = write(scene.joints());

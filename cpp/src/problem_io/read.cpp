@@ -48,6 +48,7 @@ Stepping read_stepping(const JsonNode& node, int version) {
     for (const char* key : {"solver_iterations", "solver_tolerance"}) node[key].number();
   }
   if (node.has("margin")) stepping.margin = node["margin"].number();
+  if (node.has("engine")) stepping.engine = node["engine"].one_of<EngineKind>();
   return stepping;
 }
 
@@ -63,8 +64,8 @@ void read_friction_directions(const JsonNode& node, std::vector<Warning>* warnin
 
 Scene read_scene(const JsonNode& node, int version, const std::string& folder, std::vector<Warning>* warnings) {
   std::vector<std::string> keys{
-      "gravity", "step",    "solver_iterations",   "solver_tolerance", "margin",  "friction_rule", "bodies",
-      "joints",  "springs", "disabled_collisions", "pair_frictions",   "tendons", "loops"};
+      "gravity", "step",   "solver_iterations", "solver_tolerance",    "margin",         "friction_rule", "engine",
+      "bodies",  "joints", "springs",           "disabled_collisions", "pair_frictions", "tendons",       "loops"};
   if (version < version_with_newton_solver) keys.emplace_back("friction_directions");
   node.allow_keys(keys);
   if (node.has("friction_directions")) read_friction_directions(node["friction_directions"], warnings);

@@ -13,6 +13,7 @@ constexpr std::array<const char*, 6> pose_words = {"x", "y", "z", "rx", "ry", "r
 constexpr std::array<const char*, 6> velocity_words = {"vx", "vy", "vz", "wx", "wy", "wz"};
 constexpr std::array<const char*, 6> wrench_words = {"fx", "fy", "fz", "tx", "ty", "tz"};
 constexpr const char* force_begins = "force(";
+constexpr std::size_t most_queued = 10'000;  // commands that wait for their delay, in each state of a search
 
 int axis_of(const std::array<const char*, 6>& names, const std::string& word) {
   const auto found = std::find(names.begin(), names.end(), word);
@@ -161,6 +162,13 @@ void validate(const Feedback& feedback, const Plan& plan) {
   require_not_negative("start of the feedback", feedback.start);
   require_at_least("delay", feedback.delay, 0);
   require_names("corrected", feedback.corrected);
+  // Each state of a search remembers them: 80 kB at most.
+  const auto longest = static_cast<Eigen::Index>(most_queued / std::max<std::size_t>(1, feedback.corrected.size()));
+  if (feedback.delay >= longest) {
+    reject("delay", std::to_string(feedback.delay) + " control periods",
+           "less than " + std::to_string(longest) + ": a state holds " + std::to_string(most_queued) +
+               " commands at most");
+  }
   require_limits(feedback);
   for (const std::string& name : feedback.corrected) require_rows(name, plan);
   if (const Eigen::Index size = memory_size(feedback, plan.policy.get());

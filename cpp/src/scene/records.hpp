@@ -22,6 +22,12 @@ struct Words<FrictionRule> {
 };
 
 template <>
+struct Words<EngineKind> {
+  static constexpr std::pair<const char*, EngineKind> all[]{{"native", EngineKind::native},
+                                                            {"bullet", EngineKind::bullet}};
+};
+
+template <>
 struct Words<JointType> {
   static constexpr std::pair<const char*, JointType> all[]{
       {"fixed", JointType::fixed}, {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}};

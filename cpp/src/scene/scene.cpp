@@ -33,12 +33,12 @@ void validate(const Stepping& stepping) {
   if (stepping.step > plausible::refused_step) {
     reject("step", text(stepping.step), "at most " + text(plausible::refused_step) + " s");
   }
-  if (stepping.iterations < 1 || stepping.iterations > most_solver_iterations) {
-    reject("solver_iterations", std::to_string(stepping.iterations),
+  if (const int most = stepping.most_iterations(); most < 1 || most > most_solver_iterations) {
+    reject("solver_iterations", std::to_string(most),
            "a whole number from 1 to " + std::to_string(most_solver_iterations));
   }
-  if (!(stepping.tolerance > 0.0 && stepping.tolerance <= most_solver_tolerance)) {
-    reject("solver_tolerance", text(stepping.tolerance), "a number above 0, at most " + text(most_solver_tolerance));
+  if (const double residual = stepping.residual(); !(residual > 0.0 && residual <= most_solver_tolerance)) {
+    reject("solver_tolerance", text(residual), "a number above 0, at most " + text(most_solver_tolerance));
   }
   if (stepping.margin) require_positive("margin", *stepping.margin);
 }

@@ -27,6 +27,7 @@ def generate(
     frames: int = 10,
     seed: int = 0,
     parameter: list[str] | None = None,
+    engine: str = "native",
     overwrite: bool = False,
     picture: Path | None = None,
     processes: int | None = None,
@@ -43,6 +44,7 @@ def generate(
         output: The dataset; TASK.h5 if not given.
         trajectories: How many trajectories.
         frames: How many frames of each are recorded.
+        engine: What steps the simulation, native or bullet.
         picture: Draw a failed and a successful trajectory with their search trees.
     Where it runs:
         processes: Processes; all cores if not given, and there is work for them. The file does not
@@ -55,7 +57,7 @@ def generate(
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
     require_one(processes=processes, scheduler=scheduler)
     output = output or Path(f"{task}.h5")
-    made = tasks.make(task, **parsed(parameter or []))
+    made = tasks.make(task, engine=engine, **parsed(parameter or []))
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture")

@@ -49,6 +49,7 @@ def score(
     output: Path | None = None,
     paper: bool = False,
     metrics: str | None = None,
+    engine: str | None = None,
     frames: int | None = None,
     plan: PlanWord | None = None,
     check: float | None = None,
@@ -81,6 +82,7 @@ def score(
         paper: The paper's scores alone, without a horizon, as in its tables.
         metrics: These scores alone, with commas between. One without a clock, such as capture, is
             of the state as it is. Efforts have the horizon if a probability or --frames is given.
+        engine: What steps the simulation, native or bullet; that of the dataset if not given.
     Over a horizon:
         frames: The horizon in frames of a trajectory. If not given 5, or as many as half a second
             has, but no more than there are. A frame behind the last one counts the mean time
@@ -116,7 +118,8 @@ def score(
     executor = chosen_executor(threads, processes, scheduler)
     output = output or data.with_name(f"{data.stem}-scores.db")
     limit, failed, numbers = Limit(timeout), None, []
-    with datasets.open(data) as dataset:
+    with datasets.open(data) as recorded:
+        dataset = recorded if engine is None else recorded.in_engine(engine)
         future = None
         if not paper and (timed or frames is not None):
             future = _asked_future(dataset, frames, plan, **times)

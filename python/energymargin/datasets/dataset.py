@@ -158,6 +158,10 @@ class Dataset(Closing, Summarized):
         problem = self._problem(trajectory, t, k, future)
         return Belief(problem, uncertainty=uncertainty, question=question)
 
+    def in_engine(self, engine: str) -> Dataset:
+        """The same trajectories, with problems that "native" or "bullet" steps."""
+        return replace(self, parameters={**self.parameters, "engine": engine})
+
     def digest(self) -> str:
         """SHA-256 of all that can change a score or a label, whatever the file."""
         return _digest(self.task, self.parameters, self._blocks())

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energymargin._core import Compound, Scene, World
 from energymargin.errors import EnergyMarginError
@@ -32,6 +33,7 @@ BASES = ("fixed", "free", "kinematic")
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 
 POSES = 50  # of a robot's joints, at random: links that overlap in all of them always do
+BLOCKED = 0.25  # share of them in which a hull and another link overlap, from which on that is told
 DRIVING = ("held", "stiffness", "target_velocity", "mimic")
 OVERLAPPING = "overlapping"
 NAMED = 3  # bodies in a warning
@@ -161,6 +163,8 @@ class Additions:
     """Of the scene's report."""
     tendons: list[dict[str, Any]] = field(default_factory=list)
     loops: list[dict[str, Any]] = field(default_factory=list)
+    hulls: list[str] = field(default_factory=list)
+    """Bodies that collide as the convex hull of a mesh that is not convex."""
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
@@ -229,6 +233,8 @@ def added(
             rows += [Row(kind, " and ".join(pair), depth) for pair, depth in found.items()]
             if not overlapping:
                 _warn_of_overlaps(kind, found, prefix)
+        if new.hulls:
+            _warn_of_hulls(World(made), new.hulls, prefix, limit)
     limit.require("the scene was made")
     whole = made if scene is None else new.add_to(scene, Limit())
     reports.add_rows(whole, rows)
@@ -261,8 +267,8 @@ def _empty(scene: Scene) -> Scene:
     )
 
 
-def _overlaps(world: World) -> dict[Pair, float]:
-    """How deep [m] links overlap each other, or fixed bodies, at the start.
+def _overlaps(world: World, state: NDArray[np.float64] | None = None) -> dict[Pair, float]:
+    """How deep [m] links overlap each other, or fixed bodies, in a state, by default the start.
 
     What moves apart from a link, as an object in a gripper, touches it: that is a contact.
     """
@@ -270,7 +276,7 @@ def _overlaps(world: World) -> dict[Pair, float]:
     carriers = {joint.child: joint.parent for joint in robot.joints}
     fixed = {body.name for body in robot.bodies if body.fixed}
     depths: dict[Pair, float] = {}
-    for contact in world.contacts(robot.pack()):
+    for contact in world.contacts(robot.pack() if state is None else state):
         a, b = contact.body_a, contact.body_b
         together = base_of(a, carriers) == base_of(b, carriers) or {a, b} & fixed
         if together and {a, b} & carriers.keys() and -contact.distance > OVERLAP:
@@ -280,15 +286,37 @@ def _overlaps(world: World) -> dict[Pair, float]:
 
 def _always(world: World, pairs: Iterable[Pair], limit: Limit) -> set[Pair]:
     """Those of pairs that overlap wherever the robot's joints are, within their limits."""
-    robot, random, left = world.scene, np.random.default_rng(0), set(pairs)
+    left = set(pairs)
+    for state in _poses(world.scene, limit) if left else ():
+        left = {pair for pair in left if world.distance(state, *pair) < -OVERLAP}
+    return left
+
+
+def _poses(robot: Scene, limit: Limit) -> Iterator[NDArray[np.float64]]:
+    """States, each of shape (n,), with the robot's joints at random within their limits."""
+    random = np.random.default_rng(0)
     moving = [j for j in robot.joints if j.type != "fixed" and j.mimic is None and not j.held]
     ends = np.clip([j.limits for j in moving], -math.pi, math.pi).reshape(-1, 2)
     names = [joint.name for joint in moving]
-    for _ in range(POSES if left else 0):
-        limit.require("links that always overlap were looked for")
-        state = robot.pack(joints=dict(zip(names, random.uniform(*ends.T), strict=True)))
-        left = {pair for pair in left if world.distance(state, *pair) < -OVERLAP}
-    return left
+    for _ in range(POSES):
+        limit.require("links that overlap in other poses were looked for")
+        yield robot.pack(joints=dict(zip(names, random.uniform(*ends.T), strict=True)))
+
+
+def _warn_of_hulls(world: World, hulls: Collection[str], prefix: str, limit: Limit) -> None:
+    """Warns of links that the hull of another one may keep from moving."""
+    counts: Counter[Pair] = Counter()
+    for state in _poses(world.scene, limit):
+        counts.update(list(_overlaps(world, state)))
+    for pair in [pair for pair, n in counts.items() if n > BLOCKED * POSES and {*pair} & {*hulls}]:
+        hull, other = (
+            name.removeprefix(prefix) for name in sorted(pair, key=lambda n: n not in hulls)
+        )
+        text = f"{hull!r} collides as the convex hull of its mesh, which fills its hollows, and "
+        text += f"overlaps {other!r} in {counts[pair] / POSES:.0%} of the poses of the joints: "
+        way = "decompose=True makes convex parts of it, "
+        way += f"disable_collisions=[{(hull, other)}] lets them pass through each other."
+        warn([(text, text + way)], text)
 
 
 def base_of(body: str, carriers: dict[str, str]) -> str:

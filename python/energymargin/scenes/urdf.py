@@ -185,7 +185,10 @@ def from_urdf(
         together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
     disabled = [(prefix + a, prefix + b) for a, b in pairs]
-    new = Additions(list(bodies.values()), jointed, disabled, rows=_rows(robot, prefix))
+    hulls = [prefix + name for name in robot.hulls]
+    new = Additions(
+        list(bodies.values()), jointed, disabled, rows=_rows(robot, prefix), hulls=hulls
+    )
     made = additions.added(
         scene, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
     )
@@ -285,12 +288,14 @@ def _bodies(
 def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
     """One solid in the link's frame as itself, all else as a compound, without what is flat.
 
-    The robot knows then which flat meshes are left out, and which links have open ones.
+    The robot knows then which flat meshes are left out, and which links have open ones, or hulls.
     """
     if len(link.geometries) == 1 and not isinstance(link.geometries[0].shape, MeshFile):
         shape, pose = link.geometries[0]
         if np.array_equal(pose, np.eye(4)):
             return shape
+    from energymargin.meshes.convex import CONVEX
+
     placed: list[Compound] = []
     for shape, pose in link.geometries:
         if not isinstance(shape, MeshFile):
@@ -303,6 +308,9 @@ def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
             continue
         if own.solid is None:
             robot.opened.add(link.name)
+        hull = mass_properties(own.parts[0].shape).volume
+        if len(own.parts) == 1 and (own.solid is None or own.solid.volume < CONVEX * hull):
+            robot.hulls.add(link.name)
         placed.append(moved(own, pose))
     return placed[0] if len(placed) == 1 else together(placed)
 

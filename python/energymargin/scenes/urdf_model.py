@@ -113,6 +113,8 @@ class Robot:
     """By link, the mass or the inertia that the file does not have."""
     opened: set[str] = field(default_factory=set)
     """Links with meshes that are not closed."""
+    hulls: set[str] = field(default_factory=set)
+    """Links with meshes that are not convex, and collide as their hulls."""
 
     def meshes(self) -> dict[str, None]:
         """The names of all mesh files."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, Literal
@@ -44,6 +45,22 @@ Following = Literal["script", "hold"]
 """What the robot does over a horizon: its script, or it goes on as it moves."""
 
 EFFECTORS = ("coast", "drive")
+
+
+def in_engine(task: Task, engine: str) -> Task:
+    """The task, with its trajectories and problems in scenes that another engine steps.
+
+    Raises ValueError on a task that is no ScriptedTask, and on an engine that there is not.
+    """
+    if not isinstance(task, ScriptedTask):
+        raise ValueError(
+            f"engine is {engine!r}, but task {task.name!r} makes its own scenes: build them with "
+            f"Scene(engine={engine!r})"
+        )
+    Scene(engine=engine)
+    made = copy(task)
+    made.__class__ = type(type(task).__name__, (_InEngine, type(task)), {"engine": engine})
+    return made
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -472,3 +489,30 @@ def _simulate(
         record=record.tolist(),
         **limit.rest(),
     )
+
+
+class _InEngine(ScriptedTask):
+    """Before the class of a task, it exchanges the engine of all its scenes."""
+
+    engine: str
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """With the engine."""
+        return {**super().parameters, "engine": self.engine}
+
+    def scene(self, params: Params) -> Scene:
+        """That of the task, in the engine."""
+        return super().scene(params).with_engine(self.engine)  # type: ignore[safe-super]
+
+    def problem(
+        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
+    ) -> Problem:
+        """That of the task, in the engine."""
+        made = super().problem(state, params, contacts)  # type: ignore[safe-super]
+        return made.with_engine(self.engine)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        task = copy(self)
+        task.__class__ = type(self).__mro__[2]
+        return in_engine, (task, self.engine)

@@ -73,6 +73,7 @@ class Settings:
     nodes: int = setting(1000, "Nodes of each search tree.")
     continuations: int = setting(CONTINUATIONS, "Continuations of each state, for the ceiling.")
     seed: int = setting(0, "Seed; the same gives the same numbers, to the last bit.")
+    engine: str = setting("native", "What steps the simulation: native or bullet.")
 
     def __post_init__(self) -> None:
         """Checks them, before anything is computed or written."""
@@ -382,7 +383,7 @@ class _Part:
     @classmethod
     def prepare(cls, name: str, settings: Settings, folder: Path) -> _Part:
         """Generates the trajectories if they are not there, and opens every file once."""
-        path, task = folder / f"{name}.h5", tasks.make(name)
+        path, task = folder / f"{name}.h5", tasks.make(name, engine=settings.engine)
         dataset = load_or_generate(path, task, settings.trajectories, FRAMES, settings.seed)
         part = cls(dataset, settings, folder)
         for effector in part.effectors():

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "physics/solver/envelope_lu.hpp"
-#include "physics/solver/velocity_system.hpp"
+#include "physics/native/envelope_lu.hpp"
+#include "physics/native/velocity_system.hpp"
 
 namespace energymargin {
 

@@ -1,4 +1,4 @@
-#include "physics/solver/envelope_lu.hpp"
+#include "physics/native/envelope_lu.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "physics/solver/step_equations.hpp"
+#include "physics/native/step_equations.hpp"
 
 namespace energymargin {
 
@@ -43,7 +43,7 @@ void StepEquations::join_loops(double duration) {
   for (const LoopConstraint& loop : bodies_.loops()) {
     if (ties_free(loop)) add_loop(loop, 0.0);
   }
-  solver_.solve(scene_.stepping().iterations, scene_.stepping().tolerance);
+  solver_.solve(scene_.stepping().most_iterations(), scene_.stepping().residual());
   for (const LimitedRow& row : solver_.limited()) {
     const double before = solver_.speed(row, 0, solver_.all_free());
     audit.work.joints += 0.5 * row.impulse * (before + solver_.speed(row, 0, solver_.all_velocities()));

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "base/pair.hpp"
-#include "physics/solver/envelope_lu.hpp"
-#include "physics/solver/friction_law.hpp"
+#include "physics/native/envelope_lu.hpp"
+#include "physics/native/friction_law.hpp"
 
 namespace energymargin {
 

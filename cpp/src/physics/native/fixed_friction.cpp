@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "physics/solver/kernels.hpp"
-#include "physics/solver/newton_solver.hpp"
+#include "physics/native/kernels.hpp"
+#include "physics/native/newton_solver.hpp"
 
 namespace energymargin {
 namespace {

@@ -1,4 +1,4 @@
-#include "physics/solver/friction_law.hpp"
+#include "physics/native/friction_law.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "physics/solver/step_equations.hpp"
+#include "physics/native/step_equations.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -61,14 +61,14 @@ bool StepEquations::solve(const Substep& substep) {
     if (add_contact(point, substep)) contact_points_.push_back(i);
   }
   const Stepping& stepping = scene_.stepping();
-  bool converged = solver_.solve(stepping.iterations, stepping.tolerance);
-  if (update_bends(substep)) converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
+  bool converged = solver_.solve(stepping.most_iterations(), stepping.residual());
+  if (update_bends(substep)) converged = solver_.solve(stepping.most_iterations(), stepping.residual(), true);
   if (blow) converged = weaken_bounces(converged);
   set_all(substep.duration);
   for (int i = 0; i < most_corrections; ++i) {
     const bool bent = straighten_ways(substep.duration);
     if (!close_loops(substep.duration) && !bent) break;
-    converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
+    converged = solver_.solve(stepping.most_iterations(), stepping.residual(), true);
     set_all(substep.duration);
   }
   solver_.recover();

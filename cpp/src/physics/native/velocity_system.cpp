@@ -1,9 +1,9 @@
-#include "physics/solver/velocity_system.hpp"
+#include "physics/native/velocity_system.hpp"
 
 #include <algorithm>
 #include <numeric>
 
-#include "physics/solver/kernels.hpp"
+#include "physics/native/kernels.hpp"
 
 namespace energymargin {
 namespace {

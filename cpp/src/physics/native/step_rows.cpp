@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "physics/solver/step_equations.hpp"
+#include "physics/native/step_equations.hpp"
 
 namespace energymargin {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/solver/step_equations.hpp"
+#include "physics/native/step_equations.hpp"
 
 namespace energymargin {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/bodies/moving_bodies.hpp"
-#include "physics/solver/newton_solver.hpp"
+#include "physics/native/newton_solver.hpp"
 
 namespace energymargin {
 

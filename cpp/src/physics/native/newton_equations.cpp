@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "physics/solver/kernels.hpp"
-#include "physics/solver/newton_solver.hpp"
+#include "physics/native/kernels.hpp"
+#include "physics/native/newton_solver.hpp"
 
 namespace energymargin {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "physics/solver/friction_law.hpp"
+#include "physics/native/friction_law.hpp"
 
 namespace energymargin {
 

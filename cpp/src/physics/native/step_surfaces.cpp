@@ -1,6 +1,6 @@
 // What the surfaces of bodies add to their contacts: rows that turn, compliance, bouncing, motion.
 
-#include "physics/solver/step_equations.hpp"
+#include "physics/native/step_equations.hpp"
 
 namespace energymargin {
 

@@ -1,4 +1,4 @@
-#include "physics/solver/newton_solver.hpp"
+#include "physics/native/newton_solver.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "physics/solver/step_equations.hpp"
+#include "physics/native/step_equations.hpp"
 
 namespace energymargin {
 namespace {
@@ -166,7 +166,7 @@ void StepEquations::set_rebound(ContactRows& rows, const Surface& surface) const
 bool StepEquations::weaken_bounces(bool converged) {
   const Stepping& stepping = scene_.stepping();
   for (int i = 0; i < most_weaker && weaken_gains(); ++i) {
-    converged = solver_.solve(stepping.iterations, stepping.tolerance, true);
+    converged = solver_.solve(stepping.most_iterations(), stepping.residual(), true);
   }
   return converged;
 }

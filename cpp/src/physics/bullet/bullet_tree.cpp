@@ -1,0 +1,237 @@
+#include "physics/bullet/bullet_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace energymargin {
+namespace {
+
+constexpr double unlimited = 1e10;  // N s: Bullet's own
+
+btQuaternion turn_of(const btMatrix3x3& basis) {
+  btQuaternion turn;
+  basis.getRotation(turn);
+  return turn;
+}
+
+}  // namespace
+
+BulletRows::BulletRows(btMultiBody& body, int link, btMultiBody* other, int other_link, int rows)
+    : btMultiBodyConstraint(&body, other, link, other_link, rows, false, MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR) {
+  allocateJacobiansMultiDof();
+  forget();
+}
+
+void BulletRows::forget() {
+  for (int row = 0; row < getNumRows(); ++row) internalSetAppliedImpulse(row, 0.0);
+}
+
+BulletRows::Side BulletRows::add_side(btMultiBody& body, const std::vector<BulletTerm>& terms,
+                                      btMultiBodyJacobianData& data) {
+  const int velocities = 6 + body.getNumDofs();
+  if (body.getCompanionId() < 0) {
+    body.setCompanionId(data.m_deltaVelocities.size());
+    data.m_deltaVelocities.resize(data.m_deltaVelocities.size() + velocities, 0.0);
+  }
+  Side side{body.getCompanionId(), data.m_jacobians.size(), 0.0, 0.0};
+  data.m_jacobians.resize(side.jacobian + velocities, 0.0);
+  data.m_deltaVelocitiesUnitImpulse.resize(side.jacobian + velocities, 0.0);
+  const auto place = [&](const BulletTerm& of) { return side.jacobian + 6 + body.getLink(of.link).m_dofOffset; };
+  for (const BulletTerm& of : terms) {
+    if (of.body == &body) data.m_jacobians[place(of)] = of.coefficient;
+  }
+  body.calcAccelerationDeltasMultiDof(&data.m_jacobians[side.jacobian],
+                                      &data.m_deltaVelocitiesUnitImpulse[side.jacobian], data.scratch_r,
+                                      data.scratch_v);
+  for (const BulletTerm& of : terms) {
+    if (of.body != &body) continue;
+    side.inverse_mass += of.coefficient * data.m_deltaVelocitiesUnitImpulse[place(of)];
+    side.velocity += of.coefficient * body.getJointVel(of.link);
+  }
+  return side;
+}
+
+btMultiBodySolverConstraint& BulletRows::add_row(int number, const std::vector<BulletTerm>& terms, double target,
+                                                 btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data) {
+  btMultiBodySolverConstraint& row = rows.expandNonInitializing();
+  row = btMultiBodySolverConstraint();
+  for (btVector3* arm :
+       {&row.m_relpos1CrossNormal, &row.m_contactNormal1, &row.m_relpos2CrossNormal, &row.m_contactNormal2}) {
+    arm->setZero();
+  }
+  row.m_appliedImpulse = row.m_cfm = 0.0;
+  row.m_solverBodyIdA = row.m_solverBodyIdB = -1;
+  row.m_orgConstraint = this;
+  row.m_orgDofIndex = number;
+  row.m_multiBodyA = m_bodyA;
+  row.m_multiBodyB = m_bodyB;
+  row.m_linkA = m_linkA;
+  row.m_linkB = m_linkB;
+  Side both = add_side(*m_bodyA, terms, data);
+  row.m_deltaVelAindex = both.velocities;
+  row.m_jacAindex = both.jacobian;
+  if (m_bodyB) {
+    const Side other = add_side(*m_bodyB, terms, data);
+    row.m_deltaVelBindex = other.velocities;
+    row.m_jacBindex = other.jacobian;
+    both.inverse_mass += other.inverse_mass;
+    both.velocity += other.velocity;
+  }
+  row.m_jacDiagABInv = 1.0 / both.inverse_mass;
+  row.m_rhs = (target - both.velocity) * row.m_jacDiagABInv;
+  row.m_lowerLimit = -unlimited;
+  row.m_upperLimit = unlimited;
+  return row;
+}
+
+void BulletJoint::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                                       const btContactSolverInfo& info) {
+  const double duration = info.m_timeStep, position = m_bodyA->getJointPos(m_linkA);
+  const auto limit = [&](btMultiBodySolverConstraint& row, double force) {
+    row.m_upperLimit = std::min(force * duration, unlimited);
+    row.m_lowerLimit = -row.m_upperLimit;
+  };
+  const double gain = control_ ? duration * joint_.stiffness + joint_.damping : 0.0;
+  if (gain > 0.0) {
+    const double target =
+        (joint_.stiffness * (control_->target - position) + joint_.damping * joint_.target_velocity) / gain;
+    btMultiBodySolverConstraint& row = add_row(0, {{m_bodyA, m_linkA, 1.0}}, target, rows, data);
+    const double softness = 1.0 / (duration * gain), rigid = row.m_jacDiagABInv;
+    row.m_jacDiagABInv = 1.0 / (1.0 / rigid + softness);
+    row.m_cfm = softness * row.m_jacDiagABInv;
+    row.m_rhs *= row.m_jacDiagABInv / rigid;
+    limit(row, joint_.torque_limit);
+  }
+  if (joint_.friction > 0.0) limit(add_row(3, {{m_bodyA, m_linkA, 1.0}}, 0.0, rows, data), joint_.friction);
+  const btScalar* velocities = m_bodyA->getVelocityVector() + 6;
+  double fastest = 0.0;
+  for (int i = 0; i < m_bodyA->getNumDofs(); ++i) fastest = std::max(fastest, std::abs(velocities[i]));
+  const double reach = std::max(0.05, 4.0 * duration * fastest);
+  for (const double direction : {1.0, -1.0}) {
+    const double gap = direction > 0.0 ? position - joint_.lower : joint_.upper - position;
+    if (!(gap < reach)) continue;
+    const double target = -std::max(gap, 0.0) / duration;
+    add_row(direction > 0.0 ? 1 : 2, {{m_bodyA, m_linkA, direction}}, target, rows, data).m_lowerLimit = 0.0;
+  }
+}
+
+void BulletMimic::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                                       const btContactSolverInfo& info) {
+  double off = -constant_;
+  for (const BulletTerm& of : terms_) off += of.coefficient * of.body->getJointPos(of.link);
+  add_row(0, terms_, -off * info.m_erp / info.m_timeStep, rows, data);
+}
+
+BulletTree::BulletTree(const Scene& scene, Articulation& tree) : scene_(scene), layout_(scene), tree_(tree) {
+  const Articulation::Link& base = tree.link(0);
+  const int links = static_cast<int>(tree.links().size()) - 1;
+  body_ = std::make_unique<btMultiBody>(links, base.mass, base.moments, !tree.free(), false);
+  body_->setLinearDamping(0.0);
+  body_->setAngularDamping(0.0);
+  body_->setMaxCoordinateVelocity(1e9);  // it would cut them off in silence
+  body_->setBaseWorldTransform(base.pose);
+  for (int index = 1; index <= links; ++index) set_up(index);
+  body_->finalizeMultiDof();
+  if (tree.free()) add_collider(base.body, -1);
+  for (int index = 1; index <= links; ++index) add_collider(tree.link(index).body, link(index));
+  for (int index = 1; index <= links; ++index) {
+    if (tree.link(index).velocity < 0) continue;
+    const Joint& joint = scene.joints()[*tree.link(index).joint];
+    const auto& controls = tree.controls();
+    const auto control =
+        std::find_if(controls.begin(), controls.end(), [&](const JointControl& of) { return of.joint == &joint; });
+    rows_.push_back(
+        std::make_unique<BulletJoint>(*body_, link(index), joint, control == controls.end() ? nullptr : &*control));
+  }
+}
+
+void BulletTree::set_up(int index) {
+  const Articulation::Link& of = tree_.link(index);
+  const btQuaternion turn = turn_of(of.turn.transpose());
+  if (of.velocity < 0) {
+    body_->setupFixed(link(index), of.mass, of.moments, link(of.parent), turn, of.pivot, of.arm);
+  } else if (of.slides) {
+    body_->setupPrismatic(link(index), of.mass, of.moments, link(of.parent), turn, of.axis, of.pivot, of.arm, true);
+  } else {
+    body_->setupRevolute(link(index), of.mass, of.moments, link(of.parent), turn, of.axis, of.pivot, of.arm, true);
+  }
+}
+
+void BulletTree::add_collider(std::size_t of_scene, int link) {
+  colliders_.push_back(std::make_unique<btMultiBodyLinkCollider>(body_.get(), link));
+  btMultiBodyLinkCollider& collider = *colliders_.back();
+  collider.setCollisionShape(scene_.collision_shape(of_scene).shape.get());
+  collider.setUserIndex(static_cast<int>(of_scene));
+  collider.setActivationState(DISABLE_DEACTIVATION);
+  if (link < 0) {
+    body_->setBaseCollider(&collider);
+  } else {
+    body_->getLink(link).m_collider = &collider;
+  }
+}
+
+void BulletTree::restore() {
+  if (tree_.free()) {
+    const std::vector<double>& velocities = tree_.velocities();
+    body_->setBaseWorldTransform(tree_.link(0).pose);
+    body_->setBaseVel({velocities[0], velocities[1], velocities[2]});
+    body_->setBaseOmega({velocities[3], velocities[4], velocities[5]});
+  }
+  for (int index = 1; index < static_cast<int>(tree_.links().size()); ++index) {
+    const Articulation::Link& of = tree_.link(index);
+    if (of.velocity >= 0) {
+      body_->setJointPos(link(index), of.position);
+      body_->setJointVel(link(index), tree_.velocities()[static_cast<std::size_t>(of.velocity)]);
+    } else if (of.position != 0.0) {  // a joint that is rigid where it is: for Bullet a fixed link, put there
+      btMultibodyLink& held = body_->getLink(link(index));
+      if (of.slides) {
+        held.m_eVector = of.pivot + of.turn * (of.axis * of.position);
+      } else {
+        held.m_zeroRotParentToThis = btQuaternion(of.axis, -of.position) * turn_of(of.turn.transpose());
+      }
+      held.updateCacheMultiDof();
+    }
+  }
+  for (const auto& row : rows_) row->forget();
+  body_->clearForcesAndTorques();
+  body_->clearConstraintForces();
+  body_->setPosUpdated(false);
+  body_->setCompanionId(-1);
+  btAlignedObjectArray<btQuaternion> rotations;
+  btAlignedObjectArray<btVector3> origins;
+  body_->forwardKinematics(rotations, origins);
+  body_->updateCollisionObjectWorldTransforms(rotations, origins);
+}
+
+void BulletTree::load(const Vector3& gravity) {
+  const btVector3 down = to_bullet(gravity);
+  for (int index = tree_.free() ? 0 : 1; index < static_cast<int>(tree_.links().size()); ++index) {
+    const Articulation::Link& of = tree_.link(index);
+    const btVector3 force = down * of.mass + of.force;
+    if (index == 0) {
+      body_->addBaseForce(force);
+      body_->addBaseTorque(of.torque);
+    } else {
+      body_->addLinkForce(link(index), force);
+      body_->addLinkTorque(link(index), of.torque);
+    }
+  }
+}
+
+void BulletTree::read(State& state) const {
+  if (tree_.free()) {
+    const std::size_t base = tree_.link(0).body;
+    const BodyState frame = frame_state(scene_.inertial(base), body_->getBaseWorldTransform(),
+                                        from_bullet(body_->getBaseVel()), from_bullet(body_->getBaseOmega()));
+    StateLayout::write(frame, state.data() + layout_.offset(base));
+  }
+  for (int index = 1; index < static_cast<int>(tree_.links().size()); ++index) {
+    const Articulation::Link& of = tree_.link(index);
+    const int offset = layout_.joint_offset(*of.joint);
+    if (offset < 0) continue;
+    state[offset] = of.velocity >= 0 ? body_->getJointPos(link(index)) : of.position;
+    state[offset + 1] = of.velocity >= 0 ? body_->getJointVel(link(index)) : 0.0;
+  }
+}
+
+}  // namespace energymargin

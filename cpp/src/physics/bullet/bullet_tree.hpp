@@ -1,0 +1,115 @@
+#pragma once
+// A tree of links as one of Bullet's multi-bodies.
+
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "energymargin/state.hpp"
+#include "physics/bodies/moving_bodies.hpp"
+
+namespace energymargin {
+
+//! A joint of a multi-body, by its link, and its coefficient in a sum.
+struct BulletTerm {
+  btMultiBody* body;
+  int link;
+  double coefficient;
+};
+
+//! Rows of Bullet's solver over one joint or two.
+class BulletRows : public btMultiBodyConstraint {
+ public:
+  BulletRows(btMultiBody& body, int link, btMultiBody* other, int other_link, int rows);
+
+  //! The solver goes on from the last step's impulses.
+  void forget();
+
+  void finalizeMultiDof() override {}
+  int getIslandIdA() const override { return m_bodyA->getLink(m_linkA).m_collider->getIslandTag(); }
+  int getIslandIdB() const override { return m_bodyB ? m_bodyB->getLink(m_linkB).m_collider->getIslandTag() : -1; }
+  void debugDraw(btIDebugDraw*) override {}
+
+ protected:
+  //! A row that gives the sum of the joints' speeds a target, without limits.
+  btMultiBodySolverConstraint& add_row(int number, const std::vector<BulletTerm>& terms, double target,
+                                       btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data);
+
+ private:
+  //! Of the row's terms those of one body: the indices of its numbers, its inverse mass and its speed along the row.
+  struct Side {
+    int velocities, jacobian;
+    double inverse_mass, velocity;
+  };
+  static Side add_side(btMultiBody& body, const std::vector<BulletTerm>& terms, btMultiBodyJacobianData& data);
+};
+
+//! A joint's drive, dry friction and stops, by the library's laws: an implicit spring and damper within its torque
+//! limit, and stops that the joint may not cross in a step.
+class BulletJoint : public BulletRows {
+ public:
+  //! `control` is null for a joint without drive and stops.
+  BulletJoint(btMultiBody& body, int link, const Joint& joint, const JointControl* control)
+      : BulletRows(body, link, nullptr, -1, 4), joint_(joint), control_(control) {}
+  void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                            const btContactSolverInfo& info) override;
+
+ private:
+  const Joint& joint_;
+  const JointControl* control_;
+};
+
+//! A joint that follows another one: the sum of both terms is constant.
+class BulletMimic : public BulletRows {
+ public:
+  BulletMimic(const BulletTerm& one, const BulletTerm& other, double constant)
+      : BulletRows(*one.body, one.link, one.body == other.body ? nullptr : other.body, other.link, 1),
+        terms_{one, other},
+        constant_(constant) {}
+  void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                            const btContactSolverInfo& info) override;
+
+ private:
+  std::vector<BulletTerm> terms_;
+  double constant_;
+};
+
+//! The library's tree, as Bullet steps it.
+class BulletTree {
+ public:
+  //! Both outlive this.
+  BulletTree(const Scene& scene, Articulation& tree);
+
+  btMultiBody& body() { return *body_; }
+  const std::vector<std::unique_ptr<btMultiBodyLinkCollider>>& colliders() const { return colliders_; }
+  const std::vector<std::unique_ptr<BulletRows>>& rows() const { return rows_; }
+
+  //! In Bullet's numbers, from the tree's index of a link.
+  static int link(int index) { return index - 1; }
+  BulletTerm term(const JointSum::Term& of) const { return {body_.get(), link(of.link.link), of.coefficient}; }
+
+  //! Puts it where the tree is.
+  void restore();
+
+  //! What acts on the tree's links in the next step.
+  void load(const Vector3& gravity);
+
+  void read(State& state) const;
+
+ private:
+  void set_up(int index);
+  void add_collider(std::size_t of_scene, int link);
+
+  const Scene& scene_;
+  StateLayout layout_;
+  Articulation& tree_;
+  std::unique_ptr<btMultiBody> body_;
+  std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
+  std::vector<std::unique_ptr<BulletRows>> rows_;
+};
+
+}  // namespace energymargin

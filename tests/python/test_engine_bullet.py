@@ -1,0 +1,210 @@
+"""The same questions with Bullet's own dynamics."""
+
+from __future__ import annotations
+
+import math
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import energymargin as em
+
+G = 9.81
+TASKS = ("push", "balance", "topple", "grasp", "scoop", "push-multi", "push-real")
+
+
+def ends(scene, steps=240, **how):
+    return scene.unpack(em.World(scene).simulate(scene.pack(), steps, **how).states[-1])
+
+
+def test_a_box_rests_on_a_plane_with_its_weight():
+    scene = em.Scene(engine="bullet")
+    scene.add_plane("floor", friction=0.5)
+    scene.add_body("box", em.Box((0.1, 0.1, 0.1)), mass=2.0, position=(0, 0, 0.05), role="object")
+    assert ends(scene)["box"]["position"] == pytest.approx((0, 0, 0.05), abs=2e-4)
+    forces = [c.normal_force for c in em.World(scene).contacts(scene.pack())]
+    assert sum(forces) == pytest.approx(2.0 * G, rel=1e-3)
+
+
+def test_friction_stops_a_box_and_a_pair_has_its_own():
+    scene = em.Scene(engine="bullet")
+    scene.add_plane("floor", friction=1.0)
+    scene.add_body(
+        "box", em.Box((0.2, 0.2, 0.05)), mass=1.0, position=(0, 0, 0.025), velocity=(1, 0, 0)
+    )
+    scene.set_friction("floor", "box", 0.3)
+    way = ends(scene)["box"]["position"][0]
+    assert way == pytest.approx(1 / (2 * 0.3 * G), rel=0.03)
+
+
+def arm(engine, **joint):
+    scene = em.Scene(engine=engine)
+    scene.add_body("base", em.Box((0.05,) * 3), mass=0, position=(0, 0, 1))
+    scene.add_body("bob", em.Sphere(0.02), mass=0.5)
+    scene.add_joint(
+        "hinge", parent="base", child="bob", axis=(0, 1, 0), child_origin=(-0.5, 0, 0), **joint
+    )
+    return scene
+
+
+def test_a_pendulum_swings_as_in_the_library_s_own_dynamics():
+    bullet, native = (ends(arm(engine), 120)["bob"]["position"] for engine in ("bullet", "native"))
+    assert bullet == pytest.approx(native, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("joint", "position"),
+    [
+        ({"stiffness": 200.0, "damping": 20.0, "target": 0.4}, 0.4),
+        ({"limits": (-0.3, 0.2)}, 0.2),
+        ({"friction": 10.0}, 0.0),
+    ],
+)
+def test_joints_are_driven_stopped_and_held(joint, position):
+    scene = arm("bullet", **joint)
+    last = em.World(scene).simulate(scene.pack(), 480).states[-1]
+    assert last[scene.joint_slice("hinge")][0] == pytest.approx(position, abs=0.02)
+
+
+@pytest.mark.parametrize("chain", [False, True])
+def test_a_joint_that_follows_another_loads_it(chain):
+    """The state has the leader alone: what the follower's inertia does to it tells."""
+    ends = []
+    for engine in ("bullet", "native"):
+        scene = em.Scene(gravity=(0, 0, 0), engine=engine)
+        scene.add_body("base", em.Box((0.05,) * 3), mass=0)
+        for name in ("one", "two"):
+            scene.add_body(name, em.Box((0.1, 0.02, 0.02)), mass=0.1)
+        drive = {"stiffness": 0.05, "damping": 0.001, "target": 0.5}
+        scene.add_joint("one", parent="base", child="one", axis=(0, 0, 1), **drive)
+        mimic = em.Mimic("one", -2.0, 0.1)
+        parent = "one" if chain else "base"
+        scene.add_joint("two", parent=parent, child="two", axis=(0, 0, 1), mimic=mimic)
+        scene.disable_collisions("one", "two")
+        last = em.World(scene).simulate(scene.pack(), 60).states[-1]
+        ends.append(last[scene.joint_slice("one")])
+    assert ends[0] == pytest.approx(ends[1], rel=0.05, abs=0.02)
+    alone = 0.5 * (1 - math.cos(math.sqrt(0.05 / (0.1 * (0.1**2 + 0.02**2) / 12)) * 0.25))
+    assert abs(ends[0][0] - alone) > 0.05
+
+
+def test_a_kinematic_body_carries_and_a_servo_drives():
+    scene = em.Scene(engine="bullet")
+    scene.add_body(
+        "belt", em.Box((1, 1, 0.1)), mass=1, kinematic=True, velocity=(0.1, 0, 0), friction=1
+    )
+    scene.add_body(
+        "box", em.Box((0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 0.1), role="object", friction=1
+    )
+    end = ends(scene)
+    assert end["belt"]["position"][0] == pytest.approx(0.1, rel=1e-6)
+    assert end["box"]["position"][0] == pytest.approx(0.1, rel=0.05)
+    servo = em.Plan(
+        scene.step,
+        velocities={"box": np.tile([0, 0, 0.2, 0, 0, 0], (240, 1))},
+        limits={"box": (50, 5)},
+    )
+    lifted = em.World(scene, servo).simulate(scene.pack(), 240).states[-1]
+    assert scene.unpack(lifted)["box"]["position"][2] == pytest.approx(0.3, abs=0.01)
+
+
+@pytest.mark.parametrize("what", ["tendon", "loop", "armature", "belt"])
+def test_what_bullet_cannot_do_is_refused_by_name(what):
+    scene = arm("bullet", armature=0.1 if what == "armature" else 0.0)
+    if what == "tendon":
+        scene.add_tendon("string", {"hinge": 1.0}, stiffness=1.0)
+    elif what == "loop":
+        scene.add_loop("base", "bob")
+    elif what == "belt":
+        scene.add_body("belt", em.Box((1, 1, 0.1)), mass=0, surface_velocity=(0.1, 0, 0))
+    with pytest.raises(ValueError, match=r"engine is 'bullet', which has no .*engine 'native'"):
+        em.World(scene)
+    em.World(scene.with_engine("native"))
+
+
+def test_an_engine_that_there_is_not_is_refused():
+    with pytest.raises(ValueError, match="engine is 'ode', expected 'native' or 'bullet'"):
+        em.Scene(engine="ode")
+    with pytest.raises(ValueError, match="engine is 'ode'"):
+        em.tasks.make("push", engine="ode")
+
+
+@pytest.fixture(scope="module")
+def problems():
+    made = {}
+    for name in TASKS:
+        task = em.tasks.make(name, engine="bullet")
+        ran = task.rollout(seed=3)
+        made[name] = task.problem(ran.states[3], ran.params)
+        assert made[name].scene.engine == "bullet"
+    return made
+
+
+def answers(problem, threads=1):
+    with_clock = problem.replace(horizon=24 * problem.scene.step)
+    found = {
+        "capture": em.capture_score(problem, nodes=40, threads=threads, warn=False).capture,
+        "probability": em.capture_probability(with_clock, rollouts=8, threads=threads).captured,
+        "force": em.force_score(problem).force,
+    }
+    for planner in ("est", "rrt"):
+        found[planner] = em.escape_effort(with_clock, planner=planner, nodes=60, warn=False).effort
+    return found
+
+
+@pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+@pytest.mark.parametrize("name", TASKS)
+def test_every_metric_has_the_same_bits_again_on_threads_and_from_a_file(problems, name, tmp_path):
+    problem = problems[name]
+    first = answers(problem)
+    assert answers(problem, threads=2) == first
+    problem.save(tmp_path / "problem.json")
+    assert answers(em.Problem.load(tmp_path / "problem.json")) == first
+
+
+def test_rollouts_do_not_know_what_was_before(problems):
+    problem = problems["scoop"]
+    world = em.World(problem.scene)
+    random = np.random.default_rng(0)
+    wrenches = [random.uniform(-1, 1, (4, 6)) * 0.3 for _ in range(20)]
+    once = [world.rollout(problem.state, w, 0.2).state for w in wrenches]
+    again = [world.rollout(problem.state, w, 0.2).state for w in reversed(wrenches)][::-1]
+    np.testing.assert_array_equal(once, again)
+
+
+def test_the_command_generates_and_scores_with_it(tmp_path):
+    def run(*words):
+        command = [sys.executable, "-m", "energymargin", *words]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    run(
+        "generate",
+        "push",
+        "-o",
+        "p.h5",
+        "--trajectories",
+        "2",
+        "--frames",
+        "4",
+        "--engine",
+        "bullet",
+    )
+    with em.datasets.open(tmp_path / "p.h5") as dataset:
+        assert dataset.parameters["engine"] == "bullet"
+        assert dataset.problems([0])[0].scene.engine == "bullet"
+    run("score", "p.h5", "--nodes", "10", "--rollouts", "5")
+    run(
+        "score", "p.h5", "-o", "native.db", "--nodes", "10", "--rollouts", "5", "--engine", "native"
+    )
+
+
+def test_audits_are_of_the_native_engine(problems):
+    problem = problems["push"]
+    with pytest.raises(ValueError, match=re.escape("audit is with engine 'bullet'")):
+        em.World(problem.scene).rollout(problem.state, np.zeros(6), 0.1, audit=True)
+    assert math.isfinite(em.World(problem.scene).rollout(problem.state, np.zeros(6), 0.1).effort)
