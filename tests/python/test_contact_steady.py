@@ -68,13 +68,18 @@ def leaning_grip(
     return scene
 
 
-def way_of_the_thing(joints: int = 1, step: float = STEP, **settings: object) -> float:
-    """How far it sinks against the wrist in a second, after the jaws pressed it [m]."""
+def way_of_the_thing(
+    joints: int = 1, step: float = STEP, pressed_before: bool = True, **settings: object
+) -> float:
+    """How far it sinks against the wrist in a second, after the jaws pressed it, or only touched it
+    [m]."""
     before = leaning_grip(0.0, joints=joints, step=step, **settings)
     after = leaning_grip(-9.81, joints=joints, step=step, **settings)
     second = round(1.0 / step)
-    pressed = em.World(before).simulate(before.pack(), second // 2).states[-1]
-    run = em.World(after).simulate(pressed, second, record=[0, second])
+    first = after.pack()
+    if pressed_before:
+        first = em.World(before).simulate(before.pack(), second // 2).states[-1]
+    run = em.World(after).simulate(first, second, record=[0, second])
     assert run.unconverged == 0
     start, end = (after.unpack(state) for state in run.states)
     ways = [
@@ -107,6 +112,14 @@ def test_heavy_jaws_hold_what_leans_away_from_them(
 ) -> None:
     settings = {"lean": lean, "force": 30.0, "armature": armature, "joints": joints}
     assert way_of_the_thing(**settings, wrist={"friction": 0.05}, jaw_friction=0.3) < 1e-3
+
+
+@pytest.mark.parametrize("joints", [0, 1, 2])
+@pytest.mark.parametrize("armature", [10.0, 50.0])
+def test_a_grip_that_is_handed_over_without_a_preload_holds(joints: int, armature: float) -> None:
+    """Jaws of 50 kg that touch what leans away from them press it, as statics says."""
+    settings = {"lean": 0.16, "force": 30.0, "armature": armature, "joints": joints}
+    assert way_of_the_thing(**settings, pressed_before=False) < 1e-3
 
 
 @pytest.mark.parametrize("step", [1 / 120, 1 / 960])

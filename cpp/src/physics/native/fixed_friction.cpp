@@ -16,8 +16,7 @@ namespace {
 constexpr double flat_share = 0.1;
 constexpr int most_lengths = 40;
 
-// A contact presses as a step begins if its miss is more than this [m/s]. What only touches, without a preload, does
-// not.
+// A contact presses as a step begins if its miss is more than this, and parts if it is less than its negative [m/s].
 constexpr double least_pressing = 1e-7;
 
 // A contact touches whose bodies would part by less than this [m/s].
@@ -135,12 +134,14 @@ void NewtonSolver::bound_by_normals(const Island& island) {
   }
 }
 
-// Finds those that pressed, and do so by far less now.
+// Finds those that pressed, and do so by far less now, and those that touched, without a preload, and part.
 void NewtonSolver::find_gone(const Island& island) {
   gone_.clear();
   for (const std::size_t k : island.contacts) {
-    const ContactRows& rows = contacts_[k];
-    if (rows.first_miss > least_pressing && rows.miss[normal_row] < most_dropped * rows.first_miss) gone_.push_back(k);
+    const double first = contacts_[k].first_miss, now = contacts_[k].miss[normal_row];
+    const bool has_gone = first > least_pressing ? now < most_dropped * first
+                                                 : first > -least_parting && now < -least_pressing;
+    if (has_gone) gone_.push_back(k);
   }
 }
 
