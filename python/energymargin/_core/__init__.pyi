@@ -718,15 +718,17 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 200, solver_tolerance: float = 1e-05, margin: float | None = None, friction_rule: str = 'product') -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int | None = None, solver_tolerance: float | None = None, margin: float | None = None, friction_rule: str = 'product', engine: str = 'native') -> None:
         """
         An empty scene.
         
         gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iterations of the contact solver in a step, at most,
-        1 to 10000. solver_tolerance: a step has converged when the residual of the equations of motion is below this share of the
-        impulses that act in it (relative, without a unit), above 0 and at most 0.01. margin [m]: of collision shapes, by default a
+        1 to 10000, 200 by default. solver_tolerance: a step has converged when the residual of the equations of motion is below this share of the
+        impulses that act in it (relative, without a unit), above 0 and at most 0.01, 1e-5 by default. margin [m]: of collision shapes, by default a
         twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
-        'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair.
+        'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair. engine: what steps the scene, 'native' (the
+        library's own dynamics) or 'bullet' (Bullet's multi-body world). There solver_iterations are sweeps, 50 by default, and solver_tolerance is
+        the largest squared change of an impulse in the last sweep [N^2 s^2], 1e-7 by default.
         """
     def __repr__(self) -> str:
         ...
@@ -844,6 +846,10 @@ class Scene:
         Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a
         fixed body, and a spring that is too stiff for a lighter one.
         """
+    def with_engine(self, engine: str) -> Scene:
+        """
+        The same scene, stepped by 'native' or 'bullet', with that one's own solver_iterations and solver_tolerance. Raises ValueError on another word.
+        """
     @property
     def bodies(self) -> list[Body]:
         """
@@ -858,6 +864,11 @@ class Scene:
     def disabled_collisions(self) -> list[tuple[str, str]]:
         """
         Pairs of bodies.
+        """
+    @property
+    def engine(self) -> str:
+        """
+        What steps the scene: 'native' or 'bullet'.
         """
     @property
     def friction_rule(self) -> str:
@@ -1475,6 +1486,10 @@ class Problem:
     def to_json(self) -> str:
         """
         The problem as JSON text.
+        """
+    def with_engine(self, engine: str) -> Problem:
+        """
+        The same question in a simulation by another engine, 'native' or 'bullet', with its own solver_iterations and solver_tolerance. Raises ValueError on another word.
         """
     def with_state(self, state: numpy.typing.ArrayLike) -> Problem:
         """

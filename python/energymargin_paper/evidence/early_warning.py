@@ -273,7 +273,7 @@ def _groups(settings: Settings, folder: Path, name: str) -> Iterator[Trajectorie
     groups = [Other(CALIBRATION, {}, {}), Other(HELD_OUT, {}, {}), *OTHERS[name]]
     for number, other in enumerate(groups):
         path = folder / f"{name}-{number}.h5"
-        made: Any = tasks.make(name, **other.parameters)
+        made: Any = tasks.make(name, **dict[str, Any](other.parameters))
         count = settings.trajectories
         count = count if other.name in (CALIBRATION, HELD_OUT) else max(count // 2, 1)
         dataset = load_or_generate(path, made, count, FRAMES, settings.seed + number)

@@ -139,8 +139,8 @@ void NewtonSolver::find_gone(const Island& island) {
   gone_.clear();
   for (const std::size_t k : island.contacts) {
     const double first = contacts_[k].first_miss, now = contacts_[k].miss[normal_row];
-    const bool has_gone = first > least_pressing ? now < most_dropped * first
-                                                 : first > -least_parting && now < -least_pressing;
+    const bool has_gone =
+        first > least_pressing ? now < most_dropped * first : first > -least_parting && now < -least_pressing;
     if (has_gone) gone_.push_back(k);
   }
 }
