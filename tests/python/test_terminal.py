@@ -18,7 +18,7 @@ def shown(monkeypatch):
     """What is written to a terminal."""
     written = io.StringIO()
     for console in (terminal.out, terminal.err):
-        monkeypatch.setattr(console, "file", written)
+        monkeypatch.setattr(console, "_file", written)
     return written
 
 
@@ -40,7 +40,7 @@ def test_names_of_files_in_tables_warnings_and_lines_are_plain_text(shown):
 
 def test_new_lines_tabs_and_styles_of_our_own_stay(monkeypatch):
     written = io.StringIO()
-    monkeypatch.setattr(terminal.err, "file", written)
+    monkeypatch.setattr(terminal.err, "_file", written)
     terminal.err.print("a\tb\nc")
     assert written.getvalue().splitlines()[1] == "c"
 

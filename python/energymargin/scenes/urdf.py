@@ -294,8 +294,6 @@ def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
         shape, pose = link.geometries[0]
         if np.array_equal(pose, np.eye(4)):
             return shape
-    from energymargin.meshes.convex import CONVEX
-
     placed: list[Compound] = []
     for shape, pose in link.geometries:
         if not isinstance(shape, MeshFile):
@@ -308,6 +306,8 @@ def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
             continue
         if own.solid is None:
             robot.opened.add(link.name)
+        from energymargin.meshes.convex import CONVEX
+
         hull = mass_properties(own.parts[0].shape).volume
         if len(own.parts) == 1 and (own.solid is None or own.solid.volume < CONVEX * hull):
             robot.hulls.add(link.name)
