@@ -208,3 +208,38 @@ def test_audits_are_of_the_native_engine(problems):
     with pytest.raises(ValueError, match=re.escape("audit is with engine 'bullet'")):
         em.World(problem.scene).rollout(problem.state, np.zeros(6), 0.1, audit=True)
     assert math.isfinite(em.World(problem.scene).rollout(problem.state, np.zeros(6), 0.1).effort)
+
+
+LINK = """<link name="l{i}"><inertial><origin xyz="0 0 -.15"/><mass value=".5"/>
+  <inertia ixx=".004" iyy=".004" izz=".001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j{i}" type="continuous"><parent link="{above}"/><child link="l{i}"/>
+  <origin xyz="0 0 {z}"/><axis xyz="{axis}"/></joint>"""
+
+
+@pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+def test_an_arm_falls_as_in_pybullet_to_the_bit(tmp_path):
+    pybullet = pytest.importorskip("pybullet")
+    links = [("l0", -0.3, "1 0 0"), ("l1", -0.3, "0 1 0")]
+    links = [("base", 0, "0 1 0"), *links]
+    parts = [LINK.format(i=i, above=a, z=z, axis=x) for i, (a, z, x) in enumerate(links)]
+    path, angles = tmp_path / "arm.urdf", (0.5, -0.3, 0.8)
+    path.write_text(f'<robot name="arm"><link name="base"/>{"".join(parts)}</robot>')
+    client = pybullet.connect(pybullet.DIRECT)
+    pybullet.setTimeStep(1 / 240)
+    pybullet.setGravity(0, 0, -G)
+    flags = pybullet.URDF_USE_INERTIA_FROM_FILE
+    arm = pybullet.loadURDF(str(path), useFixedBase=True, flags=flags)
+    for i, angle in enumerate(angles):
+        free = {"linearDamping": 0, "angularDamping": 0, "jointDamping": 0, "maxJointVelocity": 1e9}
+        pybullet.changeDynamics(arm, i, **free)
+        pybullet.setJointMotorControl2(arm, i, pybullet.VELOCITY_CONTROL, force=0)
+        pybullet.resetJointState(arm, i, angle, 0)
+    for _ in range(240):
+        pybullet.stepSimulation()
+    theirs = [pybullet.getJointState(arm, i)[0] for i in range(3)]
+    pybullet.disconnect(client)
+    scene = em.Scene(engine="bullet")
+    em.scenes.from_urdf(path, scene=scene)
+    start = scene.pack(joints=dict(zip(("j0", "j1", "j2"), angles, strict=True)))
+    last = em.World(scene).simulate(start, 240).states[-1]
+    assert [last[scene.joint_slice(f"j{i}")][0] for i in range(3)] == theirs
