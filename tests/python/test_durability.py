@@ -61,8 +61,9 @@ def require_complete(path, undisturbed):
         assert run.counts() == (STATES, STATES)
         found = run.labelled_scores().scores
     assert score_count(path) == STATES * METRICS
-    for metric in undisturbed.scores:
-        assert np.array_equal(found[metric], undisturbed[metric])
+    assert len(found) == METRICS
+    for metric, scores in found.items():
+        assert np.array_equal(scores, undisturbed[metric])
     with sqlite3.connect(path) as file:
         assert file.execute("PRAGMA integrity_check").fetchone() == ("ok",)
 
