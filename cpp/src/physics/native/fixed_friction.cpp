@@ -76,12 +76,12 @@ double NewtonSolver::step_length(const Island& island) {
   const auto slope = [&](double length) { return at_start + length * bends - pull(island, length); };
   double low = 0.0, high = 1.0;
   double at_low = slope(low), at_high = slope(high);
-  const double flat = flat_share * std::abs(at_low);
-  if (at_high <= flat) return high;
+  const double level = flat_share * std::abs(at_low);
+  if (at_high <= level) return high;
   for (int i = 0; i < most_lengths; ++i) {  // the way of Illinois
     const double length = (low * at_high - high * at_low) / (at_high - at_low);
     const double here = slope(length);
-    if (std::abs(here) <= flat) return length;
+    if (std::abs(here) <= level) return length;
     (here < 0.0 ? low : high) = length;
     (here < 0.0 ? at_low : at_high) = here;
     (here < 0.0 ? at_high : at_low) *= 0.5;
