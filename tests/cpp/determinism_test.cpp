@@ -71,6 +71,16 @@ int mechanisms_rollouts() {
   return asked ? std::stoi(asked) : 2000;
 }
 
+// In Bullet, which keeps more of the past than anything of ours: what of it a world forgets is in BulletEngine::forget.
+TEST(Determinism, OfRolloutsInBulletShuffledOverWorldsAndThreadsNoneDiffers) {
+  for (const Scene& native : {crowded_push(), compounds(), hand(), coupled_hand()}) {
+    const Scene scene = native.with_engine(EngineKind::bullet);
+    const std::vector<Question> asked = questions(scene, mechanisms_rollouts() / 4, 40);
+    World world(scene);
+    EXPECT_EQ(differing(shuffled_answers(scene, asked), answers(world, asked)), 0);
+  }
+}
+
 TEST(Determinism, OfRolloutsOfRandomMechanismsShuffledOverWorldsAndThreadsNoneDiffers) {
   constexpr int of_a_scene = 100;
   constexpr unsigned int longest = 8;  // steps
