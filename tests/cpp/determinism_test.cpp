@@ -75,7 +75,7 @@ int mechanisms_rollouts() {
 TEST(Determinism, OfRolloutsInBulletShuffledOverWorldsAndThreadsNoneDiffers) {
   for (const Scene& native : {crowded_push(), compounds(), hand(), coupled_hand()}) {
     const Scene scene = native.with_engine(EngineKind::bullet);
-    const std::vector<Question> asked = questions(scene, mechanisms_rollouts() / 4, 40);
+    const std::vector<Question> asked = questions(scene, mechanisms_rollouts() / 20, 40);
     World world(scene);
     EXPECT_EQ(differing(shuffled_answers(scene, asked), answers(world, asked)), 0);
   }
