@@ -45,7 +45,7 @@ struct BulletEngine::Bullet {
   const Scene& scene;
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
-  btDbvtBroadphase broadphase;
+  btSimpleBroadphase broadphase{static_cast<int>(scene.bodies().size()) + 1};  // pairs by the bounds of now alone
   OverlapFilter filter;
   ResidualSolver solver;
   SceneWorld world{scene, dispatcher, broadphase, solver, configuration};
@@ -116,8 +116,8 @@ void BulletEngine::Bullet::add_mimic(const MimicConstraint& mimic) {
 // Overlapping pairs with their manifolds, warm starting, and the order in which the solver goes.
 void BulletEngine::Bullet::forget() {
   for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
-    broadphase.getOverlappingPairCache()->cleanProxyFromPairs(world.getCollisionObjectArray()[i]->getBroadphaseHandle(),
-                                                              &dispatcher);
+    broadphase.getOverlappingPairCache()->removeOverlappingPairsContainingProxy(
+        world.getCollisionObjectArray()[i]->getBroadphaseHandle(), &dispatcher);
   }
   world.updateAabbs();
   solver.reset();
