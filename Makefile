@@ -43,7 +43,7 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
 
 # Most of the time of the sanitized C++ tests, so make sanitize alone runs these so: escape energy, ten thousand rollouts,
 # searches and forests that go on and on, laws of many draws, lower bounds of many cells, every key of a problem file in every wrong type.
-SLOW := ^Planner/Fixture|ProblemSchema.KeyThat|ProblemSchema.ListOf|Splitting.IsUnbiased|BranchPushes.HaveTheLaw|LowerBound.proves|LowerBound.rises|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused|BatchHoldsWhat|FirstOneIsOutForTheWeight|BulletSteps.AreOursWithFriction|Determinism.OfRolloutsOfRandom|Horizon.LeastWorkIs|Horizon.OfSeveral|LowerBound.tells|LowerBound.takes_off|LowerBound.is_never|LowerBound.of_
+SLOW := ^Planner/Fixture|SharpDistance.OfSolidsThatOverlap|ProblemSchema.KeyThat|ProblemSchema.ListOf|Splitting.IsUnbiased|BranchPushes.HaveTheLaw|LowerBound.proves|LowerBound.rises|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused|BatchHoldsWhat|FirstOneIsOutForTheWeight|BulletSteps.AreOursWithFriction|Determinism.OfRolloutsOfRandom|Horizon.LeastWorkIs|Horizon.OfSeveral|LowerBound.tells|LowerBound.takes_off|LowerBound.is_never|LowerBound.of_
 
 # Without a compiler a wheel in dist serves, if there is one.
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')

@@ -23,7 +23,12 @@ constexpr int most_depth = 5;
 
 // Free bodies, fixed ones, and links of a hand.
 const Scene& scene() {
-  static const Scene made = scenes::articulated().scene;
+  static const Scene made = [] {  // few iterations: states of any speeds hardly converge
+    const Scene scene = scenes::articulated().scene;
+    Stepping stepping = scene.stepping();
+    stepping.iterations = 20;
+    return scene.with_stepping(stepping);
+  }();
   return made;
 }
 
