@@ -163,6 +163,14 @@ class Engine {
   const CollisionPairs& pairs() const { return pairs_; }
 
  protected:
+  //! Gives the bodies all that acts in the next substep, but for motors.
+  void load_bodies() {
+    bodies_.clear_loads();
+    for (const std::vector<Load>* loads : {&loads_, &actuations_, &spring_loads_}) {
+      for (const Load& load : *loads) bodies_.apply(load);
+    }
+  }
+
   //! What else an engine knows of the past.
   virtual void forget() = 0;
 

@@ -177,11 +177,7 @@ SubstepResult BulletEngine::advance(double left) {
 }
 
 void BulletEngine::load() {
-  bodies_.clear_loads();
-  for (const std::vector<Load>* loads :
-       {&std::as_const(loads_), &std::as_const(actuations_), &std::as_const(spring_loads_)}) {
-    for (const Load& load : *loads) bodies_.apply(load);
-  }
+  load_bodies();
   for (const Bullet::Free& each : bullet_->rigids) {
     if (!each.body || each.body->kinematic) continue;
     const FreeBody& free = *each.body;

@@ -8,6 +8,9 @@ namespace {
 
 constexpr double unlimited = 1e10;  // N s: Bullet's own
 
+// A stop takes part from this gap on [rad or m], or if a joint could get there in so many steps.
+constexpr double stop_reach = 0.05, stop_steps = 4.0;
+
 btQuaternion turn_of(const btMatrix3x3& basis) {
   btQuaternion turn;
   basis.getRotation(turn);
@@ -106,7 +109,7 @@ void BulletJoint::createConstraintRows(btMultiBodyConstraintArray& rows, btMulti
   const btScalar* velocities = m_bodyA->getVelocityVector() + 6;
   double fastest = 0.0;
   for (int i = 0; i < m_bodyA->getNumDofs(); ++i) fastest = std::max(fastest, std::abs(velocities[i]));
-  const double reach = std::max(0.05, 4.0 * duration * fastest);
+  const double reach = std::max(stop_reach, stop_steps * duration * fastest);
   for (const double direction : {1.0, -1.0}) {
     const double gap = direction > 0.0 ? position - joint_.lower : joint_.upper - position;
     if (!(gap < reach)) continue;

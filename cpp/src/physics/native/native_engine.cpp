@@ -1,7 +1,6 @@
 #include "physics/native/native_engine.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace energymargin {
 namespace {
@@ -147,14 +146,6 @@ SubstepResult NativeEngine::blow() {
   ++blows_;
   spring_loads_ = springs_.loads(true);
   return {0.0, 0.0, converged};
-}
-
-void NativeEngine::load_bodies() {
-  bodies_.clear_loads();
-  for (const std::vector<Load>* loads :
-       {&std::as_const(loads_), &std::as_const(actuations_), &std::as_const(spring_loads_)}) {
-    for (const Load& load : *loads) bodies_.apply(load);
-  }
 }
 
 }  // namespace energymargin

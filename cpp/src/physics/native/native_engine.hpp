@@ -29,7 +29,6 @@ class NativeEngine : public Engine {
  private:
   void settle();
   SubstepResult blow();
-  void load_bodies();
 
   int substeps_ = 0, touches_ = 0, blows_ = 0;  // of this step
   StepEquations equations_;
