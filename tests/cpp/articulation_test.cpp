@@ -16,7 +16,6 @@ namespace {
 using namespace scenes;
 
 constexpr double step = 1.0 / 240.0;
-const Vector3 down(0.0, 0.0, -g);
 
 // Mean time between passages through 0 in one direction, interpolated.
 double period(const Scene& scene, const State& start, const std::string& name, int steps) {
@@ -35,7 +34,7 @@ double period(const Scene& scene, const State& start, const std::string& name, i
 Scene pendulum(const Shape& shape, double mass, double arm, double duration = step) {
   Stepping stepping = exact();
   stepping.step = duration;
-  Scene scene(down, stepping);
+  Scene scene(downwards, stepping);
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
   scene.add_body(body("bob", shape, mass, Vector3::Zero()));
   scene.add_joint(
@@ -80,7 +79,7 @@ TEST(Articulation, SmallSwingsOfAPendulumHaveThePeriodOfItsInertia) {
 TEST(Articulation, ArmatureAddsToTheInertiaAboutTheJointAndToNoWeight) {
   const double arm = 0.3, armature = 0.05;
   const Shape box = Box{{0.05, 0.1, 0.4}};
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
   scene.add_body(body("bob", box, 0.7, Vector3::Zero()));
   Joint hinge = joint("hinge", JointType::revolute, "post", "bob", Vector3::UnitY(), Vector3::Zero(), {0.0, 0.0, arm});
@@ -147,7 +146,7 @@ TEST(Articulation, FreeBaseKeepsMomentumAndAngularMomentumToAPercentOverTwoSecon
 // ---- frames that are not the centres of mass
 
 TEST(Articulation, PendulumSwingsWithThePeriodOfItsGivenInertia) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
   Body bob = body("bob", Sphere{0.05}, 0.7, Vector3::Zero());
   Eigen::Matrix3d inertia;
@@ -189,7 +188,7 @@ Scene described_elsewhere(const Scene& scene) {
 }
 
 TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
-  const Scene one = boxes_and_cart(down);
+  const Scene one = boxes_and_cart(downwards);
   const Scene other = described_elsewhere(one);
   BodyState base = one.body("base").state;
   base.velocity = {0.3, -0.2, 0.1};
@@ -212,8 +211,8 @@ TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
 }
 
 TEST(Articulation, SameMechanismInOtherFramesIsHeldAndCollidesTheSame) {
-  Scene plain = boxes_and_cart(down);
-  Scene held(down, exact());
+  Scene plain = boxes_and_cart(downwards);
+  Scene held(downwards, exact());
   for (const Body& made : plain.bodies()) held.add_body(made);
   for (Joint made : plain.joints()) {
     made.held = made.name == "hinge";
@@ -248,7 +247,7 @@ TEST(Articulation, FreeBaseWithItsCentreElsewhereKeepsMomentumAndAngularMomentum
 }
 
 TEST(Articulation, NoStepsLeaveABaseWithItsCentreElsewhereAgainAndAgain) {
-  const Scene scene = described_elsewhere(boxes_and_cart(down));
+  const Scene scene = described_elsewhere(boxes_and_cart(downwards));
   World world(scene);
   BodyState base = scene.body("base").state;
   base.angular_velocity = {0.5, -1.0, 0.8};
@@ -260,7 +259,7 @@ TEST(Articulation, NoStepsLeaveABaseWithItsCentreElsewhereAgainAndAgain) {
 }
 
 TEST(Articulation, RailCarriesACartOfWhichTheCentreIsElsewhere) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("post", Box{}));
   Body cart = body("cart", Box{{0.2, 0.1, 0.1}}, 0.4, Vector3::Zero());
   cart.inertial = Inertial{{0.3, 0.2, -0.5}, {0.01, 0.02, 0.025}, turn(0.5, Vector3::UnitX())};
@@ -272,7 +271,7 @@ TEST(Articulation, RailCarriesACartOfWhichTheCentreIsElsewhere) {
 }
 
 TEST(Articulation, FreeBaseFallsWithGravityAndTurnsNot) {
-  const Scene scene = two_boxes_on_a_hinge(down);
+  const Scene scene = two_boxes_on_a_hinge(downwards);
   const State end = after(scene, pack(scene), 240);
   const Unpacked at = unpack(scene, end);
   EXPECT_NEAR(at.bodies.at("base").velocity.z(), -g, 1e-9);
@@ -284,7 +283,7 @@ TEST(Articulation, FreeBaseFallsWithGravityAndTurnsNot) {
 TEST(Articulation, RailFallsWithGravityAlongItsAxis) {
   for (const Vector3& axis :
        {Vector3(0.0, 0.0, -1.0), Vector3(0.6, 0.0, -0.8), Vector3(2.0 / 3.0, 2.0 / 3.0, -1.0 / 3.0)}) {
-    Scene scene(down, exact());
+    Scene scene(downwards, exact());
     scene.add_body(fixed("post", Box{}));
     scene.add_body(body("cart", Box{{0.2, 0.1, 0.1}}, 0.4, Vector3::Zero()));
     scene.add_joint(joint("rail", JointType::prismatic, "post", "cart", axis));
@@ -329,7 +328,7 @@ TEST(Articulation, TorqueAndForceOnAHingedLinkTurnItByItsInertia) {
 // What two boxes that a fixed joint makes one body do on a slope that falls towards `azimuth`: how far it slides down,
 // and how far across, in one second.
 Vector2 slid(double angle, double friction, double azimuth) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   const Quaternion tilt = turn(angle, turn(azimuth, Vector3::UnitZ()) * Vector3::UnitY());
   scene.add_body(fixed("slope", Plane{tilt * Vector3::UnitZ(), 0.0}, Vector3::Zero(), 1.0));
   Body base = body("base", Box{{0.4, 0.3, 0.1}}, 1.0, tilt * Vector3(0.0, 0.0, 0.05), Role::none, friction);
@@ -385,7 +384,7 @@ TEST(Articulation, BlockOnRailsIsHeldBackByTheFrictionOfItsOwnWeight) {
 }
 
 TEST(Articulation, LinkThatIsSetDownBearsItsWeightOnTheTable) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("table", Plane{}));
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}, {0.0, 0.0, 1.0}));
   scene.add_body(body("block", Box{{0.2, 0.2, 0.1}}, 1.5, Vector3::Zero()));

@@ -13,7 +13,6 @@ namespace {
 
 using namespace scenes;
 
-const Vector3 down(0.0, 0.0, -g);
 const Quaternion oblique = turn(0.7, Vector3(1.0, 0.3, 0.0).normalized());
 
 // A foot of 0.3 x 0.1 x 0.1 m with a post of 0.2 m on its end, as boxes or as hulls; its frame is below the post.
@@ -69,7 +68,7 @@ Body table(Ground kind) {
 const std::vector<Ground> grounds{Ground::plane, Ground::box, Ground::hull, Ground::two_boxes};
 
 Scene on(Ground ground, const Shape& shape, const Vector3& position, const Stepping& stepping = {}) {
-  Scene scene(down, stepping);
+  Scene scene(downwards, stepping);
   scene.add_body(table(ground));
   scene.add_body(body("object", shape, 1.0, position, Role::object));
   return scene;
@@ -238,7 +237,7 @@ TEST(CompoundContact, LegBearsWhatALeverSays) {
   Compound bench{{{Box{{0.6, 0.2, 0.02}}, {{0.05, 0.0, 0.11}}},
                   {Box{{0.02, 0.2, 0.1}}, {{-0.2, 0.0, 0.05}}},
                   {Box{{0.02, 0.2, 0.1}}, {{0.3, 0.0, 0.05}}}}};
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(table(Ground::plane));
   Body made = body("object", bench, 1.0, Vector3::Zero(), Role::object);
   made.inertial = Inertial{{0.1, 0.0, 0.1}, {0.01, 0.03, 0.03}};
@@ -347,7 +346,7 @@ TEST(CompoundContact, BallPushesALooseBoxFromWithinAndKeepsTheMomentum) {
 // ---- links
 
 TEST(CompoundContact, LinkOfPartsPressesOnATableWithItsWeight) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(table(Ground::plane));
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}, {0.0, 0.0, 1.0}));
   scene.add_body(body("foot", small_table(), 1.5, Vector3::Zero()));
@@ -470,7 +469,7 @@ TEST(CompoundContact, StartDeepInOnePartOfABodyIsRejected) {
 }
 
 TEST(CompoundContact, ContactsOfACompoundNameTheBodyAndOpposeItsWeight) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("shelf", open_box()));
   scene.add_body(body("object", Box{{0.1, 0.1, 0.04}}, 2.0, {0.0, 0.0, 0.03}, Role::object));
   double load = 0.0;

@@ -14,7 +14,6 @@ namespace {
 using namespace scenes;
 
 constexpr double step = 1.0 / 240.0;
-const Vector3 down(0.0, 0.0, -g);
 
 double energy_at(const Scene& scene, double position, double velocity = 0.0) {
   return World(scene).energy(pack(scene, {}, {{"hinge", {position, velocity}}}));
@@ -32,7 +31,7 @@ Joint compliant(double torque_limit = infinity) {
 TEST(Energy, LinksCountWithTheirMotionAndHeight) {
   const Scene turning = rod_on_post(Vector3::UnitZ());
   EXPECT_NEAR(energy_at(turning, 0.3, 2.0), 0.5 * rod_inertia * 4.0, 1e-15);
-  const Scene hanging = rod_on_post(Vector3::UnitY(), down);
+  const Scene hanging = rod_on_post(Vector3::UnitY(), downwards);
   EXPECT_NEAR(energy_at(hanging, 0.3), -0.3 * g * 0.25 * std::sin(0.3), 1e-15);
 }
 
@@ -84,7 +83,7 @@ TEST(Energy, SpringCountsWithItsStretchWhereverItIsFixed) {
 }
 
 TEST(Energy, ConstantForceThatCarriesTheWeightHoldsABodyAtRest) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   Body balloon = body("object", Box{{0.3, 0.2, 0.1}}, 0.7, {1.0, 2.0, 3.0}, Role::object);
   balloon.force = {0.0, 0.0, 0.7 * g};
   scene.add_body(balloon);
@@ -93,8 +92,8 @@ TEST(Energy, ConstantForceThatCarriesTheWeightHoldsABodyAtRest) {
 }
 
 TEST(Energy, ConstantForceCarriesALinkToo) {
-  Scene base = rod_on_post(Vector3::UnitY(), down);
-  Scene scene(down, exact());
+  Scene base = rod_on_post(Vector3::UnitY(), downwards);
+  Scene scene(downwards, exact());
   for (Body made : base.bodies()) {
     if (made.name == "rod") made.force = {0.0, 0.0, 0.3 * g};
     scene.add_body(made);
@@ -105,20 +104,20 @@ TEST(Energy, ConstantForceCarriesALinkToo) {
 }
 
 TEST(Energy, FallUnderGravityAndAConstantForceKeepsTheEnergyButForTheStep) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   Body pulled = body("object", Box{{0.3, 0.2, 0.1}}, 0.7, {1.0, 2.0, 3.0}, Role::object);
   pulled.force = {2.0, -1.0, 0.5};
   pulled.state.velocity = {0.3, 0.1, 4.0};
   scene.add_body(pulled);
   World world(scene);
-  const Vector3 force = pulled.force + 0.7 * down;
+  const Vector3 force = pulled.force + 0.7 * downwards;
   // Positions move with the velocity at the step's end: half a step too far.
   const double excess = 0.5 * force.squaredNorm() / 0.7 * step;
   EXPECT_NEAR(world.rollout(pack(scene), {Wrench{}}, 1.5).energy, world.energy(pack(scene)) - 1.5 * excess, 1e-9);
 }
 
 TEST(Energy, WorkOnAFreeObjectIsTheGainOfASceneWithSpringsAndJointsItDoesNotTouch) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("ceiling", Box{{0.1, 0.1, 0.1}}, {5.0, 0.0, 2.0}));
   scene.add_body(body("weight", Sphere{0.1}, 1.5, {5.0, 0.0, 1.7 - 1.5 * g / 40.0}));
   scene.add_spring({"ceiling", "weight", Vector3::Zero(), Vector3::Zero(), 40.0, 0.3, 0.0});

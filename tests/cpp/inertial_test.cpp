@@ -13,7 +13,6 @@ namespace {
 using namespace scenes;
 
 constexpr double step = 1.0 / 240.0;
-const Vector3 down(0.0, 0.0, -g);
 const Quaternion oblique = turn(0.8, Vector3(1.0, 2.0, -0.5).normalized());
 
 // A box of 2 kg that is described from a frame outside of it.
@@ -38,18 +37,18 @@ BodyState thrown() {
 
 TEST(Inertial, CentreOfMassFliesAlongItsParabolaHoweverTheBodyTumbles) {
   const Body block = lopsided(thrown());
-  const Scene scene = alone(block, down);
+  const Scene scene = alone(block, downwards);
   const BodyState start = center_of(block, block.state);
   const std::vector<State> flight = trajectory(scene, pack(scene), 240);
   for (std::size_t i = 0; i < flight.size(); ++i) {
     const double time = static_cast<double>(i) * step;
     const BodyState now = center_of(block, body_in(scene, flight[i], "object"));
-    EXPECT_LT((now.position - start.position - time * start.velocity - 0.5 * time * (time + step) * down).norm(),
+    EXPECT_LT((now.position - start.position - time * start.velocity - 0.5 * time * (time + step) * downwards).norm(),
               1e-12);
-    EXPECT_LT((now.velocity - start.velocity - time * down).norm(), 1e-12);
+    EXPECT_LT((now.velocity - start.velocity - time * downwards).norm(), 1e-12);
   }
   const Vector3 frame = body_in(scene, flight.back(), "object").position - block.state.position;
-  EXPECT_GT((frame - block.state.velocity - 0.5 * (1.0 + step) * down).norm(), 0.1) << "the frame does not";
+  EXPECT_GT((frame - block.state.velocity - 0.5 * (1.0 + step) * downwards).norm(), 0.1) << "the frame does not";
 }
 
 TEST(Inertial, VelocityIsThatOfTheFramesOrigin) {
@@ -115,8 +114,8 @@ TEST(Inertial, SameBodyInAnotherFrameMovesTheSame) {
   Body block = body("object", Box{{0.5, 0.3, 0.1}}, 2.0, Vector3::Zero(), Role::object);
   block.state = thrown();
   const Pose frame{{0.3, -0.2, 0.15}, oblique};
-  const Scene one = alone(block, down);
-  const Scene other = alone(described_from(frame, block), down);
+  const Scene one = alone(block, downwards);
+  const Scene other = alone(described_from(frame, block), downwards);
   Wrench wrench;
   wrench.force = {1.0, -2.0, 0.5};
   wrench.torque = {0.05, 0.02, -0.03};
@@ -143,8 +142,8 @@ TEST(Inertial, HullInAnyFrameIsTheBoxThatItDescribes) {
                                                             box.state.velocity, box.state.angular_velocity});
   hull.state.position = box.state.position - hull.state.orientation * away;
   hull.state.velocity = box.state.velocity - box.state.angular_velocity.cross(hull.state.orientation * away);
-  const Scene one = alone(box, down);
-  const Scene other = alone(hull, down);
+  const Scene one = alone(box, downwards);
+  const Scene other = alone(hull, downwards);
   const BodyState end = body_in(one, after(one, pack(one), 240), "object");
   const BodyState found = body_in(other, after(other, pack(other), 240), "object");
   EXPECT_LT((state_at_point(away, found).position - end.position).norm(), 1e-10);
@@ -219,7 +218,7 @@ TEST(Inertial, BodyWithAMassAndWithoutAVolumeNeedsOne) {
 }
 
 TEST(Inertial, BodyWithoutPartsFallsThroughEverything) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("table", Plane{}));
   Body ghost = body("object", Compound{}, 1.0, {0.0, 0.0, 0.1}, Role::object);
   ghost.inertial = Inertial{{0.02, 0.0, 0.0}, {0.1, 0.1, 0.1}};
@@ -232,7 +231,7 @@ TEST(Inertial, BodyWithoutPartsFallsThroughEverything) {
 }
 
 TEST(Inertial, NoStepsLeaveTheStateAgainAndAgain) {
-  const Scene scene = alone(lopsided(thrown()), down);
+  const Scene scene = alone(lopsided(thrown()), downwards);
   World world(scene);
   State state = pack(scene);
   for (int i = 0; i < 200; ++i) state = world.rollout(state, {Wrench{}}, 0.0).state;
@@ -244,7 +243,7 @@ TEST(Inertial, EnergyIsThatOfTheCentreOfMass) {
   block.inertial = Inertial{{0.0, 0.3, 0.5}, {0.1, 0.2, 0.25}};
   block.state.orientation = turn(0.5 * pi, Vector3::UnitX());  // its z axis is the world's -y axis, its y axis z
   block.state.angular_velocity = {3.0, 0.0, 0.0};
-  const Scene scene = alone(block, down);
+  const Scene scene = alone(block, downwards);
   const double speed = 3.0 * std::hypot(0.3, 0.5);
   EXPECT_NEAR(World(scene).energy(pack(scene)), speed * speed + 0.5 * 0.1 * 9.0 + 2.0 * g * 1.3, 1e-12);
 }
@@ -265,7 +264,7 @@ TEST(Inertial, PlanarBodyTurnsByItsMomentAboutItsFreeAxisAboutItsCentreOfMass) {
   for (const Quaternion& orientation : {Quaternion::Identity(), turn(0.7, Vector3::UnitX()), oblique.conjugate()}) {
     Body block = planar();
     block.state.orientation = orientation;
-    const Scene scene = alone(block, down);
+    const Scene scene = alone(block, downwards);
     World world(scene);
     Wrench wrench;
     wrench.torque.z() = 0.02;
@@ -282,7 +281,7 @@ TEST(Inertial, PlanarBodyTurnsByItsMomentAboutItsFreeAxisAboutItsCentreOfMass) {
 }
 
 TEST(Inertial, PlanarBodyIsTurnedByNothingButTorqueAboutItsFreeAxis) {
-  const Scene scene = alone(planar(), down);
+  const Scene scene = alone(planar(), downwards);
   Wrench wrench;
   wrench.torque = {0.5, -0.3, 0.0};
   wrench.force = {0.4, 0.1, 3.0};

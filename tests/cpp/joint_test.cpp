@@ -15,7 +15,6 @@ namespace {
 using namespace scenes;
 
 constexpr double step = 1.0 / 240.0;
-const Vector3 down(0.0, 0.0, -g);
 
 Joint drive(double stiffness, double damping, double target = 0.0) {
   Joint made;
@@ -71,7 +70,7 @@ TEST(Joint, CompliantJointSettlesAtLoadOverStiffness) {
 }
 
 TEST(Joint, CompliantJointSagsUnderItsLinksWeight) {
-  const Scene scene = rod_on_post(Vector3::UnitY(), down, drive(5.0, 0.5));
+  const Scene scene = rod_on_post(Vector3::UnitY(), downwards, drive(5.0, 0.5));
   const double sag = after(scene, at(scene, 0.0), 1200)[0];  // a turn about y lowers the rod's end
   EXPECT_NEAR(5.0 * sag, 0.3 * g * 0.25 * std::cos(sag), 1e-9);
   EXPECT_GT(sag, 0.1);
@@ -107,7 +106,7 @@ TEST(Joint, CriticallyDampedJointReturnsWithoutOvershootAlongItsClosedForm) {
 
 TEST(Joint, VeryStiffJointIsStableAndBearsItsLoad) {
   for (const double damping : {0.0, 1.0, 1e4}) {
-    const Scene scene = rod_on_post(Vector3::UnitY(), down, drive(1e6, damping, 0.3));
+    const Scene scene = rod_on_post(Vector3::UnitY(), downwards, drive(1e6, damping, 0.3));
     const std::vector<double> way = positions(scene, at(scene, 0.2), 480);
     EXPECT_LE(highest(way), 0.3 + 1e-3) << damping;
     EXPECT_GE(lowest(way), 0.2 - 1e-3) << damping;
@@ -116,7 +115,7 @@ TEST(Joint, VeryStiffJointIsStableAndBearsItsLoad) {
 }
 
 TEST(Joint, StiffFingersSqueezeALightBoxWithTheForceOfTheirTargets) {
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}, {0.0, 0.0, 1.0}));
   scene.add_body(body("object", Box{{0.1, 0.1, 0.1}}, 0.05, Vector3::Zero(), Role::object, 1.0));
   for (const double side : {-1.0, 1.0}) {
@@ -199,14 +198,14 @@ TEST(Joint, StopTakesUpTheSpeedAndGivesNextToNoneBack) {
 }
 
 TEST(Joint, StopBearsWeightAndADriveThatPullsBeyondIt) {
-  const Scene hanging = rod_on_post(Vector3::UnitY(), down, limited({}, -1.0, 0.5));
+  const Scene hanging = rod_on_post(Vector3::UnitY(), downwards, limited({}, -1.0, 0.5));
   EXPECT_NEAR(after(hanging, at(hanging, 0.0), 480)[0], 0.5, 1e-6);
   const Scene driven = rail(limited(drive(1000.0, 50.0, 2.0), -0.5, 0.5));
   EXPECT_NEAR(after(driven, at(driven, 0.0), 480)[0], 0.5, 1e-6);
 }
 
 TEST(Joint, ChainThrownAgainstAllItsStopsStaysWithinThem) {
-  Scene scene = rod_on_post(Vector3::UnitY(), down, limited({}, -0.3, 0.3));
+  Scene scene = rod_on_post(Vector3::UnitY(), downwards, limited({}, -0.3, 0.3));
   scene.add_body(body("second", Box{{0.4, 0.04, 0.04}}, 0.3, Vector3::Zero()));
   scene.add_body(body("third", Box{{0.3, 0.04, 0.04}}, 0.3, Vector3::Zero()));
   Joint elbow =
@@ -248,7 +247,7 @@ TEST(Joint, JointAShadeBeyondItsStopIsNotShotBack) {
 
 // A chain of a held hinge, a compliant one, a held rail and a free hinge.
 Scene partly_held() {
-  Scene scene = rod_on_post(Vector3::UnitY(), down, drive(3.0, 0.1));
+  Scene scene = rod_on_post(Vector3::UnitY(), downwards, drive(3.0, 0.1));
   scene.add_body(body("slide", Box{{0.1, 0.1, 0.1}}, 0.3, Vector3::Zero()));
   scene.add_body(
       body("wing", brick({0.3, 0.1, 0.06}, turn(0.6, Vector3(1.0, 2.0, -1.0).normalized())), 0.4, Vector3::Zero()));
@@ -295,7 +294,7 @@ TEST(Joint, RolloutInTwoHalvesWithHeldJointsIsTheOneInOneGo) {
 TEST(Joint, HeldJointIsRigidWhereTheStatePutsIt) {
   // The hinge swings with the period of all that hangs on it, wherever the held joints are.
   for (const double slid : {0.0, 0.2}) {
-    Scene scene(down, exact());
+    Scene scene(downwards, exact());
     scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
     scene.add_body(body("rod", Box{{0.04, 0.04, 0.5}}, 0.3, Vector3::Zero()));
     scene.add_body(body("bob", Sphere{0.05}, 0.5, Vector3::Zero()));

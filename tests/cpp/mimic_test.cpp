@@ -14,7 +14,6 @@ namespace {
 using namespace scenes;
 
 constexpr double step = 1.0 / 240.0;
-const Vector3 down(0.0, 0.0, -g);
 
 Joint following(Joint joint, const Mimic& mimic) {
   joint.mimic = mimic;
@@ -275,7 +274,7 @@ TEST(Mimic, FreePairOfRodsKeepsItsSpeedToTheLastDigits) {
 }
 
 TEST(Mimic, RolloutInTwoHalvesIsTheOneInOneGo) {
-  const Scene scene = finger(down);
+  const Scene scene = finger(downwards);
   const State start = at(scene, 0.3, 1.0);
   const State whole = after(scene, start, 240);
   for (const int half : {1, 100}) {
@@ -342,7 +341,7 @@ TEST(Mimic, FollowerThatMeetsAWallPressesWithTheDrivesForceOverItsMultiplier) {
 
 TEST(Mimic, GripperHoldsABoxAgainstGravityByFrictionForTwoSeconds) {
   Scene base = gripper(1.0, 10.0, false);
-  Scene scene(down, exact());
+  Scene scene(downwards, exact());
   for (const Body& made : base.bodies()) scene.add_body(made);
   for (const Joint& made : base.joints()) scene.add_joint(made);
   const State gripped = after(base, pack(base), 240);

@@ -14,6 +14,7 @@ namespace energymargin::scenes {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double g = 9.81;
+inline const Vector3 downwards(0.0, 0.0, -g);
 
 //! How far contacts give along their normal, contacts that stick, and stops: the share of what a load would do along
 //! them in a step, if their body is a point.
