@@ -111,6 +111,32 @@ def test_a_kinematic_body_carries_and_a_servo_drives():
     assert scene.unpack(lifted)["box"]["position"][2] == pytest.approx(0.3, abs=0.01)
 
 
+def cart(engine, kinematic):
+    scene = em.Scene(engine=engine)
+    box = em.Box((0.2, 0.2, 0.1))
+    scene.add_body("cart", box, mass=1, kinematic=kinematic, velocity=(0.3, 0, 0))
+    scene.add_body("bob", em.Sphere(0.02), mass=0.5)
+    scene.add_joint("hinge", parent="cart", child="bob", axis=(0, 1, 0), child_origin=(0, 0, 0.4))
+    scene.disable_collisions("cart", "bob")
+    return scene
+
+
+@pytest.mark.parametrize("kinematic", [True, False], ids=["kinematic", "servo"])
+def test_what_drives_the_base_of_a_tree_is_felt_by_its_joints(kinematic):
+    """A bob hangs on a cart that is brought from one speed to another at once."""
+    states = []
+    for engine in ("bullet", "native"):
+        scene = cart(engine, kinematic)
+        velocities = {"cart": np.tile([1.0, 0, 0, 0, 0, 0], (60, 1))}
+        limits = {} if kinematic else {"limits": {"cart": (800.0, 80.0)}}
+        plan = em.Plan(scene.step, velocities=velocities, **limits)
+        states.append(em.World(scene, plan).simulate(scene.pack(), 60).states[-1])
+    assert abs(states[0][scene.joint_slice("hinge")][0]) > 0.2
+    np.testing.assert_allclose(states[0], states[1], atol=1e-9 if kinematic else 2e-4)
+    if kinematic:
+        assert scene.unpack(states[0])["cart"]["position"] == pytest.approx((0.25, 0, 0), abs=1e-15)
+
+
 @pytest.mark.parametrize("what", ["tendon", "loop", "armature", "belt"])
 def test_what_bullet_cannot_do_is_refused_by_name(what):
     scene = arm("bullet", armature=0.1 if what == "armature" else 0.0)
@@ -132,37 +158,125 @@ def test_an_engine_that_there_is_not_is_refused():
         em.tasks.make("push", engine="ode")
 
 
+FINGER = """<link name="{side}"><inertial><mass value=".1"/>
+  <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size=".01 .02 .08"/></geometry></collision></link>
+<joint name="{side}" type="prismatic"><parent link="palm"/><child link="{side}"/>
+  <origin xyz="{x} 0 -.06"/><axis xyz="{inward} 0 0"/>
+  <limit lower="0" upper=".02" effort="10" velocity="1"/></joint>"""
+
+
+def hand(folder):
+    """A gripper of a URDF on a kinematic base, which lifts a cube."""
+    fingers = [("left", -0.025, 1), ("right", 0.025, -1)]
+    links = "".join(FINGER.format(side=side, x=x, inward=inward) for side, x, inward in fingers)
+    (folder / "hand.urdf").write_text(f'<robot name="hand"><link name="palm"/>{links}</robot>')
+    scene = em.Scene(engine="bullet")
+    cube = em.Box((0.04,) * 3)
+    scene.add_body("cube", cube, mass=0.1, position=(0, 0, 0.2), friction=0.7, role="object")
+    drive = {"stiffness": 2000, "damping": 20, "target": 0.01}
+    em.scenes.from_urdf(
+        folder / "hand.urdf",
+        scene=scene,
+        base="kinematic",
+        position=(0, 0, 0.26),
+        role="effector",
+        friction=0.7,
+        joints={"left": drive, "right": drive},
+    )
+    return em.Problem(
+        scene,
+        scene.pack(),
+        force=(4, 4, 4),
+        torque=(0.1, 0.1, 0.1),
+        duration=0.1,
+        captured=em.regions.Ball("cube", center=(0, 0, 0.2), radius=0.06),
+        horizon=0.2,
+        plan=em.Plan(scene.step, velocities={"palm": np.tile([0, 0, 0.1, 0, 0, 0], (48, 1))}),
+    )
+
+
 @pytest.fixture(scope="module")
-def problems():
-    made = {}
+def problems(tmp_path_factory):
+    made = {"hand": hand(tmp_path_factory.mktemp("hand"))}
     for name in TASKS:
         task = em.tasks.make(name, engine="bullet")
         ran = task.rollout(seed=3)
-        made[name] = task.problem(ran.states[3], ran.params)
+        posed = task.problem(ran.states[3], ran.params)
+        made[name] = posed.replace(horizon=24 * posed.scene.step)
         assert made[name].scene.engine == "bullet"
     return made
 
 
+def push_back(states, _, time):
+    return -0.1 * states[:, :1] * (1 + time)
+
+
+def plans(problem):
+    """A feedback and a policy that push the object back along x, for the same time."""
+    body = next(body.name for body in problem.scene.bodies if body.role == "object")
+    step, period = problem.scene.step, 6 * problem.scene.step
+    names = {"observed": [f"{body}.x"], "corrected": [f"{body}.fx"]}
+    yield em.Feedback([[0.1]], **names, period=period, step=step)
+    yield em.Policy(
+        push_back, period=period, observe=[f"{body}.x"], command=[f"{body}.fx"], name="back"
+    )
+
+
 def answers(problem, threads=1):
-    with_clock = problem.replace(horizon=24 * problem.scene.step)
+    quiet = {"warn": False, "threads": threads}
+    asked = {"rollouts": 8, **quiet}
+    still = problem.replace(horizon=None, plan=None)
     found = {
-        "capture": em.capture_score(problem, nodes=40, threads=threads, warn=False).capture,
-        "probability": em.capture_probability(with_clock, rollouts=8, threads=threads).captured,
-        "force": em.force_score(problem).force,
+        "capture": em.capture_score(still, nodes=40, **quiet),
+        "probability": em.capture_probability(problem, **asked).captured,
+        "rare": em.capture_probability(problem, rare=True, rollouts=40, **quiet).lost,
+        "force": em.force_score(still).force,
     }
+    found["capture"] = found["capture"].capture
+    if problem.captured_by_object:
+        each = em.capture_probability(problem, by_object=True, **asked)
+        found["each object"] = [p.mean_time for p in each.by_object]
     for planner in ("est", "rrt"):
-        found[planner] = em.escape_effort(with_clock, planner=planner, nodes=60, warn=False).effort
+        effort = em.escape_effort(problem, planner=planner, nodes=60, warn=False).effort
+        found[planner] = effort
     return found
 
 
+def verbs(problem, threads=1):
+    """What is asked of plans that react, of several problems, and of what is not known."""
+    quiet = {"rollouts": 8, "threads": threads}
+    reacting = [problem.replace(plan=plan, effector="coast") for plan in plans(problem)]
+    found = [em.capture_probability(each, warn=False, **quiet).captured for each in reacting]
+    ranking = em.rank([problem, *reacting], race=False, **quiet)
+    found.append(ranking.to_csv())
+    belief = em.Belief(problem, mass=0.1, friction=0.1)
+    settings = em.SearchSettings(nodes=40, rollouts=8)
+    scores = em.score_belief(belief, particles=4, settings=settings, threads=threads)
+    return [*found, [repr(each) for each in scores.scores]]
+
+
 @pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("name", [*TASKS, "hand"])
 def test_every_metric_has_the_same_bits_again_on_threads_and_from_a_file(problems, name, tmp_path):
     problem = problems[name]
     first = answers(problem)
     assert answers(problem, threads=2) == first
     problem.save(tmp_path / "problem.json")
     assert answers(em.Problem.load(tmp_path / "problem.json")) == first
+
+
+@pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+@pytest.mark.parametrize("name", [*TASKS, "hand"])
+def test_every_verb_has_the_same_bits_again_on_threads(problems, name):
+    assert verbs(problems[name], threads=2) == verbs(problems[name])
+
+
+def test_a_hand_on_a_moving_base_lifts_its_cube(problems):
+    lifted = em.World(problems["hand"].scene, problems["hand"].plan)
+    end = problems["hand"].scene.unpack(lifted.simulate(problems["hand"].state, 48).states[-1])
+    assert end["palm"]["position"][2] == pytest.approx(0.28, abs=1e-12)
+    assert end["cube"]["position"][2] == pytest.approx(0.22, abs=2e-3)
 
 
 def test_rollouts_do_not_know_what_was_before(problems):

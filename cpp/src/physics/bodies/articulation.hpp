@@ -130,6 +130,7 @@ class Articulation {
   void drive_base(const Velocity& velocity) {
     for (std::size_t axis = 0; axis < base_.size(); ++axis) base_[axis] = velocity[static_cast<int>(axis)];
   }
+  Velocity base_velocity() const { return {{base_[0], base_[1], base_[2]}, {base_[3], base_[4], base_[5]}}; }
 
   //! What the loads do in `duration` [s]. A tree that is `alone`, neither constrained nor driven, coasts under gravity.
   void prepare(double duration, const btVector3& gravity, bool alone);

@@ -205,6 +205,18 @@ class MovingBodies {
     return control ? control->target : scene_.control(index).target;
   }
 
+  //! Kinematic bodies have the velocities of their motors from now on, but not along and about locked axes.
+  void drive(const std::vector<Motor>& motors) {
+    for (const auto& tree : trees_) tree->keep_base();
+    for (const Motor& motor : motors) {
+      if (const auto& link = links_[motor.body]) {
+        if (trees_[link->tree]->kinematic()) trees_[link->tree]->drive_base(motor.velocity);
+      } else if (FreeBody& body = *free_of_[motor.body]; body.kinematic) {
+        body.velocity = {motor.velocity.linear * body.linear_factor, motor.velocity.angular * body.angular_factor};
+      }
+    }
+  }
+
   //! Moves all on their ways, for a share of `duration` [s]; a kinematic body loses no time.
   void move(double duration, double share) {
     for (const FreeBody& each : free_) {

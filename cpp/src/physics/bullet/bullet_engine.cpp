@@ -18,8 +18,6 @@ void require_bullet_can(const Scene& scene) {
   if (!scene.loops().empty()) refuse("loops, as of '" + scene.loops().front().body_a + "'", "a scene without them");
   for (const Joint& joint : scene.joints()) {
     if (joint.armature > 0.0) refuse("armature, as of joint '" + joint.name + "'", "armature=0");
-    const Body& root = scene.bodies()[scene.root(scene.index(joint.child))];
-    if (root.kinematic) refuse("links on a kinematic body, as '" + root.name + "'", "a base that is fixed or free");
   }
   for (const Body& body : scene.bodies()) {
     if (!body.surface_velocity.isZero(0.0)) refuse("surface_velocity, as of '" + body.name + "'", "a body that moves");
@@ -40,6 +38,7 @@ struct BulletEngine::Bullet {
   void add_rigid(std::size_t index, FreeBody* body);
   void add_tree(Articulation& of);
   void add_mimic(const MimicConstraint& mimic);
+  void remove_motors();
   void forget();
 
   const Scene& scene;
@@ -52,6 +51,8 @@ struct BulletEngine::Bullet {
   std::vector<Free> rigids;
   std::vector<std::unique_ptr<BulletTree>> trees;
   std::vector<std::unique_ptr<BulletMimic>> mimics;
+  std::vector<std::unique_ptr<BulletMotor>> motors;  // of a step
+  std::vector<std::unique_ptr<BulletBaseMotor>> base_motors;
 };
 
 BulletEngine::Bullet::Bullet(const Scene& of, MovingBodies& bodies) : scene(of), filter(of) {
@@ -108,8 +109,8 @@ void BulletEngine::Bullet::add_tree(Articulation& of) {
 }
 
 void BulletEngine::Bullet::add_mimic(const MimicConstraint& mimic) {
-  const auto term = [this](const JointSum::Term& of) { return trees[of.link.tree]->term(of); };
-  mimics.push_back(std::make_unique<BulletMimic>(term(mimic.terms[0]), term(mimic.terms[1]), mimic.constant));
+  const auto side = [this](const JointSum::Term& of) { return trees[of.link.tree]->side(of); };
+  mimics.push_back(std::make_unique<BulletMimic>(side(mimic.terms[0]), side(mimic.terms[1]), mimic.constant));
   world.addMultiBodyConstraint(mimics.back().get());
 }
 
@@ -149,26 +150,12 @@ void BulletEngine::forget() {
 }
 
 SubstepResult BulletEngine::advance(double left) {
-  load();
-  std::vector<std::unique_ptr<BulletMotor>> motors;
-  for (const Bullet::Free& each : bullet_->rigids) {
-    if (!each.body) continue;
-    for (const Motor& motor : motors_) {
-      if (motor.body != each.body->body) continue;
-      if (each.body->kinematic) {
-        each.body->velocity = motor.velocity;
-      } else {
-        motors.push_back(std::make_unique<BulletMotor>(*each.rigid, motor));
-      }
-    }
-    if (!each.body->kinematic) continue;
-    each.rigid->setWorldTransform(moved_pose(bodies_.poses()[each.body->body], each.body->velocity.linear * left,
-                                             each.body->velocity.angular * left));
-  }
-  for (const auto& motor : motors) bullet_->world.addConstraint(motor.get());
+  bodies_.drive(motors_);
+  load(left);
+  for (const Motor& motor : motors_) add_motor(motor);
   bullet_->solver.residual = 0.0;
   bullet_->world.stepSimulation(left, 0);
-  for (const auto& motor : motors) bullet_->world.removeConstraint(motor.get());
+  bullet_->remove_motors();
   read_back();
   read_contacts();
   last_duration_ = left;
@@ -176,18 +163,44 @@ SubstepResult BulletEngine::advance(double left) {
   return {left, 0.0, bullet_->solver.residual <= scene_.stepping().residual()};
 }
 
-void BulletEngine::load() {
+// What drives a kinematic body is no row: it is where its velocities bring it.
+void BulletEngine::add_motor(const Motor& motor) {
+  if (scene_.bodies()[motor.body].kinematic) return;
+  if (const auto& link = bodies_.link(motor.body)) {
+    bullet_->base_motors.push_back(std::make_unique<BulletBaseMotor>(bullet_->trees[link->tree]->body(), motor));
+    return bullet_->world.addMultiBodyConstraint(bullet_->base_motors.back().get());
+  }
+  for (const Bullet::Free& each : bullet_->rigids) {
+    if (!each.body || each.body->body != motor.body) continue;
+    bullet_->motors.push_back(std::make_unique<BulletMotor>(*each.rigid, motor));
+    bullet_->world.addConstraint(bullet_->motors.back().get());
+  }
+}
+
+void BulletEngine::Bullet::remove_motors() {
+  for (const auto& motor : motors) world.removeConstraint(motor.get());
+  for (const auto& motor : base_motors) world.removeMultiBodyConstraint(motor.get());
+  motors.clear();
+  base_motors.clear();
+}
+
+void BulletEngine::load(double duration) {
   load_bodies();
   for (const Bullet::Free& each : bullet_->rigids) {
-    if (!each.body || each.body->kinematic) continue;
+    if (!each.body) continue;
     const FreeBody& free = *each.body;
     const Body& body = scene_.bodies()[free.body];
     const Velocity& velocity = free.velocity;
+    if (free.kinematic) {
+      each.rigid->setWorldTransform(
+          moved_pose(bodies_.poses()[free.body], velocity.linear * duration, velocity.angular * duration));
+      continue;
+    }
     each.rigid->applyCentralForce(free.acceleration / free.inverse_mass + free.force -
                                   velocity.linear * body.linear_damping);
     each.rigid->applyTorque(free.torque - velocity.angular * body.angular_damping);
   }
-  for (const auto& tree : bullet_->trees) tree->load(scene_.gravity());
+  for (const auto& tree : bullet_->trees) tree->load(scene_.gravity(), duration);
 }
 
 void BulletEngine::read_back() {

@@ -22,7 +22,8 @@ class BulletEngine : public Engine {
 
  private:
   struct Bullet;  // the world and what is in it
-  void load();
+  void load(double duration);
+  void add_motor(const Motor& motor);
   void read_back();
   void read_contacts();
 

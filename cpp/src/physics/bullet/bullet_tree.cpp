@@ -8,6 +8,9 @@ namespace {
 
 constexpr double unlimited = 1e10;  // N s: Bullet's own
 
+// Nothing moves a kinematic base: so many times as heavy as all that hangs on it, or as 1 kg.
+constexpr double unmoved = 1e8;
+
 // A stop takes part from this gap on [rad or m], or if a joint could get there in so many steps.
 constexpr double stop_reach = 0.05, stop_steps = 4.0;
 
@@ -39,17 +42,16 @@ BulletRows::Side BulletRows::add_side(btMultiBody& body, const std::vector<Bulle
   Side side{body.getCompanionId(), data.m_jacobians.size(), 0.0, 0.0};
   data.m_jacobians.resize(side.jacobian + velocities, 0.0);
   data.m_deltaVelocitiesUnitImpulse.resize(side.jacobian + velocities, 0.0);
-  const auto place = [&](const BulletTerm& of) { return side.jacobian + 6 + body.getLink(of.link).m_dofOffset; };
   for (const BulletTerm& of : terms) {
-    if (of.body == &body) data.m_jacobians[place(of)] = of.coefficient;
+    if (of.body == &body) data.m_jacobians[side.jacobian + of.velocity] = of.coefficient;
   }
   body.calcAccelerationDeltasMultiDof(&data.m_jacobians[side.jacobian],
                                       &data.m_deltaVelocitiesUnitImpulse[side.jacobian], data.scratch_r,
                                       data.scratch_v);
   for (const BulletTerm& of : terms) {
     if (of.body != &body) continue;
-    side.inverse_mass += of.coefficient * data.m_deltaVelocitiesUnitImpulse[place(of)];
-    side.velocity += of.coefficient * body.getJointVel(of.link);
+    side.inverse_mass += of.coefficient * data.m_deltaVelocitiesUnitImpulse[side.jacobian + of.velocity];
+    side.velocity += of.coefficient * body.getVelocityVector()[of.velocity];
   }
   return side;
 }
@@ -87,25 +89,27 @@ btMultiBodySolverConstraint& BulletRows::add_row(int number, const std::vector<B
   return row;
 }
 
+void BulletRows::limit(btMultiBodySolverConstraint& row, double impulse) {
+  row.m_upperLimit = std::min(impulse, unlimited);
+  row.m_lowerLimit = -row.m_upperLimit;
+}
+
 void BulletJoint::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
                                        const btContactSolverInfo& info) {
   const double duration = info.m_timeStep, position = m_bodyA->getJointPos(m_linkA);
-  const auto limit = [&](btMultiBodySolverConstraint& row, double force) {
-    row.m_upperLimit = std::min(force * duration, unlimited);
-    row.m_lowerLimit = -row.m_upperLimit;
-  };
+  const auto along = [&](double direction) { return BulletTerm::of_joint(*m_bodyA, m_linkA, direction); };
   const double gain = control_ ? duration * joint_.stiffness + joint_.damping : 0.0;
   if (gain > 0.0) {
     const double target =
         (joint_.stiffness * (control_->target - position) + joint_.damping * joint_.target_velocity) / gain;
-    btMultiBodySolverConstraint& row = add_row(0, {{m_bodyA, m_linkA, 1.0}}, target, rows, data);
+    btMultiBodySolverConstraint& row = add_row(0, {along(1.0)}, target, rows, data);
     const double softness = 1.0 / (duration * gain), rigid = row.m_jacDiagABInv;
     row.m_jacDiagABInv = 1.0 / (1.0 / rigid + softness);
     row.m_cfm = softness * row.m_jacDiagABInv;
     row.m_rhs *= row.m_jacDiagABInv / rigid;
-    limit(row, joint_.torque_limit);
+    limit(row, joint_.torque_limit * duration);
   }
-  if (joint_.friction > 0.0) limit(add_row(3, {{m_bodyA, m_linkA, 1.0}}, 0.0, rows, data), joint_.friction);
+  if (joint_.friction > 0.0) limit(add_row(3, {along(1.0)}, 0.0, rows, data), joint_.friction * duration);
   const btScalar* velocities = m_bodyA->getVelocityVector() + 6;
   double fastest = 0.0;
   for (int i = 0; i < m_bodyA->getNumDofs(); ++i) fastest = std::max(fastest, std::abs(velocities[i]));
@@ -114,21 +118,41 @@ void BulletJoint::createConstraintRows(btMultiBodyConstraintArray& rows, btMulti
     const double gap = direction > 0.0 ? position - joint_.lower : joint_.upper - position;
     if (!(gap < reach)) continue;
     const double target = -std::max(gap, 0.0) / duration;
-    add_row(direction > 0.0 ? 1 : 2, {{m_bodyA, m_linkA, direction}}, target, rows, data).m_lowerLimit = 0.0;
+    add_row(direction > 0.0 ? 1 : 2, {along(direction)}, target, rows, data).m_lowerLimit = 0.0;
   }
 }
 
 void BulletMimic::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
                                        const btContactSolverInfo& info) {
   double off = -constant_;
-  for (const BulletTerm& of : terms_) off += of.coefficient * of.body->getJointPos(of.link);
-  add_row(0, terms_, -off * info.m_erp / info.m_timeStep, rows, data);
+  std::vector<BulletTerm> terms;
+  for (const Side& of : sides_) {
+    off += of.coefficient * of.body.getJointPos(of.link);
+    terms.push_back(BulletTerm::of_joint(of.body, of.link, of.coefficient));
+  }
+  add_row(0, terms, -off * info.m_erp / info.m_timeStep, rows, data);
+}
+
+void BulletBaseMotor::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                                           const btContactSolverInfo& info) {
+  for (int axis = 0; axis < velocities_of_free_body; ++axis) {
+    const int velocity = (axis + 3) % velocities_of_free_body;
+    limit(add_row(axis, {{m_bodyA, velocity, 1.0}}, motor_.velocity[axis], rows, data),
+          (axis < 3 ? motor_.force : motor_.torque) * info.m_timeStep);
+  }
 }
 
 BulletTree::BulletTree(const Scene& scene, Articulation& tree) : scene_(scene), layout_(scene), tree_(tree) {
   const Articulation::Link& base = tree.link(0);
   const int links = static_cast<int>(tree.links().size()) - 1;
-  body_ = std::make_unique<btMultiBody>(links, base.mass, base.moments, !tree.free(), false);
+  double mass = base.mass;
+  btVector3 moments = base.moments;
+  if (tree.kinematic()) {
+    for (int index = 1; index <= links; ++index) heaviness_ += tree.link(index).mass;
+    mass = heaviness_ = unmoved * std::max(heaviness_, 1.0);
+    moments = btVector3(mass, mass, mass);
+  }
+  body_ = std::make_unique<btMultiBody>(links, mass, moments, !tree.free(), false);
   body_->setLinearDamping(0.0);
   body_->setAngularDamping(0.0);
   body_->setMaxCoordinateVelocity(1e9);  // it would cut them off in silence
@@ -206,9 +230,19 @@ void BulletTree::restore() {
   body_->updateCollisionObjectWorldTransforms(rotations, origins);
 }
 
-void BulletTree::load(const Vector3& gravity) {
+// What pushes it to its velocities is felt by the joints.
+void BulletTree::drive_base(double duration) {
+  const Velocity velocity = tree_.base_velocity();
+  driven_ = moved_pose(tree_.link(0).pose, velocity.linear * duration, velocity.angular * duration);
+  body_->addBaseForce((velocity.linear - body_->getBaseVel()) * (heaviness_ / duration));
+  body_->addBaseTorque((velocity.angular - body_->getBaseOmega()) * (heaviness_ / duration));
+}
+
+void BulletTree::load(const Vector3& gravity, double duration) {
   const btVector3 down = to_bullet(gravity);
-  for (int index = tree_.free() ? 0 : 1; index < static_cast<int>(tree_.links().size()); ++index) {
+  if (tree_.kinematic()) drive_base(duration);
+  const int first = tree_.free() && !tree_.kinematic() ? 0 : 1;
+  for (int index = first; index < static_cast<int>(tree_.links().size()); ++index) {
     const Articulation::Link& of = tree_.link(index);
     const btVector3 force = down * of.mass + of.force;
     if (index == 0) {
@@ -221,7 +255,13 @@ void BulletTree::load(const Vector3& gravity) {
   }
 }
 
-void BulletTree::read(State& state) const {
+void BulletTree::read(State& state) {
+  if (tree_.kinematic()) {
+    const Velocity velocity = tree_.base_velocity();
+    body_->setBaseWorldTransform(driven_);
+    body_->setBaseVel(velocity.linear);
+    body_->setBaseOmega(velocity.angular);
+  }
   if (tree_.free()) {
     const std::size_t base = tree_.link(0).body;
     const BodyState frame = frame_state(scene_.inertial(base), body_->getBaseWorldTransform(),

@@ -95,7 +95,7 @@ void carry_along(const Scene& scene, MovingBodies& bodies, const std::vector<Con
 
 SubstepResult NativeEngine::advance(double left) {
   load_bodies();
-  equations_.drive(motors_);
+  bodies_.drive(motors_);
   bodies_.read(ways_);
   pairs_.update(ways_, left);
   const bool may_bounce = blows_ < most_blows;

@@ -94,11 +94,6 @@ void StepEquations::add_recovery(double duration) {
   }
 }
 
-void StepEquations::drive(const std::vector<Motor>& motors) {
-  for (const auto& tree : bodies_.trees()) tree->keep_base();
-  for (const Motor& motor : motors) drive_kinematic(motor);
-}
-
 void StepEquations::add_drifts() {
   for (FreeBody& body : bodies_.free()) {
     if (body.mover < 0) continue;
@@ -111,17 +106,6 @@ int StepEquations::mover_of(std::size_t body) const {
   if (const auto& link = bodies_.link(body)) return trees_[link->tree].mover;
   const FreeBody* free = bodies_.free(body);
   return free ? free->mover : -1;
-}
-
-// A kinematic body has the velocities of its motor from now on, but not along and about locked axes.
-void StepEquations::drive_kinematic(const Motor& motor) {
-  if (const auto& link = bodies_.link(motor.body)) {
-    if (tree(link->tree).kinematic()) tree(link->tree).drive_base(motor.velocity);
-    return;
-  }
-  FreeBody& body = *bodies_.free(motor.body);
-  if (!body.kinematic) return;
-  body.velocity = {motor.velocity.linear * body.linear_factor, motor.velocity.angular * body.angular_factor};
 }
 
 void StepEquations::add_free(FreeBody& body, double duration) {

@@ -48,9 +48,6 @@ class StepEquations {
   //! Both outlive this.
   StepEquations(const Scene& scene, MovingBodies& bodies);
 
-  //! Kinematic bodies have the velocities of their motors from now on.
-  void drive(const std::vector<Motor>& motors);
-
   //! Whether bodies that bounce touch and meet: then the next substep is their blow.
   bool find_blow(const std::vector<ContactPoint>& contacts);
 
@@ -122,7 +119,6 @@ class StepEquations {
   void coast(FreeBody& body, double duration) const;
   void add_tree(std::size_t i, const Substep& substep);
   void add_motor(const Motor& motor, double duration);
-  void drive_kinematic(const Motor& motor);
   LimitedRow& add_joint_row(std::size_t tree, const JointControl& control, double direction);
   void set_stop(LimitedRow& row, double gap, double duration);
   void set_dry_friction(LimitedRow& row, double most, double duration);
