@@ -50,7 +50,7 @@ py::object index_of(const py::handle& value) {
 void warn_once(const std::vector<Warning>& warnings, const std::string& fingerprint) {
   py::list pairs;
   for (const Warning& warning : warnings) pairs.append(py::make_tuple(warning.about, warning.text));
-  py::module_::import("energymargin.plausibility").attr("warn")(pairs, fingerprint);
+  py::module_::import("energymargin.base.plausibility").attr("warn")(pairs, fingerprint);
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
-from energymargin.viewer import view
-from energymargin.viewer.browser import headless_page
+from energymargin.look.viewer import view
+from energymargin.look.viewer.browser import headless_page
 from tables import markdown
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ import typer
 from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.checks import core_count
+from energymargin.base.checks import core_count
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
 from energymargin.monitor import Counters, Reading

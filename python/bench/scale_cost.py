@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from energymargin import Cancel
+from energymargin.base.limits import Limit
+from energymargin.evaluate.parallel import CHUNKS_A_SECOND, run
 from energymargin.executors import Dask
-from energymargin.limits import Limit
-from energymargin.parallel import CHUNKS_A_SECOND, run
 from energymargin.store import ScoreStore
 from scale_runs import dataset_file, scored_run, size_of
 from scale_throughput import WORKERS, cluster

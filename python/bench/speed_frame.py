@@ -12,7 +12,7 @@ from statistics import median
 import numpy as np
 
 import energymargin as em
-from energymargin.steps import StepChoice
+from energymargin.evaluate.steps import StepChoice
 from energymargin_paper.evidence.ceiling import scripted
 from energymargin_paper.evidence.foresight import OBJECTS, STRENGTH
 from measurements import FRAMES, Settings, Tell, digits, in_turns

@@ -13,7 +13,7 @@ from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 
-from energymargin.table_text import markdown_table
+from energymargin.base.table_text import markdown_table
 from energymargin_paper.evidence.grasps_data import FOLDER
 from energymargin_paper.pages import Head, list_blocks, write_block
 

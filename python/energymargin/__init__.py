@@ -43,12 +43,12 @@ from energymargin._core import (
     Tree as Tree,
     World as World,
 )
-from energymargin.errors import (
+from energymargin.base.errors import (
     DivergedError as DivergedError,
     EnergyMarginError as EnergyMarginError,
     ExecutorError as ExecutorError,
 )
-from energymargin.scores import (
+from energymargin.evaluate.scores import (
     capture_probability as capture_probability,
     capture_score as capture_score,
     effort_lower_bound as effort_lower_bound,
@@ -89,18 +89,18 @@ if typing.TYPE_CHECKING:
         margin_profile as margin_profile,
         rank as rank,
     )
+    from energymargin.base.plausibility import PlausibilityWarning as PlausibilityWarning
     from energymargin.beliefs import Belief as Belief, score_belief as score_belief
-    from energymargin.meshes import mesh as mesh
-    from energymargin.monitor import Monitor as Monitor
-    from energymargin.plausibility import PlausibilityWarning as PlausibilityWarning
-    from energymargin.policies import Policy as Policy
-    from energymargin.scoring import (
+    from energymargin.evaluate.scoring import (
         ScoreError as ScoreError,
         ScoreTable as ScoreTable,
         score as score,
     )
-    from energymargin.searches import SearchSettings as SearchSettings
-    from energymargin.steps import longest_step as longest_step
+    from energymargin.evaluate.searches import SearchSettings as SearchSettings
+    from energymargin.evaluate.steps import longest_step as longest_step
+    from energymargin.meshes import mesh as mesh
+    from energymargin.model.policies import Policy as Policy
+    from energymargin.monitor import Monitor as Monitor
     from energymargin.surrogates import Surrogate as Surrogate
 
     __version__: str
@@ -121,11 +121,11 @@ NAMES = {
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],
     "monitor": ["Monitor"],
-    "plausibility": ["PlausibilityWarning"],
-    "policies": ["Policy"],
-    "scoring": ["ScoreError", "ScoreTable", "score"],
-    "searches": ["SearchSettings"],
-    "steps": ["longest_step"],
+    "base.plausibility": ["PlausibilityWarning"],
+    "model.policies": ["Policy"],
+    "evaluate.scoring": ["ScoreError", "ScoreTable", "score"],
+    "evaluate.searches": ["SearchSettings"],
+    "evaluate.steps": ["longest_step"],
     "surrogates": ["Surrogate"],
 }
 HOMES = {name: module for module, names in NAMES.items() for name in names}
@@ -143,7 +143,7 @@ def _lazy(name: str) -> typing.Any:
         return importlib.import_module(f"energymargin.{name}")
     if name in HOMES:
         value = getattr(importlib.import_module(f"energymargin.{HOMES[name]}"), name)
-        value = importlib.import_module("energymargin.doors").checked(value, __name__)
+        value = importlib.import_module("energymargin.base.doors").checked(value, __name__)
     elif name == "__version__":
         value = importlib.import_module("importlib.metadata").version("energymargin")
     else:

@@ -13,7 +13,7 @@ from hashlib import sha256
 
 from energymargin import tasks
 from energymargin._core import capture_score, escape_effort, force_score
-from energymargin.plausibility import PlausibilityWarning
+from energymargin.base.plausibility import PlausibilityWarning
 
 __all__ = ["bits"]
 

@@ -15,11 +15,11 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from energymargin.base.replacing import replace_figure, replace_text
+from energymargin.base.settings import flag_of
 from energymargin.cli.fields import changed, described, in_words, keyword, option
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
-from energymargin.replacing import replace_figure, replace_text
-from energymargin.settings import flag_of
 from energymargin_paper.pages import FILE, Head
 from energymargin_paper.pieces import PIECES
 from energymargin_paper.study import Study

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 
 from energymargin._core import Cancel
+from energymargin.base.limits import Limit
+from energymargin.base.replacing import replace_text
+from energymargin.evaluate.parallel import run as run_all
 from energymargin.executors import Executor, Threads
-from energymargin.limits import Limit
-from energymargin.parallel import run as run_all
-from energymargin.replacing import replace_text
 
 __all__ = ["Lines", "pairs", "resumed", "run_jobs"]
 
@@ -87,7 +87,7 @@ def run_jobs(
 ) -> bool:
     """Runs all jobs, one at a time on each worker; False if the limit came before the last one.
 
-    `keep` gets results as they come. Ctrl-C and errors: as `energymargin.parallel.run`.
+    `keep` gets results as they come. Ctrl-C and errors: as `energymargin.evaluate.parallel.run`.
     """
 
     def given_up(job: Job, why: str) -> NoReturn:

@@ -25,9 +25,9 @@ from pathlib import Path
 from textwrap import wrap
 from typing import NamedTuple
 
-from energymargin.replacing import replace_text
-from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED
-from energymargin.table_text import markdown_table
+from energymargin.base.replacing import replace_text
+from energymargin.base.table_text import markdown_table
+from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 from energymargin_paper.bits import bits
 
 __all__ = [

@@ -23,7 +23,7 @@ from energymargin._core import (
 )
 from energymargin.datasets import Dataset
 from energymargin.tasks.scripted import Following, ScriptedTask
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 from energymargin_paper.evidence.ceiling import scripted
 
 __all__ = [

@@ -19,12 +19,12 @@ import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
-from energymargin.checks import core_count, positive_number
+from energymargin.base.checks import core_count, positive_number
+from energymargin.base.replacing import replace_text
+from energymargin.base.table_text import DASH, markdown_table
 from energymargin.cli.fields import described, split
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, out, say
-from energymargin.replacing import replace_text
-from energymargin.table_text import DASH, markdown_table
 from energymargin_paper import STUDIES, load
 from energymargin_paper.commands import command, make, typed
 from energymargin_paper.pages import Head, all_blocks, put

@@ -8,11 +8,11 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
-from energymargin.checks import core_count
+from energymargin.base.checks import core_count
+from energymargin.base.replacing import replace_text
+from energymargin.base.settings import setting
 from energymargin.cli.progress import progress_bar
 from energymargin.cli.terminal import err, out
-from energymargin.replacing import replace_text
-from energymargin.settings import setting
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 import energymargin as em
-from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED
+from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 
 FOLDER = Path(__file__).parent
 # (seed, frame) of each task's problem: moments of which the scores have something to say.

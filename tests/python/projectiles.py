@@ -25,8 +25,8 @@ from energymargin._core import (
     Scene,
     World,
 )
-from energymargin.outlines import body_poses
-from energymargin.scenes.corners import shape_parts
+from energymargin.model.outlines import body_poses
+from energymargin.model.scenes.corners import shape_parts
 from energymargin_paper.evidence.cages import (
     GRAVITY,
     OBJECTS,

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 from energymargin import datasets, report
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
 SETTINGS = SearchSettings(nodes=15, seed=3)

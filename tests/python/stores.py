@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.store import ScoreStore
 
 NODES, SEED = 20, 3

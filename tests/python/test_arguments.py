@@ -6,7 +6,8 @@ import inspect
 import pytest
 
 import energymargin as em
-from energymargin import _core, scores
+from energymargin import _core
+from energymargin.evaluate import scores
 
 BALL = em.regions.Ball("object", center=(0, 0, 0.05), radius=0.5)
 PUSH = {"force": (1, 1, 0), "torque": (0, 0, 0.1), "duration": 0.5}

@@ -11,15 +11,15 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin import report
+from energymargin.base.limits import Limit
 from energymargin.beliefs import Uncertainty
-from energymargin.beliefs.scoring import score_beliefs
 from energymargin.cli import app
-from energymargin.executors import threads
-from energymargin.limits import Limit
-from energymargin.report.subject import read_subject
+from energymargin.evaluate.belief_scoring import score_beliefs
+from energymargin.evaluate.executors import threads
+from energymargin.look.report.subject import read_subject
+from energymargin.look.viewer.sources import stored_scores
+from energymargin.look.viewer.texts import score_table
 from energymargin.store import ScoreStore, score_dataset
-from energymargin.viewer.sources import stored_scores
-from energymargin.viewer.texts import score_table
 
 PLACE = (0.02, 0.02, 0, 0, 0, 0)
 KNOWN = Uncertainty(pose={"object": PLACE, "effector": PLACE}, friction={"table": 0.05})

@@ -3,7 +3,7 @@ import pytest
 from stores import Stop, stop_after
 
 from energymargin import Scene, Sphere, datasets, regions, stream, tasks
-from energymargin.evaluation.labelled import captured_labels
+from energymargin.records.evaluation.labelled import captured_labels
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.tasks import Drive, ScriptedTask
 from energymargin_paper.evidence.ceiling import (

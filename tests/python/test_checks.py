@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from energymargin.checks import (
+from energymargin.base.checks import (
     check_shape,
     not_negative_number,
     one_of,

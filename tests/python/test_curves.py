@@ -5,7 +5,7 @@ import pytest
 from sklearn.metrics import auc
 
 from energymargin.evaluation import LabelledScores, evaluate
-from energymargin.evaluation.curves import (
+from energymargin.records.evaluation.curves import (
     OneLabelError,
     metrics_against,
     precision_recall,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from energymargin import Contact, datasets
-from energymargin.datasets import columns
+from energymargin.records.datasets import columns
 from energymargin.tasks import Trajectory
 
 

@@ -8,8 +8,8 @@ import pytest
 from problem_files import EXECUTABLE
 
 import energymargin as em
-from energymargin.metrics import LEAST_EFFORT, PAPER
-from energymargin.searches import SearchSettings, metric_search
+from energymargin.base.metrics import LEAST_EFFORT, PAPER
+from energymargin.evaluate.searches import SearchSettings, metric_search
 
 NODES = 200
 

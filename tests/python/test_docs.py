@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin import _core
+from energymargin.act.surrogates import surrogate
 from energymargin.cli import app
-from energymargin.datasets import files
-from energymargin.store import schema
-from energymargin.surrogates import surrogate
+from energymargin.records.datasets import files
+from energymargin.records.store import schema
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin import doors
+from energymargin.base import doors
 
 PACKAGES = ["", *em.PLAIN, "scenes", "store", "surrogates", "tasks", *em.EXTRAS]
 BAD = [None, object(), 5.0, "x", [], {}, em.ForceWeights(), float("nan"), -1]

@@ -10,8 +10,8 @@ from rich.console import Console
 from sklearn.metrics import average_precision_score, roc_auc_score
 
 from energymargin.evaluation import LabelledScores, evaluate
-from energymargin.evaluation.bootstrap import thresholds, weighted_auc_ap
-from energymargin.evaluation.labelled import captured_labels, trajectory_score
+from energymargin.records.evaluation.bootstrap import thresholds, weighted_auc_ap
+from energymargin.records.evaluation.labelled import captured_labels, trajectory_score
 from energymargin.summary import summary
 
 

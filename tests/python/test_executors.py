@@ -20,8 +20,8 @@ import sliding
 from clusters import Cluster, workers_of
 
 import energymargin as em
-from energymargin import parallel
-from energymargin.executors import Dask, Processes, Threads, processes
+from energymargin.evaluate import parallel
+from energymargin.evaluate.executors import Dask, Processes, Threads, processes
 
 NODES, SEED = 60, 5
 

@@ -6,7 +6,7 @@ import pytest
 import yaml
 from scikit_build_core.build import prepare_metadata_for_build_wheel
 
-from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED
+from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 import energymargin as em
 from energymargin import report
+from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.plots import write_rerun
-from energymargin.replacing import replace_figure, replace_text
 
 
 @pytest.fixture(scope="module")

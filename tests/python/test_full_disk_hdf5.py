@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin.datasets.hdf5 import Sink
 from energymargin.grasps import GraspObject, GraspSet, Motion, ParallelGripper, Protocol, score
+from energymargin.records.datasets.hdf5 import Sink
 
 OLD = b"what was there"
 DOWN = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -96,8 +96,8 @@ def test_shards_that_do_not_fit_are_made_again(tmp_path):
 
 
 def test_a_page_and_a_picture_that_do_not_fit_leave_the_old_ones(tmp_path):
+    from energymargin.base.replacing import replace_figure
     from energymargin.plots import plot_grasps
-    from energymargin.replacing import replace_figure
 
     hand, cube = ParallelGripper(opening=0.08, force=10.0), GraspObject(em.Box((0.04,) * 3), 0.2)
     protocol = Protocol([Motion("hold", 0.02)])

@@ -15,9 +15,9 @@ import energymargin as em
 from energymargin import datasets
 from energymargin.cli import app
 from energymargin.datasets import Future
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.records.store.scoring import begin_run
 from energymargin.store import ScoreStore, score_dataset
-from energymargin.store.scoring import begin_run
 from energymargin.tasks import make
 from energymargin.tasks.base import parameters_of
 

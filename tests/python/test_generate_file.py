@@ -13,9 +13,9 @@ import pytest
 
 import energymargin as em
 from energymargin import datasets, tasks
-from energymargin.datasets.generation import trajectories_kept
-from energymargin.datasets.shards import Request, ShardFolder, folder_of
 from energymargin.executors import Processes, Threads
+from energymargin.records.datasets.generation import trajectories_kept
+from energymargin.records.datasets.shards import Request, ShardFolder, folder_of
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file

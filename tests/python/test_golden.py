@@ -11,7 +11,7 @@ import pytest
 from made_tasks import MADE
 
 import energymargin as em
-from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED
+from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 

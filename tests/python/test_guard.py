@@ -10,8 +10,8 @@ import pytest
 from sliding import EDGE, diverging, problem
 
 import energymargin as em
+from energymargin.act.choosing import choose
 from energymargin.actions import Noise
-from energymargin.actions.choosing import choose
 from energymargin.monitor import Alarm
 
 STEP = 0.25  # s

@@ -26,7 +26,7 @@ def ball(bound: float, gravity: float = 9.81, mass: float = 1.0) -> em.Problem:
 @pytest.fixture(autouse=True)
 def new_to_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test is warned anew."""
-    monkeypatch.setattr("energymargin.plausibility._known", set())
+    monkeypatch.setattr("energymargin.base.plausibility._known", set())
 
 
 def test_a_high_score_of_what_falls_is_warned_of() -> None:

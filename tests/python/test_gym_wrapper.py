@@ -10,8 +10,8 @@ from sliding import diverging
 
 import energymargin as em
 from energymargin import gym
-from energymargin.actions.choosing import choose
-from energymargin.searches import SearchSettings
+from energymargin.act.choosing import choose
+from energymargin.evaluate.searches import SearchSettings
 
 FEW = SearchSettings(rollouts=8, nodes=8)
 SOON = gym.ScriptedFuture(horizon=0.1)

@@ -4,9 +4,9 @@ import subprocess
 import sys
 
 import energymargin
-from energymargin.datasets.dataset import StateError
-from energymargin.datasets.files import FileError
-from energymargin.evaluation.curves import OneLabelError
+from energymargin.records.datasets.dataset import StateError
+from energymargin.records.datasets.files import FileError
+from energymargin.records.evaluation.curves import OneLabelError
 
 HEAVY = ("dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh", "typer")
 OURS = (*energymargin.SUBPACKAGES, "cli", "meshes", "meshes.convex", "summaries", "scoring")
@@ -62,13 +62,13 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
     heavy, ours = map(eval, output(SCORE))
     assert heavy == []
     assert {name for name in ours if not name.startswith("energymargin._core")} == {
-        "energymargin.checks",
+        "energymargin.base.checks",
         "energymargin.disturbances",
-        "energymargin.errors",
+        "energymargin.base.errors",
         "energymargin.summary",
         "energymargin.regions",
-        "energymargin.scores",
-        "energymargin.table_text",
+        "energymargin.evaluate.scores",
+        "energymargin.base.table_text",
     }
 
 

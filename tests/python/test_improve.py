@@ -8,10 +8,10 @@ import pytest
 from sliding import HORIZON, MASS, problem, still
 
 import energymargin as em
-from energymargin.actions.evolution import MOST, adapted, scaled
-from energymargin.actions.parameters import Parameters
+from energymargin.act.evolution import MOST, adapted, scaled
+from energymargin.act.parameters import Parameters
 from energymargin.disturbances import text_of
-from energymargin.plans import in_steps
+from energymargin.model.plans import in_steps
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
 BOX = {"x": (-0.95, 0.8, 0.95)}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from energymargin.beliefs.scores import PARTICLES_A_TERM, shares
+from energymargin.evaluate.belief_scores import PARTICLES_A_TERM, shares
 
 
 def points(dimension, count, seed=0):

@@ -7,13 +7,13 @@ from contextlib import suppress
 import pytest
 from rich.console import Console
 
-from energymargin.cli.progress import progress_bar, share_bar
-from energymargin.interrupts import (
+from energymargin.base.interrupts import (
     delayed_interrupts,
     held_interrupts,
     interrupted,
     remembered_interrupts,
 )
+from energymargin.cli.progress import progress_bar, share_bar
 
 
 class Terminal(io.StringIO):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin.searches import SearchSettings
-from energymargin.viewer import guard, view
-from energymargin.viewer.search import score_state
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.look.viewer import guard, view
+from energymargin.look.viewer.search import score_state
 
 STIFFNESS = 6.0  # N m/rad, of the door's spring
 OPEN = 0.4  # rad

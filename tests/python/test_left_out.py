@@ -9,10 +9,10 @@ from command_line import run_here
 from published_data import write_data
 
 import energymargin as em
-from energymargin.datasets.dataset import StateError
 from energymargin.evaluation import evaluate
+from energymargin.records.datasets.dataset import StateError
+from energymargin.records.store.scoring import SAMPLE
 from energymargin.store import ScoreStore
-from energymargin.store.scoring import SAMPLE
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.reading import matched_interval
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin import scoring, store
+from energymargin import store
+from energymargin.evaluate import scoring
 from energymargin_paper.evidence import ceiling
 
 MANY = 10**8  # nodes: days

@@ -10,11 +10,11 @@ import sliding
 from full_disks import full_disk
 
 import energymargin as em
-from energymargin.locks import Lock
+from energymargin.base.locks import Lock
 
 KEEPS = """
 import pathlib, sys
-from energymargin.locks import Lock
+from energymargin.base.locks import Lock
 lock = Lock(pathlib.Path(sys.argv[1]), "scoring into")
 print("has it", flush=True)
 sys.stdin.read()

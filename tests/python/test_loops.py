@@ -6,13 +6,13 @@ import pytest
 
 import energymargin as em
 from energymargin import report
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.look.viewer import guard, view
+from energymargin.look.viewer.search import score_state
 from energymargin.store import score_dataset
 from energymargin.tasks.base import inside
 from energymargin.tasks.from_problem import ProblemTask
-from energymargin.trajectories import Trajectory
-from energymargin.viewer import guard, view
-from energymargin.viewer.search import score_state
+from energymargin.tasks.trajectories import Trajectory
 
 # Shapes that collide with nothing have no extent.
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")

@@ -12,8 +12,8 @@ import trimesh
 from mesh_files import angle, bars, has_inside, volume, written
 
 import energymargin as em
-from energymargin.meshes import convex, mesh
-from energymargin.meshes.convex import cache_folder, corners
+from energymargin.model.meshes import convex, mesh
+from energymargin.model.meshes.convex import cache_folder, corners
 
 DATA = Path(pybullet_data.getDataPath())
 

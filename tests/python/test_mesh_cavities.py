@@ -6,7 +6,7 @@ import trimesh
 from mesh_files import objects, volume, written
 
 import energymargin as em
-from energymargin.meshes import convex, mesh
+from energymargin.model.meshes import convex, mesh
 
 pytestmark = pytest.mark.usefixtures("mesh_cache")
 
@@ -47,8 +47,8 @@ def test_a_closed_mesh_with_a_cavity_is_a_shell_with_its_mass_and_a_ball_stays_i
 
 @pytest.mark.usefixtures("quick")
 def test_a_cavity_that_the_parts_fill_is_refused_with_the_way_out(tmp_path, monkeypatch):
-    monkeypatch.setattr("energymargin.meshes.convex.LEAST_THRESHOLD", 0.5)
-    monkeypatch.setattr("energymargin.meshes.convex.FILLED", -1.0)
+    monkeypatch.setattr("energymargin.model.meshes.convex.LEAST_THRESHOLD", 0.5)
+    monkeypatch.setattr("energymargin.model.meshes.convex.FILLED", -1.0)
     with pytest.raises(
         ValueError, match=r"solid\.stl has a cavity .* fill .*em\.Compound of boxes"
     ):

@@ -7,8 +7,8 @@ from mesh_files import angle, mug, plate, written
 from urdf_files import INERTIAL, built, link
 
 import energymargin as em
-from energymargin.meshes import cuts, mesh, shape
-from energymargin.meshes.convex import corners
+from energymargin.model.meshes import cuts, mesh, shape
+from energymargin.model.meshes.convex import corners
 
 pytestmark = pytest.mark.usefixtures("mesh_cache")
 

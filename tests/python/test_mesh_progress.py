@@ -8,10 +8,10 @@ from rich.console import Console
 from urdf_files import INERTIAL, built, chain, joint, link
 
 import energymargin as em
-from energymargin.bars import bar, bars_by
+from energymargin.base.bars import bar, bars_by
 from energymargin.cli import application
 from energymargin.cli.progress import progress_bar
-from energymargin.meshes import convex, mesh
+from energymargin.model.meshes import convex, mesh
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import energymargin as em
+from energymargin.act.gym.wrapper import score_of
 from energymargin.datasets import Future
-from energymargin.gym.wrapper import score_of
+from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
+from energymargin.look.report.worst import SearchRepeater
+from energymargin.look.viewer import guard, view
 from energymargin.monitor import Monitor
-from energymargin.report.worst import SearchRepeater
-from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.store import ScoreStore, score_dataset
-from energymargin.viewer import guard, view
 
 SETTINGS = SearchSettings(
     nodes=120,

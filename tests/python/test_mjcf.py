@@ -271,13 +271,13 @@ def hand(**options):
     ],
 )
 def test_what_is_ignored_is_told_with_what_it_leaves_loose(message, monkeypatch):
-    monkeypatch.setattr("energymargin.plausibility._known", set())
+    monkeypatch.setattr("energymargin.base.plausibility._known", set())
     with pytest.warns(em.PlausibilityWarning, match=message):
         hand()
 
 
 def test_joints_that_are_driven_or_held_otherwise_are_not_told_as_loose(monkeypatch):
-    monkeypatch.setattr("energymargin.plausibility._known", set())
+    monkeypatch.setattr("energymargin.base.plausibility._known", set())
     joints = {"a": {"stiffness": 5.0}, "b": {"held": True}, "c": {"stiffness": 5.0}}
     with pytest.warns(em.PlausibilityWarning) as told:
         hand(joints=joints)

@@ -19,8 +19,8 @@ from sliding import diverging
 
 import energymargin as em
 from energymargin import monitor
+from energymargin.act.monitor.conditions import SHARE, Pace
 from energymargin.monitor import Alarm, Conditions, alarms, first_loss, threshold
-from energymargin.monitor.conditions import SHARE, Pace
 
 BENCH = Path(__file__).parents[2] / "python" / "bench" / "monitor.py"
 LONG = 60.0  # s; so long a test waits for what has to come

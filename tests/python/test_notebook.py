@@ -33,9 +33,9 @@ from energymargin import (
     score,
     tasks,
 )
+from energymargin.evaluate.scoring import ScoreTable
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import LabelledScores
-from energymargin.scoring import ScoreTable
-from energymargin.searches import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.summary import summary
 

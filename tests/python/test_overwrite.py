@@ -6,7 +6,7 @@ from command_line import run_here
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.store.export import curves_path
+from energymargin.records.store.export import curves_path
 from energymargin_paper import STUDIES, load
 from energymargin_paper.commands import command
 from energymargin_paper.reproduce import app as studies

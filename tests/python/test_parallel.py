@@ -11,9 +11,9 @@ import pytest
 from clusters import PATHS, Cluster, free_port
 
 import energymargin as em
-from energymargin import parallel
+from energymargin.base.limits import Limit
+from energymargin.evaluate import parallel
 from energymargin.executors import Dask, Processes, Threads
-from energymargin.limits import Limit
 
 
 def double(numbers, _cancel):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin.plans import in_steps, nearest_steps, whole_steps
+from energymargin.model.plans import in_steps, nearest_steps, whole_steps
 
 STEP = 1 / 240
 ROWS = np.arange(24.0).reshape(4, 6)

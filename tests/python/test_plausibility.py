@@ -13,7 +13,7 @@ from command_line import run_here
 from made_tasks import MADE
 
 import energymargin as em
-from energymargin.plausibility import kept_warnings, warn
+from energymargin.base.plausibility import kept_warnings, warn
 
 ROOT = Path(__file__).parents[2]
 UPRIGHT, W_FIRST = (0, 0, 0, 1), (1, 0, 0, 0)

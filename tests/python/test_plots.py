@@ -17,8 +17,8 @@ from energymargin import (
     regions,
     tasks,
 )
-from energymargin.plots.scenes import lost_objects
-from energymargin.scenes.corners import shape_parts
+from energymargin.look.plots.scenes import lost_objects
+from energymargin.model.scenes.corners import shape_parts
 from energymargin.tasks.scoop import CAPTURE_AHEAD, CAPTURE_HEIGHT, LENGTH, RAMP
 
 

@@ -8,8 +8,8 @@ from matplotlib import pyplot
 from matplotlib.colors import same_color
 from matplotlib.figure import Figure
 
+from energymargin.act.ranking import Standing
 from energymargin.actions import Generation, Improvement, Ranking
-from energymargin.actions.ranking import Standing
 from energymargin.plots import figure_improvement, plot_ranking
 
 LONG = "5 cm forward of the centre of the box, same closing speed"

@@ -19,7 +19,8 @@ from energymargin import (
     regions,
     tasks,
 )
-from energymargin.outlines import (
+from energymargin.look.plots.scenes import sets_of
+from energymargin.model.outlines import (
     REACH,
     axis_numbers,
     object_centers,
@@ -27,7 +28,6 @@ from energymargin.outlines import (
     plane_for,
     view_of,
 )
-from energymargin.plots.scenes import sets_of
 from energymargin.tasks.base import plane_of
 
 

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 import energymargin as em
 from energymargin import plots
-from energymargin.futures import undisturbed
-from energymargin.plots.styles import METRICS
+from energymargin.evaluate.futures import undisturbed
+from energymargin.look.plots.styles import METRICS
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from energymargin import Problem, escape_effort, plots, tasks
 from energymargin.evaluation import LabelledScores, evaluate
-from energymargin.evaluation.curves import precision_recall, roc
+from energymargin.records.evaluation.curves import precision_recall, roc
+from energymargin.records.store.scoring import begin_run
 from energymargin.store import ScoreStore
-from energymargin.store.scoring import begin_run
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from reacting import (
 from scipy import stats
 
 import energymargin as em
-from energymargin.futures import future_rows
+from energymargin.evaluate.futures import future_rows
 from energymargin.monitor import Alarm
 from energymargin.store import score_dataset
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from energymargin.scenes.poses import place, pose
+from energymargin.model.scenes.poses import place, pose
 
 QUARTER = np.pi / 2
 

@@ -16,8 +16,8 @@ from scipy import stats
 import energymargin as em
 from energymargin import datasets
 from energymargin.evaluation import evaluate
+from energymargin.look.viewer.sources import stored_scores
 from energymargin.store import ScoreStore
-from energymargin.viewer.sources import stored_scores
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.reading import recorded_dataset, recorded_task, steady, tracks
 from energymargin_paper.paper.authors.recorded import SLACK, PublishedRecorded

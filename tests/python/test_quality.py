@@ -15,7 +15,7 @@ STEP = 1 / 240
 @pytest.fixture(autouse=True)
 def new_to_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test is warned anew."""
-    monkeypatch.setattr("energymargin.plausibility._known", set())
+    monkeypatch.setattr("energymargin.base.plausibility._known", set())
 
 
 def tower(iterations: int, horizon: float | None = None) -> em.Problem:

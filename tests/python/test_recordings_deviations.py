@@ -6,7 +6,7 @@ import recorded
 from scipy.interpolate import make_smoothing_spline
 
 import energymargin as em
-from energymargin.recordings.cleaning import unit_variances
+from energymargin.records.recordings.cleaning import unit_variances
 
 STEP, NOISE, TURN = 1 / 33, 5e-4, np.radians(0.5)
 

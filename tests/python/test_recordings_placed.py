@@ -16,7 +16,7 @@ from energymargin.recordings import (
     read_frame_labels,
     read_labels,
 )
-from energymargin.recordings.recording import Motion, Repairs
+from energymargin.records.recordings.recording import Motion, Repairs
 from energymargin_paper.paper.push_real import PushRealTask
 
 FRICTION = 0.3

@@ -5,7 +5,7 @@ import pytest
 from recorded import noisy, poses_of, push, rows_of, write
 
 from energymargin.recordings import Repairs, read_csv
-from energymargin.recordings.cleaning import smoothed
+from energymargin.records.recordings.cleaning import smoothed
 
 
 @pytest.fixture

@@ -8,11 +8,11 @@ import sys
 
 import pytest
 
-from energymargin.replacing import replace_text, replaced
+from energymargin.base.replacing import replace_text, replaced
 
 KILLED = """
 import os, pathlib, signal, sys
-from energymargin.replacing import replaced
+from energymargin.base.replacing import replaced
 with replaced(pathlib.Path(sys.argv[1])) as file:
     file.write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)

@@ -18,9 +18,13 @@ from reports import METRICS, SETTINGS, Document, scores, written
 from stores import changed
 
 from energymargin import datasets, report
+from energymargin.base.table_text import short
 from energymargin.datasets import Future
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import evaluate
-from energymargin.evaluation.curves import (
+from energymargin.look.report.pictures import chosen
+from energymargin.look.report.worst import SearchRepeater
+from energymargin.records.evaluation.curves import (
     CAPTURED,
     SUCCESS,
     metrics_against,
@@ -28,12 +32,8 @@ from energymargin.evaluation.curves import (
     ranks,
     roc,
 )
-from energymargin.evaluation.labelled import HORIZON
-from energymargin.report.pictures import chosen
-from energymargin.report.worst import SearchRepeater
-from energymargin.searches import SearchSettings
+from energymargin.records.evaluation.labelled import HORIZON
 from energymargin.store import ScoreStore, score_dataset
-from energymargin.table_text import short
 
 
 @pytest.fixture(scope="module")

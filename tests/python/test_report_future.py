@@ -7,11 +7,11 @@ from reports import OPTIONS, Document, scores
 
 from energymargin import datasets, report
 from energymargin.datasets import Future
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import evaluate
-from energymargin.evaluation.curves import SUCCESS, roc
-from energymargin.evaluation.labelled import compared_trajectories
-from energymargin.report.worst import SearchRepeater, pictures
-from energymargin.searches import SearchSettings
+from energymargin.look.report.worst import SearchRepeater, pictures
+from energymargin.records.evaluation.curves import SUCCESS, roc
+from energymargin.records.evaluation.labelled import compared_trajectories
 from energymargin.store import score_dataset
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import energymargin as em
 from energymargin import _core
-from energymargin.reprs import short_repr
+from energymargin.base.reprs import short_repr
 
 
 @dataclass

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from energymargin.searches import ALGORITHM
+from energymargin.evaluate.searches import ALGORITHM
 from energymargin_paper import STUDIES
 from energymargin_paper.bits import bits
 from energymargin_paper.commands import typed

@@ -6,9 +6,10 @@ import threading
 import numpy as np
 import pytest
 
-from energymargin import Problem, datasets, scoring
-from energymargin.metrics import METRICS, TIMED
-from energymargin.searches import LooseSettings, SearchSettings, metrics_of
+from energymargin import Problem, datasets
+from energymargin.base.metrics import METRICS, TIMED
+from energymargin.evaluate import scoring
+from energymargin.evaluate.searches import LooseSettings, SearchSettings, metrics_of
 from energymargin.store import ScoreStore, score_dataset
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import energymargin as em
-from energymargin.checks import seed_number
-from energymargin.evaluation.table import evaluate
+from energymargin.base.checks import seed_number
+from energymargin.records.evaluation.table import evaluate
 
 
 def problem() -> em.Problem:

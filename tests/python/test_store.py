@@ -8,10 +8,10 @@ from stores import NODES, SEED, SETTINGS, Counts, Stop, changed, rows, same, sco
 
 import energymargin as em
 from energymargin import datasets
-from energymargin.metrics import METRICS, TIMED
-from energymargin.searches import ALGORITHM, SearchSettings
+from energymargin.base.metrics import METRICS, TIMED
+from energymargin.evaluate.searches import ALGORITHM, SearchSettings
+from energymargin.records.store.scoring import begin_run, score_run
 from energymargin.store import ScoreStore, score_dataset
-from energymargin.store.scoring import begin_run, score_run
 
 
 def test_a_file_holds_every_score_and_label_to_the_last_bit(topple, topple_scores, tmp_path):

@@ -9,10 +9,10 @@ import pytest
 from stores import Stop, rows, scores, stop_after
 
 import energymargin as em
-from energymargin import scoring
-from energymargin.searches import SearchSettings
-from energymargin.store import ScoreStore, database, score_dataset
-from energymargin.store.scoring import begin_run
+from energymargin.evaluate import scoring
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.records.store import ScoreStore, database, score_dataset
+from energymargin.records.store.scoring import begin_run
 
 
 def test_a_file_of_another_format_is_refused(tmp_path):

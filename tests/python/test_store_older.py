@@ -5,7 +5,7 @@ import sqlite3
 import pytest
 from stores import SETTINGS, Counts, changed, same, scores
 
-from energymargin.searches import ALGORITHM
+from energymargin.evaluate.searches import ALGORITHM
 from energymargin.store import ScoreStore, score_dataset
 
 OF_VERSION_6 = """

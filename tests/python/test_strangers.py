@@ -9,7 +9,8 @@ import h5py
 import numpy as np
 import pytest
 
-from energymargin import datasets, grasps, hdf5, recordings
+from energymargin import datasets, grasps, recordings
+from energymargin.base import hdf5
 from energymargin.meshes import mesh
 
 POSES = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (3, 1, 1))

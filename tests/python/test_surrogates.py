@@ -8,10 +8,10 @@ from command_line import run_here
 from sklearn.ensemble import HistGradientBoostingRegressor
 
 import energymargin as em
+from energymargin.act.surrogates import controlled_mean, fitting
+from energymargin.act.surrogates.trees import compiled
 from energymargin.monitor import Alarm, Conditions
 from energymargin.store import ScoreStore
-from energymargin.surrogates import controlled_mean, fitting
-from energymargin.surrogates.trees import compiled
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.searches import SearchSettings
 from energymargin_paper.paper import table2
 
 

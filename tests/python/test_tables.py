@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from energymargin.table_text import csv_text, markdown_table, short
+from energymargin.base.table_text import csv_text, markdown_table, short
 
 
 def test_a_markdown_table_has_a_rule_below_its_header_and_lines_within_cells():

@@ -325,7 +325,7 @@ def test_an_effort_of_zero_lets_damping_resist(tmp_path):
 def test_joints_that_follow_none_when_mimic_is_ignored_are_named_unless_they_are_driven(
     tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("energymargin.plausibility._known", set())
+    monkeypatch.setattr("energymargin.base.plausibility._known", set())
     text = chain(joint("ab", "a", "b"), joint("bc", "b", "c", follower("ab", 1, 0)), links="abc")
     options = {"ignore": ("joint/mimic",)}
     with pytest.warns(em.PlausibilityWarning, match="without 'joint/mimic' nothing drives .* bc"):

@@ -16,18 +16,18 @@ from grippers import gripper
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.searches import SearchSettings
-from energymargin.viewer import Viewer, guard, view
-from energymargin.viewer.bodies import shape_surface
-from energymargin.viewer.page import Page
-from energymargin.viewer.search import (
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.look.viewer import Viewer, guard, view
+from energymargin.look.viewer.bodies import shape_surface
+from energymargin.look.viewer.page import Page
+from energymargin.look.viewer.search import (
     replay,
     score_state,
     tree_cache,
 )
-from energymargin.viewer.sources import first_frame, source_of
-from energymargin.viewer.stage import View, region_surface, view_around
-from energymargin.viewer.trees import MOST_POINTS, lines_glb, one_a_spot
+from energymargin.look.viewer.sources import first_frame, source_of
+from energymargin.look.viewer.stage import View, region_surface, view_around
+from energymargin.look.viewer.trees import MOST_POINTS, lines_glb, one_a_spot
 
 TASKS = ("balance", "grasp", "push", "push-multi", "push-real", "scoop", "topple")
 

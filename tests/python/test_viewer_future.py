@@ -9,13 +9,13 @@ from futures import STEP, carried, falling, resting, two_balls, waving
 
 import energymargin as em
 from energymargin.datasets import Future
-from energymargin.futures import undisturbed
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.futures import undisturbed
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.look.viewer import guard, view
+from energymargin.look.viewer.search import replay, score_state
+from energymargin.look.viewer.sources import profile_scores
+from energymargin.look.viewer.texts import NAMES, escape_text, future_text, score_table
 from energymargin.store import score_dataset
-from energymargin.viewer import guard, view
-from energymargin.viewer.search import replay, score_state
-from energymargin.viewer.sources import profile_scores
-from energymargin.viewer.texts import NAMES, escape_text, future_text, score_table
 
 SUCCESS = "probability/success"
 

@@ -15,9 +15,9 @@ from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
 
 import energymargin as em
-from energymargin.viewer import guard as serving, view
-from energymargin.viewer.browser import headless_page
-from energymargin.viewer.guard import Guard, guarded_server
+from energymargin.look.viewer import guard as serving, view
+from energymargin.look.viewer.browser import headless_page
+from energymargin.look.viewer.guard import Guard, guarded_server
 
 PORT = 8080
 

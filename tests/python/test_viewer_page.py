@@ -15,9 +15,9 @@ from futures import carried
 from PIL import Image
 
 import energymargin as em
-from energymargin.viewer import guard, view
-from energymargin.viewer.search import Replay
-from energymargin.viewer.texts import NAMES
+from energymargin.look.viewer import guard, view
+from energymargin.look.viewer.search import Replay
+from energymargin.look.viewer.texts import NAMES
 
 SLIDERS = ("trajectory", "frame", "nodes", "lambda", "moment")  # from the top of the panel
 VIEWPORT = {"width": 720, "height": 420}

@@ -3,7 +3,7 @@ The compiled core of energymargin.
 """
 from __future__ import annotations
 import collections.abc
-import energymargin.scenes.reports
+import energymargin.model.scenes.reports
 import numpy
 import numpy.typing
 import typing
@@ -901,7 +901,7 @@ class Scene:
         Coefficients that were set, by pair of bodies, the one that was added first in front.
         """
     @property
-    def report(self) -> energymargin.scenes.reports.SceneReport:
+    def report(self) -> energymargin.model.scenes.reports.SceneReport:
         """
         What the readers of files left out of this scene, left loose, or stated; a table.
         """

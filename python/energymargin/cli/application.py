@@ -19,7 +19,8 @@ import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
-from energymargin.bars import bars_by
+from energymargin.base.bars import bars_by
+from energymargin.base.interrupts import interrupted, remembered_interrupts
 from energymargin.cli.demo import demo
 from energymargin.cli.evaluate import evaluate
 from energymargin.cli.export import export
@@ -43,7 +44,6 @@ from energymargin.cli.terminal import (
     warn,
 )
 from energymargin.cli.view import view_command
-from energymargin.interrupts import interrupted, remembered_interrupts
 
 # Errors that are shown as one line: those of bad input, of files and of other packages. Any other
 # is a bug, and shown in full.

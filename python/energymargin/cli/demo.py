@@ -8,7 +8,8 @@ from typing import Any
 
 from rich.markup import escape
 
-from energymargin.bars import bar
+from energymargin.base.bars import bar
+from energymargin.base.replacing import replace_figure
 from energymargin.cli.demo_grips import draw_grips, score_grips
 from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import changed, options_of
@@ -16,8 +17,7 @@ from energymargin.cli.options import chosen_executor
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import out, say
-from energymargin.replacing import replace_figure
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.summary import summary
 
 TASK = "push"
@@ -49,8 +49,8 @@ def demo(
             names.
     """
     from energymargin import tasks
-    from energymargin.datasets.generation import load_or_generate
-    from energymargin.store.scoring import dataset_metrics
+    from energymargin.records.datasets.generation import load_or_generate
+    from energymargin.records.store.scoring import dataset_metrics
 
     if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
@@ -74,7 +74,7 @@ def demo(
     out.print()
     out.print(summary(scores))
     # Slow to load, which Ctrl-C would wait for.
-    from energymargin.plots.datasets import figure_along, figure_trees
+    from energymargin.look.plots.datasets import figure_along, figure_trees
 
     trees = figure_trees(dataset, settings.nodes, settings.seed)
     replace_figure(output / "qualitative.png", trees)

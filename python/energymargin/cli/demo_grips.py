@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from energymargin.bars import bar
+from energymargin.base.bars import bar
+from energymargin.base.replacing import replace_figure
 from energymargin.executors import Executor
-from energymargin.replacing import replace_figure
 
 if TYPE_CHECKING:
     from energymargin.grasps import GraspScores
@@ -49,7 +49,7 @@ def draw_grips(scores: GraspScores, folder: Path) -> None:
     """grip.png has the best grip from two sides, grips.png the probability of each."""
     from matplotlib.figure import Figure
 
-    from energymargin.plots.grasps import figure_grasp, plot_grasps
+    from energymargin.look.plots.grasps import figure_grasp, plot_grasps
 
     best = scores.best
     figure, (low, high) = figure_grasp(scores, best), scores.interval()[best]

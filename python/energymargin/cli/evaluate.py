@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from energymargin.base.replacing import replace_text
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, out
-from energymargin.replacing import replace_text
 from energymargin.summary import summary
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ def print_evaluation(
 
     `options` are others of `evaluation.evaluate`.
     """
-    from energymargin.evaluation.labelled import AMONG, HORIZONS
-    from energymargin.evaluation.table import tables_of
+    from energymargin.records.evaluation.labelled import AMONG, HORIZONS
+    from energymargin.records.evaluation.table import tables_of
 
     tables = tables_of(labelled, now)
     if among or frames or options.get("clipped"):

@@ -40,7 +40,7 @@ def export(
         lerobot: The LeRobot dataset that was imported: a copy of it gets each score as a column.
     """
     from energymargin import store
-    from energymargin.store.export import curves_path
+    from energymargin.records.store.export import curves_path
 
     beside = data or scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
     if lerobot is not None:

@@ -20,8 +20,8 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import typer
 
+from energymargin.base.settings import flag_of
 from energymargin.cli.options import SHARED
-from energymargin.settings import flag_of
 
 Command = TypeVar("Command", bound=Callable[..., None])
 Settings = TypeVar("Settings")

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import typer
 from rich.markup import escape
 
-from energymargin.bars import bar
+from energymargin.base.bars import bar
+from energymargin.base.replacing import replace_figure
 from energymargin.cli.options import PICTURE_NODES, cluster, parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, say
-from energymargin.replacing import replace_figure
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -51,7 +51,7 @@ def generate(
             depend on it.
     """
     from energymargin import datasets, tasks
-    from energymargin.datasets.generation import trajectories_kept
+    from energymargin.records.datasets.generation import trajectories_kept
 
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
@@ -81,7 +81,7 @@ def generate(
         raise
     with dataset:
         if picture is not None:
-            from energymargin.plots.datasets import figure_trees
+            from energymargin.look.plots.datasets import figure_trees
 
             replace_figure(picture, figure_trees(dataset, PICTURE_NODES, seed))
         say_written(dataset, output)

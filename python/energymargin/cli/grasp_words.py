@@ -8,7 +8,7 @@ from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from energymargin.checks import check_type, one_of, shown
+from energymargin.base.checks import check_type, one_of, shown
 from energymargin.cli.fields import split
 from energymargin.cli.options import parsed
 

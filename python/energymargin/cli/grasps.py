@@ -12,8 +12,12 @@ import typer
 from numpy.typing import NDArray
 from rich.markup import escape
 
-from energymargin.bars import bar
-from energymargin.checks import whole_number
+from energymargin.base.bars import bar
+from energymargin.base.checks import whole_number
+from energymargin.base.interrupts import on_interrupt
+from energymargin.base.plausibility import kept_warnings
+from energymargin.base.replacing import replace_figure, replace_text
+from energymargin.base.table_text import markdown_table
 from energymargin.cli.grasp_words import (
     chosen_belief,
     chosen_frame,
@@ -26,11 +30,7 @@ from energymargin.cli.options import chosen_executor
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
 from energymargin.cli.view import serve
-from energymargin.interrupts import on_interrupt
-from energymargin.plausibility import kept_warnings
-from energymargin.replacing import replace_figure, replace_text
 from energymargin.summary import summary
-from energymargin.table_text import markdown_table
 
 if TYPE_CHECKING:
     from energymargin import Cancel
@@ -387,7 +387,7 @@ def _view(scores: GraspScores, which: str) -> None:
     open."""
     from energymargin.grasps.scores import grasp_of
     from energymargin.grasps.trials import NO_GRIP
-    from energymargin.viewer import view
+    from energymargin.look.viewer import view
 
     names, trials = scores.grasps.names, scores.trials
     grasp = grasp_of(

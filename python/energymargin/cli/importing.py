@@ -80,7 +80,7 @@ def import_recordings(
             "expected recordings with --task or --problem: energymargin import --help has examples"
         )
     from energymargin import recordings, tasks
-    from energymargin.datasets.dataset import left_out_text
+    from energymargin.records.datasets.dataset import left_out_text
     from energymargin.tasks.from_problem import ProblemTask
 
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
@@ -133,7 +133,7 @@ def import_recordings(
 
 def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
     """Which episodes succeeded, as LeRobot datasets say; None if one of the files does not."""
-    from energymargin.recordings import lerobot
+    from energymargin.records.recordings import lerobot
 
     told = [lerobot.read_successes(path) for path in files if lerobot.is_lerobot(path)]
     if len(told) < len(files) or None in told:
@@ -146,8 +146,8 @@ def _read(
 ) -> list[Recording]:
     """The recordings of a file; `topics` are those of a bag, `rules` those of all readers."""
     from energymargin import recordings
-    from energymargin.recordings.bags import is_bag
-    from energymargin.recordings.lerobot import is_lerobot
+    from energymargin.records.recordings.bags import is_bag
+    from energymargin.records.recordings.lerobot import is_lerobot
 
     if is_lerobot(path):
         return recordings.read_lerobot(path, layout, **rules)

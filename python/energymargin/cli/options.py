@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from energymargin.cli.terminal import warn
 
 if TYPE_CHECKING:
-    from energymargin.beliefs.uncertainty import Sampling
     from energymargin.datasets import Future
     from energymargin.executors import Dask, Executor
+    from energymargin.model.beliefs.uncertainty import Sampling
 
 PlanWord = Literal["script", "hold", "none"]
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
@@ -78,7 +78,7 @@ def chosen_future(
 def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
     """The Sampling of these options; None without a belief. Raises ValueError on particles without
     one, and on what is no uncertainty."""
-    from energymargin.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
+    from energymargin.model.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 
     require_beside("belief", belief, particles=particles)
     if belief is None:

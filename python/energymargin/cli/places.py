@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Collection
 from pathlib import Path
 
-from energymargin.replacing import replace_text
+from energymargin.base.replacing import replace_text
 
 MARK = ".energymargin"
 """The file that marks a folder whose files a command made."""

@@ -19,8 +19,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from energymargin.base.interrupts import delayed_interrupts, raise_if_interrupted
 from energymargin.cli.terminal import plain
-from energymargin.interrupts import delayed_interrupts, raise_if_interrupted
 
 LEFT = (TimeRemainingColumn(), "left")
 

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 from rich.markup import escape
 
-from energymargin.bars import bar
+from energymargin.base.bars import bar
+from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
+from energymargin.base.settings import flag_of
 from energymargin.cli.evaluate import print_tables, question_of
 from energymargin.cli.fields import changed, options_of, split
 from energymargin.cli.options import (
@@ -23,14 +25,12 @@ from energymargin.cli.options import (
     require_one,
 )
 from energymargin.cli.terminal import TIMED_OUT, say, warn
-from energymargin.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
-from energymargin.searches import SearchSettings
-from energymargin.settings import flag_of
+from energymargin.evaluate.searches import SearchSettings
 
 if TYPE_CHECKING:
-    from energymargin.beliefs.uncertainty import Sampling
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
+    from energymargin.model.beliefs.uncertainty import Sampling
     from energymargin.store import Run
 
 SEARCH = SearchSettings()
@@ -99,8 +99,8 @@ def score(
         particles: With --belief, draws of it for each state; 16 if not given.
     """
     from energymargin import datasets
-    from energymargin.limits import Limit
-    from energymargin.scoring import ScoreError
+    from energymargin.base.limits import Limit
+    from energymargin.evaluate.scoring import ScoreError
 
     settings = changed(SEARCH, given)
     flags = {each.name: flag_of(each).removeprefix("--") for each in fields(SEARCH)}
@@ -151,8 +151,8 @@ def _asked_future(
 ) -> Future | None:
     """The question about the next frames, as far as it is given the usual one; None if the data
     have none. What is unusual is printed."""
-    from energymargin.datasets.question import usual_frames, usual_plan
-    from energymargin.store.scoring import has_clock
+    from energymargin.records.datasets.question import usual_frames, usual_plan
+    from energymargin.records.store.scoring import has_clock
 
     given = any(value is not None for value in (frames, plan, *times.values()))
     if not given and has_clock(dataset, None):
@@ -199,7 +199,7 @@ def _asked_runs(
     Without `metrics` those of USUAL have the horizon, and beside them are the paper's, which have
     none.
     """
-    from energymargin.store.scoring import dataset_metrics
+    from energymargin.records.store.scoring import dataset_metrics
 
     def there(metrics: Sequence[str] | None, future: Future | None) -> Sequence[str]:
         return dataset_metrics(dataset, metrics, settings, future, sampling)
@@ -233,7 +233,7 @@ def _say_scored(run: Run, *, horizon: bool) -> None:
 def _show_question(path: Path, number: int) -> None:
     """Of a run with a horizon what it foresaw, and the state that is least likely to stay captured;
     and the command that comes next."""
-    from energymargin.evaluation.table import tables_of
+    from energymargin.records.evaluation.table import tables_of
     from energymargin.store import ScoreStore
 
     with ScoreStore(path) as store:
@@ -271,8 +271,8 @@ def scored_run(
 ) -> Iterator[tuple[Run, bool]]:
     """Scores what is missing; gives the run of all scores, and whether the time was enough. States
     that cannot be simulated are counted. Ctrl-C says how far it came."""
+    from energymargin.records.store.scoring import begin_run, score_run
     from energymargin.store import ScoreStore
-    from energymargin.store.scoring import begin_run, score_run
 
     with ScoreStore(output, create=True) as store:
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)

@@ -22,8 +22,8 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.segment import Segment
 
-from energymargin.interrupts import on_interrupt
-from energymargin.plausibility import HOW_TO_IGNORE
+from energymargin.base.interrupts import on_interrupt
+from energymargin.base.plausibility import HOW_TO_IGNORE
 
 # Exit codes, as shells know them.
 BAD_INPUT = 2

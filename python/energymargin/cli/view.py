@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rich.markup import escape
 
-from energymargin.bars import bar
+from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
 from energymargin.cli.options import PlanWord, chosen_future, parsed
 from energymargin.cli.places import require_free
@@ -77,7 +77,7 @@ def view_command(
         if find_spec("playwright") is None:  # before the search, not after it
             raise ImportError("-o draws with Playwright: pip install 'energymargin[screenshot]'")
     with loading():
-        from energymargin.viewer import view
+        from energymargin.look.viewer import view
 
     with bar(f"Generating {what}", "trajectories") as progress:
         viewer = view(
@@ -106,7 +106,7 @@ def view_command(
 def serve(viewer: Viewer, host: str, *, open_browser: bool, score: bool = True) -> None:
     """Serves the page until Ctrl-C, which is the usual way to end it, and so no error; with `score`
     it scores what it shows first."""
-    from energymargin.viewer.guard import is_local
+    from energymargin.look.viewer.guard import is_local
 
     if not is_local(host):
         warn(
@@ -126,7 +126,7 @@ def serve(viewer: Viewer, host: str, *, open_browser: bool, score: bool = True) 
 
 def _draw(viewer: Viewer, path: Path, size: tuple[int, int]) -> None:
     from energymargin.cli.progress import share_bar
-    from energymargin.viewer.browser import screenshot
+    from energymargin.look.viewer.browser import screenshot
 
     with share_bar(err) as tell:
         viewer.page.score(lambda share: tell("Scoring", share))

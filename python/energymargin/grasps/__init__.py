@@ -1,6 +1,6 @@
 """Grasps from files of others, how well each of them holds, and back into the same formats."""
 
-from energymargin.doors import check_doors
+from energymargin.base.doors import check_doors
 from energymargin.grasps.baselines import BASELINES, LESS_IS_BETTER, baselines
 from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.comparison import ComparedScore, GraspComparison, compare

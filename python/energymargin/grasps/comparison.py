@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.checks import check_shape, check_type, whole_number
-from energymargin.evaluation.bootstrap import (
+from energymargin.base.checks import check_shape, check_type, whole_number
+from energymargin.base.reprs import Record
+from energymargin.base.table_text import csv_text
+from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
+from energymargin.grasps.scores import GraspScores
+from energymargin.records.evaluation.bootstrap import (
     DRAWS,
     Interval,
     auc_ap_draws,
@@ -18,13 +22,9 @@ from energymargin.evaluation.bootstrap import (
     central,
     ranked,
 )
-from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.table import CELL_COLUMNS, Cell, cell_of, csv_fields
-from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
-from energymargin.grasps.scores import GraspScores
-from energymargin.reprs import Record
+from energymargin.records.evaluation.labelled import Compared
+from energymargin.records.evaluation.table import CELL_COLUMNS, Cell, cell_of, csv_fields
 from energymargin.summary import Summarized
-from energymargin.table_text import csv_text
 
 LABELS, PROBABILITY = "labels", "probability"
 LEARNED, LEARNED_TOO = "learned", "learned with probability"

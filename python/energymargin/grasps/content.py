@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.checks import shown
+from energymargin.base.checks import shown
 from energymargin.grasps.grasp_set import ROUNDED, Column, Poses
 
 

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin.checks import check_type, numbers_of, positive_number, shown
+from energymargin.base.checks import check_type, numbers_of, positive_number, shown
+from energymargin.base.replacing import replaced
 from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml
 from energymargin.grasps.content import Content
 from energymargin.grasps.frames import grasp_frame, pose
@@ -26,7 +27,6 @@ from energymargin.grasps.grasp_set import (
     check_poses,
 )
 from energymargin.grasps.shards import is_shard
-from energymargin.replacing import replaced
 
 WRITERS: dict[str, Any] = {
     **dict.fromkeys((".h5", ".hdf5"), files_hdf5),

@@ -9,8 +9,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from energymargin import hdf5
-from energymargin.checks import numbers_of
+from energymargin.base import hdf5
+from energymargin.base.checks import numbers_of
 from energymargin.grasps.content import Content, column_of
 
 FORMAT, FRAME = "ACRONYM", "franka_panda"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.checks import numbers_of
+from energymargin.base.checks import numbers_of
 from energymargin.grasps.content import Content, column_of, flat, nested, plain
 from energymargin.grasps.shards import member_of
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.checks import numbers_of, shown
-from energymargin.errors import needs_extra
+from energymargin.base.checks import numbers_of, shown
+from energymargin.base.errors import needs_extra
 from energymargin.grasps.content import (
     Content,
     column_of,

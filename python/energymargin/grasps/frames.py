@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.checks import numbers_of
+from energymargin.base.checks import numbers_of
 from energymargin.grasps.content import poses_of
 from energymargin.grasps.grasp_set import check_poses
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.checks import check_shape, shown
-from energymargin.reprs import Record
+from energymargin.base.checks import check_shape, shown
+from energymargin.base.reprs import Record
 
 Poses = NDArray[np.float64]
 Column = NDArray[Any]

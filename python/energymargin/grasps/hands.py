@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Box, Compound, Mimic, Part, Scene, Surface
-from energymargin.checks import not_negative_number, numbers_of, one_of, positive_number
+from energymargin.base.checks import not_negative_number, numbers_of, one_of, positive_number
 from energymargin.grasps.grasp_set import check_poses
 
 SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force

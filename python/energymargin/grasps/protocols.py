@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import motions
-from energymargin.checks import check_type, not_negative_number, one_of, positive_number
-from energymargin.motions import Rows
+from energymargin.base.checks import check_type, not_negative_number, one_of, positive_number
+from energymargin.model.motions import Rows
 
 GRAVITY = 9.81  # m/s^2
 GRAVITIES = ("always", "closed", "never")

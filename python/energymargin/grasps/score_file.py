@@ -15,13 +15,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from energymargin.closing import Closing
+from energymargin.base.closing import Closing
+from energymargin.base.locks import Lock
+from energymargin.base.replacing import replace_bytes
 from energymargin.disturbances import text_of
+from energymargin.evaluate.searches import algorithm
 from energymargin.grasps.scores import ARRAYS, GraspScores
 from energymargin.grasps.trials import ENDINGS
-from energymargin.locks import Lock
-from energymargin.replacing import replace_bytes
-from energymargin.searches import algorithm
 
 SAVE = 2.0  # s between two writes
 HEAD = 512  # bytes before those of HDF5

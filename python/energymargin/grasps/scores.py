@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Problem
-from energymargin.checks import check_shape, not_negative_number, share
+from energymargin.base.checks import check_shape, not_negative_number, share
+from energymargin.base.reprs import Record
+from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.trials import ENDINGS, Grasp, Trials
-from energymargin.reprs import Record
 from energymargin.summary import Summarized
-from energymargin.table_text import csv_text
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
 MISSING = -1  # in place of an ending

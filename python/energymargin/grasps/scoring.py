@@ -14,11 +14,15 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Cancel, Cancelled
-from energymargin.actions.profile import margin_profile
-from energymargin.checks import check_type, one_of, positive_number, seed_number, whole_number
+from energymargin.act.profile import margin_profile
+from energymargin.base.checks import check_type, one_of, positive_number, seed_number, whole_number
+from energymargin.base.limits import Limit
+from energymargin.base.plausibility import kept_warnings, warn
 from energymargin.disturbances import Disturbance
+from energymargin.evaluate.executors.choice import chosen_executor
+from energymargin.evaluate.parallel import run
+from energymargin.evaluate.scores import UNIFORM
 from energymargin.executors import Executor
-from energymargin.executors.choice import chosen_executor
 from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
@@ -27,10 +31,6 @@ from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.score_file import ScoreFile
 from energymargin.grasps.scores import MISSING, GraspScores, grasp_of
 from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, Outcome, Trials
-from energymargin.limits import Limit
-from energymargin.parallel import run
-from energymargin.plausibility import kept_warnings, warn
-from energymargin.scores import UNIFORM
 
 ROLLOUTS = 30
 EVERY = 0.5  # s between the moments whose efforts are searched

@@ -18,7 +18,7 @@ from energymargin._core import (
     Part,
     Sphere,
 )
-from energymargin.meshes.shape import MeshShape
+from energymargin.model.meshes.shape import MeshShape
 
 FIELDS = {
     Box: ("size",),

@@ -25,16 +25,16 @@ from energymargin._core import (
     Scene,
     World,
 )
-from energymargin.checks import check_type
+from energymargin.base.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
+from energymargin.evaluate.scores import UNIFORM, capture_probability
 from energymargin.grasps.belief import Draw, GraspBelief
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY, Protocol
-from energymargin.scenes.corners import smallest_half_extent
-from energymargin.scenes.poses import pose
-from energymargin.scores import UNIFORM, capture_probability
+from energymargin.model.scenes.corners import smallest_half_extent
+from energymargin.model.scenes.poses import pose
 
 STEP = 1 / 960  # s; at a longer one a grip at its limit slips in whole steps, and holds too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.checks import check_shape, positive_number, whole_number
+from energymargin.base.checks import check_shape, positive_number, whole_number
 
 EDGES = 8  # of a friction cone: the measures are at least cos(pi / 8) = 92 % of the round cone's
 FLAT = 1e-9  # share of the largest singular value below which the space has no extent in some way

@@ -3,7 +3,7 @@
 The functions need MuJoCo: pip install 'energymargin[mujoco]'.
 """
 
-from energymargin.doors import check_doors
+from energymargin.base.doors import check_doors
 from energymargin.mujoco.mjcf import model_of, to_mjcf
 from energymargin.mujoco.replay import Replay, replay
 from energymargin.mujoco.states import set_state, state, targets

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin._core import Scene
-from energymargin.checks import positive_number
+from energymargin.base.checks import positive_number
+from energymargin.model.scenes.additions import base_of
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.mjcf_bodies import Bodies, add, rigid
-from energymargin.scenes.additions import base_of
-from energymargin.scenes.mjcf_model import engine
 
 START = "start"  # the keyframe's name
 TOLERANCE = 1e-8  # of the solver

@@ -30,7 +30,7 @@ from energymargin._core import (
     Tendon,
     mass_properties,
 )
-from energymargin.scenes.mjcf_model import CENTRAL
+from energymargin.model.scenes.mjcf_model import CENTRAL
 
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Cancel, Cancelled, EscapeEffort, Problem, Region, Scene, World
-from energymargin.checks import one_of, positive_number
+from energymargin.base.checks import one_of, positive_number
+from energymargin.base.reprs import Record
 from energymargin.mujoco.simulation import Instant, Simulation, Ticks
 from energymargin.mujoco.states import Names, servos
-from energymargin.reprs import Record
 
 Vector = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Scene
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.states import States, servos
-from energymargin.scenes.mjcf_model import engine
 
 Vector = NDArray[np.float64]
 

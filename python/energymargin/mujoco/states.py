@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Body, Joint, Scene, Tendon
-from energymargin.checks import check_shape
-from energymargin.mujoco.mjcf_bodies import inertia_of
-from energymargin.plausibility import warn
-from energymargin.scenes.mjcf_couplings import couplings
-from energymargin.scenes.mjcf_drives import Drive, drives
-from energymargin.scenes.mjcf_model import (
+from energymargin.base.checks import check_shape
+from energymargin.base.plausibility import warn
+from energymargin.model.scenes.mjcf_couplings import couplings
+from energymargin.model.scenes.mjcf_drives import Drive, drives
+from energymargin.model.scenes.mjcf_model import (
     Features,
     Selection,
     control_address,
@@ -27,7 +26,8 @@ from energymargin.scenes.mjcf_model import (
     start_of,
     word,
 )
-from energymargin.scenes.poses import place, pose
+from energymargin.model.scenes.poses import place, pose
+from energymargin.mujoco.mjcf_bodies import inertia_of
 
 Vector = NDArray[np.float64]
 

@@ -4,11 +4,11 @@ Tasks are plugins: whatever an installed package registers under the entry point
 `energymargin.tasks` is one, and what a program gives to `register`.
 """
 
-from energymargin.doors import check_doors
+from energymargin.base.doors import check_doors
 from energymargin.tasks.base import Params, Regions, Task
 from energymargin.tasks.registry import TaskError, make, names, register
 from energymargin.tasks.scripted import Drive, ScriptedTask
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 
 __all__ = [
     "Drive",

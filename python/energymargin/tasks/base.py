@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact, Problem, Region, Scene
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 
 Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""

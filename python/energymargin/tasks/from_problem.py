@@ -9,7 +9,7 @@ from pathlib import Path
 
 from energymargin._core import Contact, Problem, Region, Scene
 from energymargin.tasks.base import Params, Regions, Vector
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 
 DIGITS = 16  # of the digest
 

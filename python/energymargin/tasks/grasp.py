@@ -13,7 +13,7 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Scene, World
-from energymargin.scenes import data_file, from_urdf
+from energymargin.model.scenes import data_file, from_urdf
 from energymargin.tasks.base import Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask
 

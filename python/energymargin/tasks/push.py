@@ -13,7 +13,7 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Scene, World
-from energymargin.checks import yes_or_no
+from energymargin.base.checks import yes_or_no
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
 from energymargin.tasks.scripted import Drive, FrictionTask, swept_from
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar, cast
 
-from energymargin.errors import EnergyMarginError
+from energymargin.base.errors import EnergyMarginError
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.scripted import in_engine
 

@@ -23,9 +23,9 @@ from energymargin._core import (
     World,
     regions,
 )
-from energymargin.checks import one_of, positive_number, seed_number, whole_number
-from energymargin.limits import Limit
-from energymargin.reprs import Record
+from energymargin.base.checks import one_of, positive_number, seed_number, whole_number
+from energymargin.base.limits import Limit
+from energymargin.base.reprs import Record
 from energymargin.tasks.base import (
     NONE_DRAWN,
     PLANE,
@@ -39,7 +39,7 @@ from energymargin.tasks.base import (
     inside,
     set_of_object,
 )
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 
 Following = Literal["script", "hold"]
 """What the robot does over a horizon: its script, or it goes on as it moves."""

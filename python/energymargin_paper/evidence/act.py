@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel
-from energymargin.checks import one_of, whole_number
-from energymargin.plausibility import PlausibilityWarning
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.base.checks import one_of, whole_number
+from energymargin.base.plausibility import PlausibilityWarning
+from energymargin.base.table_text import csv_text, markdown_table
 from energymargin_paper.evidence.act_demo import Demo
 from energymargin_paper.evidence.act_methods import METHODS, Choice, Chosen, choose
 from energymargin_paper.evidence.act_trials import ENGINES, Outcome, Trial, duration, run

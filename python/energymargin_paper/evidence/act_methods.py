@@ -10,8 +10,8 @@ import numpy as np
 from scipy.stats import qmc
 
 from energymargin._core import Cancel, Problem, World, force_score
+from energymargin.act.parameters import Parameters
 from energymargin.actions import improve
-from energymargin.actions.parameters import Parameters
 from energymargin.disturbances import Uniform
 from energymargin_paper.evidence.act_demo import Demo
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from energymargin import datasets, tasks
 from energymargin._core import Audit, Box, Problem, Scene, Sphere, World
-from energymargin.checks import whole_number
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.tasks.base import Task
 from energymargin_paper.study import Progress, Study, setting
 

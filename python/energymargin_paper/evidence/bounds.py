@@ -21,8 +21,8 @@ import numpy as np
 
 from energymargin import tasks
 from energymargin._core import Cancel, Problem, effort_lower_bound, escape_effort
-from energymargin.checks import whole_number
-from energymargin.plausibility import PlausibilityWarning
+from energymargin.base.checks import whole_number
+from energymargin.base.plausibility import PlausibilityWarning
 from energymargin_paper.evidence import cages, planar_cages
 from energymargin_paper.evidence.known_answers import KNOWN
 from energymargin_paper.jobs import pairs, resumed

@@ -27,11 +27,11 @@ from energymargin._core import (
     World,
     escape_energy,
 )
-from energymargin.checks import whole_number
-from energymargin.errors import needs_extra
+from energymargin.base.checks import whole_number
+from energymargin.base.errors import needs_extra
+from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.meshes import mesh as mesh_shape
-from energymargin.scenes.corners import shape_corners
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.model.scenes.corners import shape_corners
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:

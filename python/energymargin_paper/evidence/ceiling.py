@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Cancel, World, stream
-from energymargin.checks import whole_number
+from energymargin.base.checks import whole_number
+from energymargin.base.limits import Limit
+from energymargin.base.metrics import ANY
 from energymargin.datasets import Dataset
+from energymargin.evaluate.executors.rows import Row
 from energymargin.evaluation import Evaluation, LabelledScores, evaluate
-from energymargin.evaluation.labelled import HORIZONS, SUCCESS
 from energymargin.executors import Threads
-from energymargin.executors.rows import Row
-from energymargin.limits import Limit
-from energymargin.metrics import ANY
+from energymargin.records.evaluation.labelled import HORIZONS, SUCCESS
+from energymargin.records.store.schema import state_digest
 from energymargin.store import Run, ScoreStore
-from energymargin.store.schema import state_digest
 from energymargin.tasks.scripted import ScriptedTask
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 from energymargin_paper.jobs import run_jobs
 
 __all__ = [

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, EscapeEffort, Problem, World, escape_effort
-from energymargin.checks import whole_number
-from energymargin.table_text import DASH, csv_text, markdown_table
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import DASH, csv_text, markdown_table
 from energymargin_paper.evidence.audit import stepped
 from energymargin_paper.evidence.energy_barriers import BARRIERS
 from energymargin_paper.evidence.known_answers import KNOWN, KnownAnswer, known_answers

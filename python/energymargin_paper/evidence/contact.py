@@ -16,8 +16,8 @@ from statistics import median
 from typing import NamedTuple
 
 from energymargin._core import Cancel
-from energymargin.checks import whole_number
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import csv_text, markdown_table
 from energymargin_paper.evidence import contact_mug
 from energymargin_paper.evidence.contact_checks import CHECKS, Bar, Check
 from energymargin_paper.jobs import Lines, resumed

@@ -21,9 +21,9 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import ConvexHull, Mimic, Plan, Scene
 from energymargin.meshes import mesh
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.mjcf import model_of
 from energymargin.mujoco.simulation import Simulation
-from energymargin.scenes.mjcf_model import engine
 from energymargin_paper.evidence.contact_traces import GRAVITY, Vector, simulated
 from energymargin_paper.evidence.grasps_data import FOLDER
 
@@ -96,7 +96,7 @@ class Grasps:
         """Reads them. Raises ImportError without h5py or trimesh, and OSError."""
         import trimesh
 
-        from energymargin import hdf5
+        from energymargin.base import hdf5
 
         with hdf5.opened(folder / f"{name}.h5") as file:
             self.scale = float(file["object/scale"][()])

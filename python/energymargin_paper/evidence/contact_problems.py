@@ -23,7 +23,7 @@ from energymargin._core import (
     capture_probability,
     escape_effort,
 )
-from energymargin.plausibility import PlausibilityWarning
+from energymargin.base.plausibility import PlausibilityWarning
 from energymargin_paper.evidence.contact_grips import CUBE, REACH, RISE, grip_scene, random_grip
 from energymargin_paper.evidence.contact_traces import simulated, steps_of
 

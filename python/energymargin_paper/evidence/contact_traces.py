@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Scene, World
-from energymargin.plausibility import PlausibilityWarning
+from energymargin.base.plausibility import PlausibilityWarning
 
 __all__ = ["GRAVITY", "MILLI", "Trace", "Vector", "simulated", "steps_of"]
 

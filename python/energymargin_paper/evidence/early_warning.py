@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin.checks import whole_number
-from energymargin.datasets.generation import load_or_generate
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import DASH, csv_text, markdown_table
 from energymargin.monitor import Alarms, Threshold, alarms, threshold
-from energymargin.table_text import DASH, csv_text, markdown_table
+from energymargin.records.datasets.generation import load_or_generate
 from energymargin_paper.evidence.early_warning_states import (
     AHEAD,
     OBJECTS,

@@ -24,7 +24,7 @@ from energymargin._core import (
 from energymargin.datasets import Dataset
 from energymargin.monitor import first_loss
 from energymargin.tasks.base import Params
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 from energymargin_paper.evidence.ceiling import scripted
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.folder import RECORDINGS

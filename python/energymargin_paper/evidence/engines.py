@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from energymargin.checks import one_of, positive_number, whole_number
-from energymargin.plausibility import PlausibilityWarning
-from energymargin.scenes.mjcf_model import engine
-from energymargin.table_text import csv_text, markdown_table
+from energymargin.base.checks import one_of, positive_number, whole_number
+from energymargin.base.plausibility import PlausibilityWarning
+from energymargin.base.table_text import csv_text, markdown_table
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin_paper.evidence.engines_states import (
     AHEAD,
     FRAMES,

@@ -21,12 +21,12 @@ from energymargin._core import (
     escape_effort,
     stream,
 )
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco import model_of, replay
 from energymargin.mujoco.replay import Edge, Player
 from energymargin.mujoco.simulation import Simulation
-from energymargin.scenes.mjcf_model import engine
 from energymargin.tasks.scripted import ScriptedTask
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 
 __all__ = [
     "AHEAD",

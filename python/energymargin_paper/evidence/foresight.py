@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import capture_score, escape_effort
-from energymargin.checks import positive_number, whole_number
+from energymargin.base.checks import positive_number, whole_number
+from energymargin.base.table_text import DASH, csv_text, markdown_table, short
 from energymargin.datasets import Dataset
-from energymargin.datasets.generation import load_or_generate
-from energymargin.evaluation.table import csv_fields
-from energymargin.executors.threads import Threads
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.records.datasets.generation import load_or_generate
+from energymargin.records.evaluation.table import csv_fields
 from energymargin.store import ScoreStore, add_scores, score_dataset
-from energymargin.table_text import DASH, csv_text, markdown_table, short
 from energymargin_paper import probabilities
 from energymargin_paper.evidence.calibration import BINS
 from energymargin_paper.evidence.ceiling import CAPTURED, CEILING, ceiling_dataset, scripted

@@ -39,7 +39,7 @@ def figure_foresight(tasks: Sequence[TaskForesight]) -> Figure:
 def _draw_auc(ax: Axes, task: TaskForesight) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    from energymargin.plots.styles import PALETTE, light_grid
+    from energymargin.look.plots.styles import PALETTE, light_grid
 
     for name, style in zip(SHOWN, PALETTE, strict=False):
         cells = {h: cell for h, cell in task.cells.get(name, {}).items() if cell}
@@ -53,7 +53,7 @@ def _draw_auc(ax: Axes, task: TaskForesight) -> None:
 
 
 def _draw_reliability(ax: Axes, task: TaskForesight) -> None:
-    from energymargin.plots.styles import CHANCE_COLOR, PALETTE, light_grid
+    from energymargin.look.plots.styles import CHANCE_COLOR, PALETTE, light_grid
 
     ax.plot([0, 1], [0, 1], color=CHANCE_COLOR, linewidth=0.8)
     for name, style in zip(SHOWN, PALETTE, strict=False):

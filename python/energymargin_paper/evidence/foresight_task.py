@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.evaluation import Cell
-from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
-from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.table import cell_of
+from energymargin.records.evaluation.bootstrap import DRAWS, bootstrap_weights
+from energymargin.records.evaluation.labelled import Compared
+from energymargin.records.evaluation.table import cell_of
 from energymargin_paper.evidence.calibration import (
     Reliability,
     brier,

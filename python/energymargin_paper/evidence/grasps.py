@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from energymargin._core import Cancel
-from energymargin.checks import not_negative_number, one_of, whole_number
+from energymargin.base.checks import not_negative_number, one_of, whole_number
+from energymargin.base.plausibility import PlausibilityWarning
+from energymargin.base.table_text import csv_text
 from energymargin.grasps.protocols import PRESETS
-from energymargin.plausibility import PlausibilityWarning
-from energymargin.scenes.mjcf_model import engine
-from energymargin.table_text import csv_text
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin_paper.evidence.grasps_data import (
     FOLDER,
     MUG,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel
-from energymargin.table_text import markdown_table
+from energymargin.base.table_text import markdown_table
 from energymargin_paper.evidence.calibration import brier, calibration_error
 from energymargin_paper.evidence.grasps_data import (
     LITTLE,

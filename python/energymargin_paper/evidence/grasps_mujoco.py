@@ -18,10 +18,10 @@ from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
 from energymargin.grasps.trials import LEVER, Closed, Grasp, Trials
+from energymargin.model.scenes.mjcf_model import engine, name_of
 from energymargin.mujoco import model_of
 from energymargin.mujoco.replay import Edge, Player
 from energymargin.mujoco.simulation import Simulation
-from energymargin.scenes.mjcf_model import engine, name_of
 
 __all__ = ["SOFTNESSES", "End", "Engine", "Trial"]
 

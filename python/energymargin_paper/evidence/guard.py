@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel
+from energymargin.act.choosing import LEAST_CONFIDENCE
 from energymargin.actions import Decision, Guard, Noise
-from energymargin.actions.choosing import LEAST_CONFIDENCE
-from energymargin.checks import not_negative_number, positive_number, share, whole_number
+from energymargin.base.checks import not_negative_number, positive_number, share, whole_number
+from energymargin.base.table_text import csv_text, markdown_table
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.gym import CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.monitor import Alarm, Monitor
-from energymargin.searches import SearchSettings
-from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.evidence.filter import EPISODES_FILE, FRAME, TASK, by_seed, noisy, paired
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.study import Progress, Study, setting

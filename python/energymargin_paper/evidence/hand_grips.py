@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import World
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.states import state as em_state
 from energymargin.scenes import from_mjcf
-from energymargin.scenes.mjcf_model import engine
 
 Vector = NDArray[np.float64]
 

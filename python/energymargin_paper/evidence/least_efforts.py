@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Cancel, Problem, escape_effort
-from energymargin.checks import whole_number
-from energymargin.searches import ALGORITHM, ALGORITHM_IMPROVED
+from energymargin.base.checks import whole_number
+from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 from energymargin_paper.evidence import reference_search
 from energymargin_paper.evidence.energy_barriers import BARRIERS
 from energymargin_paper.evidence.known_answers import KNOWN, known_answers

@@ -25,11 +25,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Joint, Scene, Tendon, World
-from energymargin.checks import whole_number
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import csv_text, markdown_table
+from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.states import Names, servos, state as em_state
 from energymargin.scenes import from_mjcf, from_urdf
-from energymargin.scenes.mjcf_model import engine
-from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.evidence.hand_grips import HEAD, Grip, grip
 from energymargin_paper.study import Progress, Study, setting
 

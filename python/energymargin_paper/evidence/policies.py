@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from energymargin._core import Cancel
-from energymargin.checks import one_of, whole_number
-from energymargin.plausibility import PlausibilityWarning
-from energymargin.table_text import csv_text
+from energymargin.base.checks import one_of, whole_number
+from energymargin.base.plausibility import PlausibilityWarning
+from energymargin.base.table_text import csv_text
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.study import Progress, Study, setting
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from energymargin import mujoco, regions, scenes
 from energymargin._core import Plan, Problem, Scene, World
-from energymargin.plans import nearest_steps
-from energymargin.policies import Policy
+from energymargin.model.plans import nearest_steps
+from energymargin.model.policies import Policy
 from energymargin_paper.evidence import policies_told
 from energymargin_paper.evidence.policies_told import Question, draw, questions as cases
 

@@ -24,7 +24,7 @@ from energymargin._core import (
     capture_probability,
     escape_effort,
 )
-from energymargin.table_text import markdown_table
+from energymargin.base.table_text import markdown_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

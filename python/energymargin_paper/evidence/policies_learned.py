@@ -18,16 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, Scene, World, capture_probability, stream
-from energymargin.evaluation.bootstrap import (
+from energymargin.base.table_text import markdown_table
+from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
+from energymargin.model.policies import Policy
+from energymargin.records.evaluation.bootstrap import (
     auc_ap,
     auc_ap_draws,
     bootstrap_weights,
     central,
     ranked,
 )
-from energymargin.policies import Policy
-from energymargin.searches import SearchSettings, metric_search, value_of
-from energymargin.table_text import markdown_table
 from energymargin.tasks.push import PushTask
 from energymargin_paper.evidence.act_demo import HOLD, held, noise
 from energymargin_paper.evidence.calibration import calibration_error

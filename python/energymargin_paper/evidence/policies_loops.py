@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Feedback, Problem, escape_effort
+from energymargin.base.table_text import markdown_table
 from energymargin.beliefs import Belief, score_belief
-from energymargin.table_text import markdown_table
 from energymargin_paper.evidence.act import demo_of
 from energymargin_paper.evidence.act_demo import Demo
 from energymargin_paper.evidence.act_trials import in_bullet, met

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem, Scene, World
-from energymargin.plans import nearest_steps
+from energymargin.model.plans import nearest_steps
 
 __all__ = ["Law", "followed", "tracking", "values_of"]
 

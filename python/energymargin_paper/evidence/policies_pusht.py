@@ -29,7 +29,7 @@ from energymargin._core import (
     Scene,
     World,
 )
-from energymargin.policies import Policy
+from energymargin.model.policies import Policy
 from energymargin_paper.evidence import policies_told
 from energymargin_paper.evidence.policies_told import Question, draw, questions as cases
 

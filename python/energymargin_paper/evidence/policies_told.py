@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, capture_probability
-from energymargin.evaluation.bootstrap import auc_ap, bootstrap_weights, intervals, ranked
-from energymargin.table_text import markdown_table
+from energymargin.base.table_text import markdown_table
+from energymargin.records.evaluation.bootstrap import auc_ap, bootstrap_weights, intervals, ranked
 from energymargin_paper.evidence.calibration import calibration_error, reliability
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, capture_probability
-from energymargin.checks import whole_number
+from energymargin.base.checks import whole_number
 from energymargin_paper.evidence.known_losses import (
     HORIZON,
     STEP,

@@ -34,7 +34,7 @@ def import_published(
         data: The folder of the authors' data.
         output: A dataset of each part, with its scores beside it.
     """
-    from energymargin.datasets.dataset import left_out_text
+    from energymargin.records.datasets.dataset import left_out_text
     from energymargin_paper.paper import authors
 
     parts = authors.parts(data)

@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.checks import whole_number
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.datasets import Dataset
-from energymargin.evaluation.labelled import HORIZON, LabelledScores
-from energymargin.executors.threads import Threads
-from energymargin.searches import SearchSettings
+from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.records.evaluation.labelled import HORIZON, LabelledScores
+from energymargin.records.store.scoring import begin_run, score_run
 from energymargin.store import ScoreStore
-from energymargin.store.scoring import begin_run, score_run
-from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.paper.perturbation_belief import (
     INFORMED,
     KNOWN,

@@ -21,15 +21,15 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Cancel
+from energymargin.base.limits import Limit
+from energymargin.base.table_text import markdown_table
 from energymargin.beliefs import Belief, Uncertainty
-from energymargin.beliefs.scoring import score_beliefs
 from energymargin.datasets import Dataset
-from energymargin.datasets.generation import generate
+from energymargin.evaluate.belief_scoring import score_beliefs
+from energymargin.evaluate.scoring import score
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.executors import Threads
-from energymargin.limits import Limit
-from energymargin.scoring import score
-from energymargin.searches import SearchSettings
-from energymargin.table_text import markdown_table
+from energymargin.records.datasets.generation import generate
 from energymargin.tasks.push import FRICTION_MIDDLE, scene
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.paper.perturbation_errors import BODIES, LARGEST, Perturbed

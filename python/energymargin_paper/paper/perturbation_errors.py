@@ -16,7 +16,7 @@ from energymargin._core import Contact, Scene, World
 from energymargin.datasets import Dataset
 from energymargin.scenes import moved_apart
 from energymargin.tasks.push import FRICTION_MIDDLE, scene
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 
 __all__ = ["KINDS", "LARGEST", "Largest", "Perturbed", "perturbed", "typical"]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Box, Compound, ConvexHull, Cylinder, Part
-from energymargin.reprs import short_repr
-from energymargin.scenes.files import data_file
+from energymargin.base.reprs import short_repr
+from energymargin.model.scenes.files import data_file
 
 __all__ = ["OBJECTS", "TOOLS", "Printed", "printed"]
 

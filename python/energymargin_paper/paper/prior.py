@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Problem, Scene
+from energymargin.base.checks import shown
+from energymargin.base.errors import EnergyMarginError
 from energymargin.beliefs import Belief
-from energymargin.beliefs.uncertainty import (
+from energymargin.model.beliefs.uncertainty import (
     Source,
     is_distribution,
     normal_root,
     standard_normal,
 )
-from energymargin.checks import shown
-from energymargin.errors import EnergyMarginError
 
 __all__ = ["ContradictionError", "InformedSource", "informed", "velocities"]
 

@@ -18,11 +18,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.checks import whole_number
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import DASH, csv_text, markdown_table, short
 from energymargin.evaluation import Among
-from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_ap_draws, bootstrap_weights, ranked
-from energymargin.evaluation.labelled import AMONG, compared_states
-from energymargin.table_text import DASH, csv_text, markdown_table, short
+from energymargin.records.evaluation.bootstrap import (
+    DRAWS,
+    auc_ap,
+    auc_ap_draws,
+    bootstrap_weights,
+    ranked,
+)
+from energymargin.records.evaluation.labelled import AMONG, compared_states
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.paper import authors
 from energymargin_paper.paper.authors.folder import SIMULATED

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.table_text import DASH, markdown_table
+from energymargin.base.table_text import DASH, markdown_table
 
 __all__ = ["AGAIN", "DEFINED", "agreement", "agreement_table"]
 

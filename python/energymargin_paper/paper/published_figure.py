@@ -43,7 +43,7 @@ def figure_published(simulated: Sequence[Part], recorded: Sequence[Part]) -> Fig
 
 
 def _draw(ax: Axes, title: str, parts: Sequence[Part]) -> None:
-    from energymargin.plots.styles import PALETTE
+    from energymargin.look.plots.styles import PALETTE
 
     kind = "recorded" if parts[0].simulated else "smoothed"
     horizons = [h for h in parts[0].horizons if h > 0]
@@ -55,7 +55,7 @@ def _draw(ax: Axes, title: str, parts: Sequence[Part]) -> None:
 
 
 def _draw_early(ax: Axes, recorded: Sequence[Part]) -> None:
-    from energymargin.plots.styles import PALETTE
+    from energymargin.look.plots.styles import PALETTE
 
     places = range(len(EARLY))
     for name, style in (("success", PALETTE[0]), (PROBABILITY, PALETTE[2])):
@@ -64,7 +64,7 @@ def _draw_early(ax: Axes, recorded: Sequence[Part]) -> None:
 
 
 def _finish(ax: Axes, title: str, xlabel: str) -> None:
-    from energymargin.plots.styles import CHANCE_COLOR, light_grid
+    from energymargin.look.plots.styles import CHANCE_COLOR, light_grid
 
     ax.axhline(0.5, color=CHANCE_COLOR, linestyle=":", linewidth=1.0)
     ax.set(xlabel=xlabel, ylim=(0.4, 1.02))

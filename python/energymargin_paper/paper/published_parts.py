@@ -10,8 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.evaluation import Among, LabelledScores
-from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_ap_draws, bootstrap_weights, ranked
-from energymargin.evaluation.labelled import compared_states
+from energymargin.records.evaluation.bootstrap import (
+    DRAWS,
+    auc_ap,
+    auc_ap_draws,
+    bootstrap_weights,
+    ranked,
+)
+from energymargin.records.evaluation.labelled import compared_states
 from energymargin_paper.paper.authors.folder import SIMULATED
 from energymargin_paper.paper.published_states import EARLY, Job, Source, StateScores
 from energymargin_paper.probabilities import learned

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Inertial, Scene, World
-from energymargin.checks import one_of
+from energymargin.base.checks import one_of
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params
 from energymargin.tasks.scripted import Drive, QuestionTask, swept_from
 from energymargin_paper.paper.printed import OBJECTS, TOOLS, Printed, printed

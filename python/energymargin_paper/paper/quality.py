@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin.datasets import Dataset
-from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation import Cell, LabelledScores, evaluate
-from energymargin.evaluation.labelled import HORIZON, SUCCESS, captured_labels
+from energymargin.records.datasets.generation import load_or_generate
+from energymargin.records.evaluation.labelled import HORIZON, SUCCESS, captured_labels
 
 __all__ = ["FRAMES", "TASK", "interval", "pushes", "quality"]
 

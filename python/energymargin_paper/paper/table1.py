@@ -17,20 +17,25 @@ import numpy as np
 
 from energymargin import datasets, tasks
 from energymargin._core import Problem
-from energymargin.checks import whole_number
+from energymargin.base.checks import whole_number
+from energymargin.base.table_text import DASH, csv_text, markdown_table
 from energymargin.cli.options import PICTURE_NODES
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
 from energymargin.datasets import Dataset
-from energymargin.datasets.generation import load_or_generate
+from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
-from energymargin.evaluation.labelled import HORIZONS, PAPER_HORIZON, SUCCESS, compared_states
-from energymargin.evaluation.table import CSV_COLUMNS, PAPER, csv_fields, paper_text
-from energymargin.executors.threads import Threads
-from energymargin.searches import SearchSettings
+from energymargin.records.datasets.generation import load_or_generate
+from energymargin.records.evaluation.labelled import (
+    HORIZONS,
+    PAPER_HORIZON,
+    SUCCESS,
+    compared_states,
+)
+from energymargin.records.evaluation.table import CSV_COLUMNS, PAPER, csv_fields, paper_text
+from energymargin.records.store.scoring import begin_run
 from energymargin.store import Run, ScoreStore, score_dataset
-from energymargin.store.scoring import begin_run
-from energymargin.table_text import DASH, csv_text, markdown_table
 from energymargin.tasks.scripted import EFFECTORS
 from energymargin_paper.evidence.ceiling import (
     CAPTURED,
@@ -350,7 +355,7 @@ class Table1Study(Study[Settings, Table1]):
 
     def figures(self, result: Table1) -> Iterator[tuple[str, Figure]]:
         """Search trees of each task."""
-        from energymargin.plots.datasets import figure_trees
+        from energymargin.look.plots.datasets import figure_trees
 
         for name in result.settings.tasks:
             dataset = datasets.load(result.folder / f"{name}.h5")

@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 
 from energymargin import recordings, tasks
 from energymargin._core import capture_score, stream
+from energymargin.base.table_text import csv_text, markdown_table, short
 from energymargin.datasets import Dataset
+from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
-from energymargin.evaluation.labelled import PAPER_HORIZON, captured_labels
-from energymargin.evaluation.table import CSV_COLUMNS, csv_fields
-from energymargin.executors.threads import Threads
-from energymargin.scenes.files import data_file
-from energymargin.searches import SearchSettings
+from energymargin.model.scenes.files import data_file
+from energymargin.records.evaluation.labelled import PAPER_HORIZON, captured_labels
+from energymargin.records.evaluation.table import CSV_COLUMNS, csv_fields
+from energymargin.records.store.scoring import begin_run, score_run
 from energymargin.store import Run, ScoreStore
-from energymargin.store.scoring import begin_run, score_run
-from energymargin.table_text import csv_text, markdown_table, short
 from energymargin_paper.paper.printed import OBJECTS, TOOLS
 from energymargin_paper.study import Progress, Study, setting
 

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Scene, World
+from energymargin.base.reprs import short_repr
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
-from energymargin.reprs import short_repr
+from energymargin.records.store.file import add_scores as add_run
 from energymargin.scenes import moved_apart
-from energymargin.store.file import add_scores as add_run
 from energymargin.tasks.base import Params
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 from energymargin_paper.paper.authors.folder import (
     SIMULATED,
     Columns,

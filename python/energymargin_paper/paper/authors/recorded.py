@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Compound, ConvexHull, Part, Region, Scene
-from energymargin.checks import one_of
+from energymargin.base.checks import one_of
 from energymargin.tasks.base import STEP, Params
 from energymargin_paper.paper.authors.task import Sweep, SweptTask, Vector
 

@@ -14,7 +14,7 @@ from energymargin import regions
 from energymargin._core import Contact, Plan, Problem, Region, Scene, World
 from energymargin.scenes import moved_apart
 from energymargin.tasks.base import STEP, Params
-from energymargin.trajectories import Trajectory
+from energymargin.tasks.trajectories import Trajectory
 
 __all__ = [
     "COLUMNS",

@@ -1,0 +1,1 @@
+"""Which action: rankings, profiles, guards, monitors, environments."""

@@ -1,0 +1,312 @@
+"""A task as an environment of gymnasium: its start, its scene, and an agent in place of its script.
+
+Between two control steps the action is held. Everything random comes from `np_random`, in the order
+of the task's own trajectories: `reset(seed=3)` starts as `task.rollout(seed=3)` does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from energymargin import tasks
+from energymargin._core import Plan, Problem, World
+from energymargin.act.gym.channels import CHANNELS, Channel, acted, action_of
+from energymargin.base.checks import numbers_of, one_of, positive_number
+from energymargin.model.plans import control_period, nearest_steps, whole_steps
+from energymargin.tasks.base import Params, Regions, inside
+from energymargin.tasks.scripted import Drive, ScriptedTask
+
+CONTROL_STEP = 10 / 240  # s; ten steps of the simulation, 24 Hz
+PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as that
+DPI = 100
+DETAIL = 80  # cells of the sets in a picture; a film needs no more
+
+Array = NDArray[np.float64]
+
+
+class TaskEnv(gymnasium.Env[Array, Array]):
+    """A task with a script, driven by an agent.
+
+    The observation is the scene's state, shape (n,); `task.scene(params).unpack` reads it. The
+    action has a number for each channel, in N, N m or rad. The reward comes with the last step: the
+    share of the objects that are in the success set, so 0 or 1 of a single one.
+
+    An episode terminates once all objects are in their success sets, and once none has been
+    captured for `patience`. It is truncated at the task's length.
+
+    `info` has "time" [s], "captured" (whether any object is, now), "success" (whether all are in
+    their success sets), and "lost" (whether the patience is over).
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012  (gymnasium's type)
+        "render_modes": ["rgb_array"],
+        "render_fps": round(1 / CONTROL_STEP),
+    }
+    state: Array
+    """Where the scene is, shape (n,)."""
+    start: Array
+    """Where it was at the start of the episode."""
+    params: Params
+    """What was drawn for this episode alone, such as the friction."""
+    control_step: float
+    """For how long an action is held [s], in the mean."""
+    _done: int
+    _actions: int
+    """Steps of the simulation."""
+    _outside: float
+    """Since an object was captured [s]."""
+    _seen: Array | None
+    """States whose surroundings a picture shows."""
+
+    def __init__(
+        self,
+        task: str | ScriptedTask,
+        *,
+        channels: Sequence[Channel] | None = None,
+        control_step: float = CONTROL_STEP,
+        patience: float = PATIENCE,
+        render_mode: str | None = None,
+        **parameters: Any,
+    ) -> None:
+        """An environment of a task.
+
+        Args:
+            task: its name, or a task of your own.
+            channels: what the agent drives; None takes CHANNELS of the task's name.
+            control_step: for how long an action is held [s]. Each action begins at the step of the
+                simulation that is nearest to its time, so that 50 Hz are 50 actions a second.
+            patience: for how long no object may be captured before the episode is lost [s].
+            render_mode: None, or "rgb_array": a picture of bodies and sets, which needs the extra
+                `plots`.
+            parameters: of the task, by name, such as friction=0.3.
+
+        Raises ValueError on a task without a script or channels, and on numbers out of range.
+        """
+        made = tasks.make(task, **parameters) if isinstance(task, str) else task
+        if not isinstance(made, ScriptedTask):
+            raise ValueError(f"task is {task!r}, expected one with a script: a ScriptedTask")
+        if made is task and parameters:
+            raise ValueError(f"parameters are {parameters}, expected none with a task that is made")
+        self.task = made
+        self.channels = tuple(CHANNELS.get(made.name, ()) if channels is None else channels)
+        if not self.channels:
+            raise ValueError(
+                f"channels is {channels!r}, expected what the agent drives: task {made.name!r} has "
+                "none of its own"
+            )
+        self.control_step = control_period("control_step", control_step, self.task.step)
+        self.patience = positive_number("patience", patience)
+        if render_mode is not None:
+            one_of("render_mode", render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+        self._low = np.array([channel.low for channel in self.channels])
+        self._high = np.array([channel.high for channel in self.channels])
+        self._begin(np.random.default_rng(0))  # an episode to ask about before the first reset
+        kind: Any = np.float64
+        self.action_space = spaces.Box(self._low, self._high, dtype=kind)
+        self.observation_space = spaces.Box(-np.inf, np.inf, self.state.shape, kind)
+
+    @property
+    def time(self) -> float:
+        """Since the start of the episode [s]."""
+        return float(self._done * self.task.step)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """A new episode; its start and params are those of `task.rollout(seed)`. No options."""
+        super().reset(seed=seed)
+        self._begin(self.np_random)
+        return self.state.copy(), self._info()
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Holds an action, clipped to its bounds, for a control step.
+
+        Raises ValueError on an action of another shape, or with a number that is not finite.
+        """
+        drive = acted(self._rows(), self.channels, self._checked(action))
+        steps = min(self._held(), self.task.steps - self._done)
+        if steps < 1:
+            raise ValueError("the episode is over, expected reset() before the next step")
+        self.state = self._driven(self.state, drive, steps)[-1]
+        self._done, self._actions = self._done + steps, self._actions + 1
+        outside = self._outside + steps * self.task.step
+        self._outside = 0.0 if any(self._inside(self._captured)) else outside
+        info = self._info()
+        terminated = info["success"] or info["lost"]
+        truncated = not terminated and self._done == self.task.steps
+        share = float(np.mean(self._inside(self._succeeded)))
+        return self.state.copy(), share * (terminated or truncated), terminated, truncated, info
+
+    def nominal_action(self) -> Array:
+        """What the task's script does in the next control step, on average."""
+        return action_of(self._rows(), self.channels)
+
+    def policy_arguments(self) -> dict[str, Any]:
+        """Arguments of em.Policy for an agent of this environment: command, convert and period.
+
+        Raises ValueError on a task whose script drives more than the agent.
+        """
+        driven = {channel.body or channel.joint for channel in self.channels}
+        script = self.task.script(self.params)
+        others = sorted({*script.wrenches, *script.targets} - driven)
+        if others:
+            raise ValueError(
+                f"env is of a task whose script drives {others[0]!r} too, expected one whose "
+                "drives are all the agent's"
+            )
+        return {
+            "command": [channel.name for channel in self.channels],
+            "convert": partial(np.add, [channel.offset for channel in self.channels]),
+            "period": self.control_step,
+        }
+
+    def present(self) -> Problem:
+        """The question of the task at this state, without a clock."""
+        return self.task.problem(self.state, self.params)
+
+    def future(
+        self, horizon: float, action: Array | None = None, hold: float | None = None
+    ) -> Problem:
+        """Does it stay captured over the next `horizon` [s]?
+
+        The robot holds `action` for `hold` [s], by default a control step, and follows the script
+        afterwards; without an action it follows the script. Raises ValueError on times that are not
+        whole steps of the simulation.
+        """
+        plan = self.task.plan(self.state, self.time, self.params, horizon)
+        if action is not None:
+            rows = self._held() if hold is None else whole_steps("hold", hold, self.task.step)
+            drive = Drive(plan.wrenches, plan.targets)
+            held = acted(drive, self.channels, self._checked(action), min(rows, plan.rows))
+            plan = Plan(plan.step, wrenches=held.wrenches, targets=held.targets)
+        return self.present().replace(
+            captured=self._captured,
+            scene=self._world.scene,
+            horizon=horizon,
+            plan=plan,
+            effector="coast",
+        )
+
+    def render(self) -> Any:
+        """The state as a picture, shape (height, width, 3) of bytes; None without a render mode."""
+        if self.render_mode is None:
+            return None
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        from energymargin.look.plots import plot_state
+        from energymargin.model.outlines import view_of
+
+        if self._seen is None:
+            self._seen = self._driven(self.start, self._script, self.task.steps)
+        problem, plane = self.present(), self.task.plane
+        figure = Figure(figsize=(6.0, 5.0), dpi=DPI)
+        canvas: Any = FigureCanvasAgg(figure)
+        ax = figure.add_subplot()
+        limits = view_of(problem.scene, self._seen, plane, around=0.25)
+        plot_state(problem, ax=ax, plane=plane, limits=limits, detail=DETAIL)
+        ax.set_title(f"{self.time:.2f} s", fontsize=10)
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+    def _begin(self, random: np.random.Generator) -> None:
+        """An episode, drawn in the order of `ScriptedTask.rollout`, so that seeds agree."""
+        self.params = self.task.draw(random)
+        self._world = World(self.task.scene(self.params))
+        self.start = np.asarray(self.task.start(self._world, self.params, random))
+        self._script = self.task.script(self.params)
+        self._captured: Regions = self.task.captured_throughout(self.params)
+        self._succeeded: Regions = self.task.succeeded(self.params)
+        self.state = self.start.copy()
+        self._done, self._actions, self._outside, self._seen = 0, 0, 0.0, None
+
+    def _driven(self, state: Array, drive: Drive, steps: int) -> Array:
+        """A state, and where so many steps of a drive take it, shape (2, n)."""
+        drives: Any = {"drives": drive.wrenches, "targets": drive.targets}
+        return np.array(self._world.simulate(state, steps, record=[0, steps], **drives).states)
+
+    def _rows(self) -> Drive:
+        """The script's rows of the next control step; the last one, once it is over."""
+        first = min(self._done, self.task.steps - 1)
+        return self._script.between(first, min(first + self._held(), self.task.steps))
+
+    def _held(self) -> int:
+        """For how many steps the next action is held."""
+        end = nearest_steps((self._actions + 1) * self.control_step, self.task.step)
+        return int(end) - self._done
+
+    def _checked(self, action: Array) -> Array:
+        expected = f"{len(self._low)} finite numbers"
+        numbers = numbers_of("action", action, expected, self._low.shape)
+        return np.asarray(np.clip(numbers, self._low, self._high))
+
+    def _info(self) -> dict[str, Any]:
+        return {
+            "time": self.time,
+            "captured": any(self._inside(self._captured)),
+            "success": all(self._inside(self._succeeded)),
+            "lost": self._outside >= self.patience - self.task.step / 2,
+        }
+
+    def _inside(self, sets: Regions) -> list[bool]:
+        """Whether the state is in the set of each object, or in that of all together."""
+        found: list[bool] = inside(sets, self._world.scene, self.state).tolist()
+        return found
+
+
+@dataclass(frozen=True)
+class ScriptedFuture:
+    """Does it stay captured over a horizon, while the robot follows the task's script?
+
+    For environments of `TaskEnv`. With an action the robot holds that first: the question of a
+    filter. Raises ValueError when it is asked about another environment.
+    """
+
+    horizon: float = 0.5
+    """[s]"""
+    hold: float | None = None
+    """For how long the action is held [s]; None: for a control step."""
+
+    def __call__(self, env: gymnasium.Env[Any, Any], action: Array | None = None) -> Problem:
+        """The problem of the state that the environment is in."""
+        return task_env(env).future(self.horizon, action, self.hold)
+
+
+def present(env: gymnasium.Env[Any, Any]) -> Problem:
+    """The question without a clock, for the capture score, efforts and the force score.
+
+    For environments of `TaskEnv`; raises ValueError on another.
+    """
+    return task_env(env).present()
+
+
+def register_environments() -> None:
+    """`EnergyMarginPush-v0` and the others, one for each task with channels; once."""
+    for name in CHANNELS:
+        identifier = f"EnergyMargin{name.title().replace('-', '')}-v0"
+        if identifier not in gymnasium.registry:
+            gymnasium.register(
+                identifier,
+                entry_point="energymargin.act.gym.environment:TaskEnv",
+                kwargs={"task": name},
+            )
+
+
+def task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
+    """The environment of this package inside of wrappers. Raises ValueError on another."""
+    inner = env.unwrapped
+    if not isinstance(inner, TaskEnv):
+        raise ValueError(
+            f"env is {env}, expected one of energymargin; for another write problem_of(env), "
+            "which returns a Problem of its state"
+        )
+    return inner

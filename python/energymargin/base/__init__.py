@@ -1,0 +1,1 @@
+"""What every floor needs: checks, errors, files that are replaced whole, words for people."""

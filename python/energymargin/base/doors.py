@@ -1,0 +1,234 @@
+"""Arguments of public functions and classes that are of another kind than their annotation says.
+
+The functions check values and bounds themselves. Where they stumble over another kind of object,
+such as a str where a Problem is wanted, the argument is named here, in one place.
+"""
+
+from __future__ import annotations
+
+import collections.abc
+import functools
+import inspect
+import numbers
+import os
+import re
+import sys
+import types
+import typing
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energymargin.base.checks import shown
+
+
+class Kind(typing.NamedTuple):
+    """What an argument may be."""
+
+    has: Callable[[Any], bool]
+    """Whether a value is of this kind."""
+    words: str
+    """The kind in words, as "a Problem"."""
+
+
+NONE = Kind(lambda value: value is None, "None")
+NUMBER = Kind(lambda value: isinstance(value, (numbers.Number, np.bool_)), "a number")
+PATH = Kind(lambda value: isinstance(value, (str, os.PathLike)), "a path")
+DICT = Kind(lambda value: isinstance(value, Mapping), "a dict")
+PLAIN = {
+    None: NONE,
+    type(None): NONE,
+    float: NUMBER,  # the function knows the bounds, and whether it has to be whole
+    int: NUMBER,
+    bool: Kind(NUMBER.has, "True or False"),
+    str: Kind(lambda value: isinstance(value, str), "a str"),
+    Path: PATH,
+    os.PathLike: PATH,
+    Mapping: DICT,
+    dict: DICT,
+    Callable: Kind(callable, "a function"),
+}
+STUMBLES = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
+SEQUENCES = (list, tuple, Sequence, collections.abc.Iterable)
+
+
+def check_doors(namespace: dict[str, Any], names: Sequence[str]) -> None:
+    """Checks what these functions and classes of a package, of its namespace, are called with."""
+    package = namespace["__name__"]
+    for name in names:
+        if name in namespace:
+            namespace[name] = checked(namespace[name], package)
+
+
+def checked(door: Any, package: str) -> Any:
+    """A function that names an argument of another kind; a class with such methods.
+
+    Anything else is returned as it is. `package` is where users find it.
+    """
+    if isinstance(door, types.FunctionType) and not hasattr(door, "__wrapped__"):
+        return _checked_function(door, package)
+    if isinstance(door, type) and door.__module__.startswith("energymargin."):
+        for name, member in list(methods(door)):
+            if not isinstance(member, (classmethod, staticmethod)):
+                setattr(door, name, _checked_function(member))
+            else:
+                setattr(door, name, type(member)(_checked_function(member.__func__)))
+    return door
+
+
+def methods(kind: type) -> Iterator[tuple[str, Any]]:
+    """The public methods that a class defines itself, and how it is made unless it only carries
+    what a function found."""
+    carries = hasattr(kind, "__dataclass_fields__") and "__post_init__" not in vars(kind)
+    if getattr(kind, "_is_protocol", False):
+        return
+    for name, member in vars(kind).items():
+        is_public = not name.startswith("_") or (name == "__init__" and not carries)
+        function = getattr(member, "__func__", member)
+        if is_public and isinstance(function, types.FunctionType):
+            yield name, member
+
+
+def _checked_function(function: Any, package: str | None = None) -> Any:
+    @functools.wraps(function)
+    def checked_function(*args: Any, **kwargs: Any) -> Any:
+        progress = kwargs.get("progress")
+        if progress is not None and not callable(progress):  # it may be called late, or never
+            raise ValueError(f"progress is {shown(progress)}, expected a function")
+        try:
+            return function(*args, **kwargs)
+        except STUMBLES as error:
+            names, kinds = kinds_of(function)
+            if type(error).__module__ != "builtins" or _names_one(error, kinds):
+                raise
+            for name, value in (*zip(names, args, strict=False), *kwargs.items()):
+                kind = kinds.get(name)
+                if kind is not None and not kind.has(value):
+                    text = f"{name} is {shown(value)}, expected {kind.words}"
+                    raise ValueError(text) from error
+            raise
+
+    if package is not None:
+        checked_function.__module__ = package  # where pickle looks for it
+    return checked_function
+
+
+def _names_one(error: Exception, arguments: Iterable[str]) -> bool:
+    """Whether an error is about an argument, and says so."""
+    text = str(error)
+    return "expected" in text and any(re.search(rf"\b{name}\b", text) for name in arguments)
+
+
+@functools.cache
+def kinds_of(function: Any) -> tuple[tuple[str, ...], dict[str, Kind]]:
+    """The arguments of a function by position, and by name what each has to be, if that is said."""
+    kinds = {}
+    names = []
+    for one in inspect.signature(function).parameters.values():
+        if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
+            continue
+        if one.kind != one.KEYWORD_ONLY:
+            names.append(one.name)
+        kind = _kind(_hint(function, one.annotation), str(one.annotation))
+        if kind is not None:
+            kinds[one.name] = kind
+    return tuple(names), kinds
+
+
+def _hint(function: Any, annotation: Any) -> Any:
+    """An annotation as an object; Any if it has names that are there for type checkers alone."""
+    if not isinstance(annotation, str):
+        return Any if annotation is inspect.Parameter.empty else annotation
+    spaces: list[dict[str, Any]] = [{}, _ForTypes()]
+    for names in spaces:
+        try:
+            return eval(annotation, function.__globals__, names)
+        except (NameError, TypeError, AttributeError):
+            continue
+    return Any
+
+
+class _ForTypes(dict[str, Any]):
+    """The package's classes, for annotations of modules that import them for types alone."""
+
+    def __missing__(self, name: str) -> Any:
+        package = sys.modules["energymargin"]
+        if name not in package.HOMES:
+            raise KeyError(name)
+        return getattr(package, name)
+
+
+def _alternatives(hint: Any) -> list[Any]:
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        return [one for part in typing.get_args(hint) for one in _alternatives(part)]
+    return [hint]
+
+
+ARRAYS = _alternatives(ArrayLike)  # texts among them, which are no numbers
+
+
+def _kind(hint: Any, text: str = "") -> Kind | None:
+    """None: anything may be right. `text`: as it is written, where a str beside numbers is seen."""
+    alternatives = _alternatives(hint)
+    if all(one in alternatives for one in ARRAYS):
+        beside = [str] if re.search(r"(^|\| )str( \||$)|PathLike", text) else []
+        alternatives = [*beside, ARRAYS, *(one for one in alternatives if one not in ARRAYS)]
+    kinds = [_simple_kind(one) for one in alternatives]
+    return None if None in kinds else _any_of([kind for kind in kinds if kind is not None])
+
+
+def _any_of(kinds: Sequence[Kind]) -> Kind:
+    words = " or ".join(dict.fromkeys(kind.words for kind in kinds))
+    return Kind(lambda value: any(kind.has(value) for kind in kinds), words)
+
+
+def _simple_kind(hint: Any) -> Kind | None:
+    origin = typing.get_origin(hint) or hint
+    if hint is ARRAYS or origin is np.ndarray:
+        return _array(0 if hint is ARRAYS else 1)
+    if isinstance(origin, collections.abc.Hashable) and origin in PLAIN:
+        return PLAIN[origin]
+    if origin in SEQUENCES:
+        return _sequence(origin, typing.get_args(hint))
+    if hint is Any or not isinstance(hint, type):
+        return None
+    words = f"{'an' if hint.__name__[0] in 'AEIOU' else 'a'} {hint.__name__}"
+    if not getattr(hint, "_is_protocol", False):
+        return Kind(lambda value: isinstance(value, hint), words)
+    members = [name for name in {*vars(hint), *hint.__annotations__} if not name.startswith("_")]
+    return Kind(lambda value: all(hasattr(value, name) for name in members), words)
+
+
+def _array(least: int) -> Kind:
+    """Numbers of so many dimensions at least."""
+
+    def has(value: Any) -> bool:
+        try:
+            array = None if value is None else np.asarray(value)
+        except (TypeError, ValueError):
+            return False
+        return array is not None and array.ndim >= least and array.dtype.kind in "biuf"
+
+    return Kind(has, "an array of numbers" if least else "numbers")
+
+
+def _sequence(origin: Any, parts: tuple[Any, ...]) -> Kind:
+    """Of a fixed length if the parts say so, else each item is looked at."""
+    fixed = origin is tuple and bool(parts) and parts[-1] is not Ellipsis
+    item = _kind(parts[0]) if parts and not fixed else None
+
+    def has(value: Any) -> bool:
+        if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__iter__"):
+            return False
+        if fixed:
+            return hasattr(value, "__len__") and len(value) == len(parts)
+        if item is None or not isinstance(value, (list, tuple)):  # others may be used once
+            return True
+        return all(item.has(one) for one in value)
+
+    if fixed:
+        return Kind(has, f"{len(parts)} values")
+    return Kind(has, "a list" if item is None else f"a list, each item {item.words}")

@@ -1,0 +1,11 @@
+"""Models that are known with an error: beliefs over problems, their particles and their scores."""
+
+from energymargin.base.doors import check_doors
+from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
+from energymargin.evaluate.belief_scoring import score_belief
+from energymargin.model.beliefs.belief import Belief, Particles
+from energymargin.model.beliefs.uncertainty import Uncertainty
+
+__all__ = ["Belief", "BeliefScore", "BeliefScores", "Particles", "Uncertainty", "score_belief"]
+
+check_doors(globals(), __all__)

@@ -1,0 +1,102 @@
+"""Problems that are to be scored, chunks of them on a worker, and rows of their scores."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
+from energymargin.base.metrics import METRICS
+from energymargin.base.reprs import Record
+from energymargin.evaluate.divergence import MOST
+from energymargin.evaluate.parallel import POLL
+from energymargin.evaluate.searches import SearchSettings
+
+Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Times [s] and the probability until each, (T,)."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Row(Record):
+    """The scores of one problem."""
+
+    index: int
+    """The problem's stream index."""
+    scores: dict[str, float] = field(default_factory=dict)
+    """By metric; of a belief the means."""
+    times: dict[str, float] = field(default_factory=dict)
+    """By metric: computing time [s]; of metrics that share a search, at the first alone."""
+    curves: Mapping[str, Curve] = field(default_factory=dict)
+    """By metric, of those that have one."""
+    steps: int = 0
+    """Simulation steps of all of them."""
+    unconverged: int = 0
+    """Simulation steps whose contact solver did not converge."""
+    lost_time: float = 0.0
+    """Time in which nothing moved, as bodies would have passed through each other [s]."""
+    diverged: int = 0
+    """Rollouts of all of them that diverged."""
+    warnings: tuple[str, ...] = ()
+    """What speaks against the scores."""
+    error: str | None = None
+    """What went wrong, or None."""
+    particles: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """By metric, of a belief alone: the scores of its N particles, shape (N,)."""
+
+    @property
+    def seconds(self) -> float:
+        """Computing time of all of them [s]."""
+        return sum(self.times.values(), 0.0)
+
+
+_SEARCHED = [one.name for one in fields(Row) if one.name != "particles"]
+
+
+@dataclass(frozen=True)
+class Work:
+    """One problem, and the metrics that are asked for."""
+
+    index: int
+    """The problem's stream index."""
+    problem: Problem
+    metrics: tuple[str, ...]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """How to make it where it is unpickled; ValueError for a user's own predicate, and for a
+        policy whose code cannot go there."""
+        try:
+            return _read, (self.index, pickle.dumps(self.problem), self.metrics)
+        except ValueError as error:
+            raise ValueError(f"problem {self.index}: {error}") from error
+
+
+def _read(index: int, problem: bytes, metrics: tuple[str, ...]) -> Work:
+    return Work(index, pickle.loads(problem), metrics)
+
+
+def given_up(work: Work, why: str) -> Row:
+    """The row of a problem over which workers have died."""
+    return Row(work.index, error=why)
+
+
+def score_chunk(
+    settings: SearchSettings, work: Sequence[Work], cancel: Cancel, *, most_diverged: float = MOST
+) -> Sequence[Row]:
+    """The rows of a chunk, on one thread; once it is cancelled, those that are finished. A
+    probability of which more than this share of the rollouts diverge is an error."""
+    run = ScoreRun(list(METRICS), threads=1, most_diverged=most_diverged, **settings.all())
+    for metrics, group in groupby(work, key=lambda one: one.metrics):
+        same = list(group)
+        run.add([one.problem for one in same], [one.index for one in same], list(metrics))
+    rows: list[ScoreRow] = []
+    while not (run.finished or cancel.is_set):
+        rows += run.take(POLL)
+    run.cancel()
+    rows += run.take(0)
+    return [Row(**{name: getattr(row, name) for name in _SEARCHED}) for row in rows]

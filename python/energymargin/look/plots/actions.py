@@ -1,0 +1,176 @@
+"""Rankings of candidates, and how a plan was improved."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from energymargin.act.improvement import Improvement
+from energymargin.act.ranking import Ranking, Standing
+from energymargin.base.checks import check_type
+from energymargin.base.metrics import axis_label, is_likelihood
+from energymargin.look.plots.styles import (
+    axes_or_new,
+    curve_style,
+    draw_bounded,
+    draw_legend,
+    folded,
+    light_grid,
+    room_for_infinity,
+)
+
+BEST, ALIKE, WORSE = "tab:blue", "0.25", "0.7"
+DISTURBANCE_COLOR = "tab:orange"
+PARAMETER_COLORS = ("#009E73", "#CC79A7", "#56B4E9", "#7F5539")  # of no other line of the figure
+LINE, LETTER = 0.19, 0.085  # inch: of a candidate's name
+BETWEEN = 0.14  # inch, between two candidates
+ENDLESS = "no escape found"
+
+
+def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
+    """The candidates with their 95 % intervals, the best on top: blue the best, black those that
+    may be better, grey the others; a hollow mark left the race.
+
+    A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
+    the axes of a new figure. Raises ValueError on another thing than a Ranking.
+    """
+    check_type("ranking", ranking, Ranking, "a Ranking, as of em.rank")
+    names = [folded(name) for name in ranking.names]
+    lines = [line for name in names for line in name.split("\n")]
+    width = 4.2 + LETTER * max(map(len, lines))
+    ax = axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
+    colors = [
+        BEST if row == 0 else ALIKE if standing.name in ranking.confidence_set else WORSE
+        for row, standing in enumerate(ranking)
+    ]
+    edge = _scale(ax, ranking)
+    for row, (standing, color) in enumerate(zip(ranking, colors, strict=True)):
+        _draw_standing(ax, row, standing, color, edge)
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(ranking) - 0.5, -0.5)
+    ax.set_xlabel(axis_label(ranking.metric))
+    light_grid(ax)
+    _explain(ax, ranking, colors)
+    return ax
+
+
+def figure_improvement(improvement: Improvement) -> Figure:
+    """The scores of each generation and the strength of the disturbance; where the parameters went;
+    and the last comparison. Raises ValueError on another thing than an Improvement."""
+    check_type("improvement", improvement, Improvement, "an Improvement, as of em.improve")
+    figure = Figure(figsize=(12.0, 4.0), dpi=150, layout="constrained")
+    scores, parameters, last = figure.subplots(1, 3, width_ratios=(1.1, 1.1, 1.0))
+    _draw_scores(scores, improvement)
+    _draw_parameters(parameters, improvement)
+    plot_ranking(improvement.ranking, last)
+    scores.set_title("search: each generation meets new draws", fontsize=9)
+    parameters.set_title("the strategy's best guess after each generation", fontsize=9)
+    last.set_title("last comparison: new draws, as stated", fontsize=9)
+    return figure
+
+
+# A ranking
+
+
+def _scale(ax: Axes, ranking: Ranking) -> float:
+    """Sets the limits of the scores; where an interval without an end goes to."""
+    if is_likelihood(ranking.metric):
+        ax.set_xlim(-0.02, 1.02)
+        return 1.0
+    edge, _ = room_for_infinity(
+        ax.xaxis, np.array([(s.low, s.score, s.high) for s in ranking]).ravel()
+    )
+    return np.inf if np.isnan(edge) else edge
+
+
+def _draw_standing(ax: Axes, row: int, standing: Standing, color: str, edge: float) -> None:
+    low, score, high = np.minimum((standing.low, standing.score, standing.high), edge)
+    fill = color if standing.racing else "white"
+    ax.plot([low, high], [row, row], color=color, linewidth=1.6)
+    if np.isposinf(standing.high):
+        ax.plot(high, row, ">", color=color, markersize=4)
+    endless = np.isposinf(standing.score)
+    ax.plot(
+        *(score, row, ">" if endless else "o"),
+        color=color,
+        markerfacecolor=fill,
+        markersize=7 if endless else 5,
+        zorder=3,
+    )
+
+
+def _explain(ax: Axes, ranking: Ranking, colors: list[str]) -> None:
+    """What the marks mean, of those that there are."""
+    words = {BEST: "best", ALIKE: "may be better", WORSE: "worse"}
+    dot: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 5}
+    for color, text in words.items():
+        if color in colors:
+            ax.plot([], [], color=color, label=text, **dot)
+    out = [color for one, color in zip(ranking, colors, strict=True) if not one.racing]
+    if out:
+        ax.plot([], [], color=out[0], markerfacecolor="white", label="left the race", **dot)
+    if any(np.isposinf(standing.high) for standing in ranking):
+        ax.plot([], [], color=ALIKE, label=ENDLESS, **dot | {"marker": ">"})
+    ax.plot([], [], color=ALIKE, linewidth=1.6, label="95 % interval")
+    draw_legend(ax, "below")
+
+
+# How a plan was improved
+
+
+def _draw_scores(ax: Axes, improvement: Improvement) -> None:
+    """Draws the scores of all plans, best and median of each generation, and the factor."""
+    generations = improvement.generations
+    numbers = np.arange(1, len(generations) + 1)
+    every = np.repeat(numbers, [len(one.scores) for one in generations])
+    scores = np.concatenate([one.scores for one in generations])
+    best = np.array([one.scores[one.best] for one in generations])
+    median = np.array([_median(one.scores) for one in generations])
+    height, _ = room_for_infinity(ax.yaxis, scores)
+    plans: dict[str, Any] = {"linestyle": "", "endless": ENDLESS}
+    line: dict[str, Any] = {"linewidth": 1.4, "markersize": 3}
+    draw_bounded(ax, every, scores, "each plan", height, color="0.75", marker=".", **plans)
+    draw_bounded(ax, numbers, median, "median", height, color=ALIKE, marker="s", **line)
+    draw_bounded(ax, numbers, best, "best", height, color=BEST, marker="o", **line)
+    ax.set_ylabel(axis_label(improvement.ranking.metric))
+    _count_generations(ax, len(numbers))
+    factors = [one.factor for one in generations]
+    if max(factors) > 1.0:
+        beside = ax.twinx()
+        beside.step(numbers, factors, where="mid", color=DISTURBANCE_COLOR, linewidth=1.2)
+        beside.set_ylabel("disturbance, times the stated one", color=DISTURBANCE_COLOR)
+        beside.set_ylim(bottom=0.0)
+    draw_legend(ax, "below")
+
+
+def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
+    """The strategy's favourite after each generation, and the numbers of the last one."""
+    points = np.array([one.favourite for one in improvement.generations])
+    numbers = np.arange(1, len(points) + 1)
+    ranges = improvement.ranges.items()
+    for k, ((name, (low, high)), column) in enumerate(zip(ranges, points.T, strict=True)):
+        look = curve_style(k).look(color=PARAMETER_COLORS[k % len(PARAMETER_COLORS)])
+        last = low + column[-1] * (high - low)
+        label = f"{folded(name)}: {last:.3g} of {low:g} to {high:g}"
+        ax.plot(numbers, column, label=label, **look)
+    ax.set(ylabel="share of the parameter's range", ylim=(-0.02, 1.02))
+    _count_generations(ax, len(points))
+    draw_legend(ax, "below", ncols=1, title="last value")
+
+
+def _count_generations(ax: Axes, count: int) -> None:
+    """The axis of their numbers."""
+    ax.set(xlabel="generation", xlim=(0.5, count + 0.5))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    light_grid(ax)
+
+
+def _median(scores: NDArray[np.float64]) -> float:
+    """Median of the scores that are not NaN; NaN if there is none."""
+    there = scores[~np.isnan(scores)]
+    return float(np.median(there)) if len(there) else np.nan

@@ -1,0 +1,120 @@
+"""Grasps: their probabilities by rank, and a hand on its object from two sides."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from energymargin._core import Scene
+from energymargin.base.checks import check_type, whole_number
+from energymargin.grasps.scores import GraspScores, grasp_of
+from energymargin.grasps.trials import NO_GRIP, Closed
+from energymargin.look.plots.scenes import draw_bodies, set_plane
+from energymargin.look.plots.styles import LOST_COLOR, axes_or_new, draw_legend, folded, light_grid
+from energymargin.model.outlines import Plan, view_of
+
+KINDS = {  # by label: words, colour, marker
+    "held": ("recorded as held", "#0072B2", "o"),
+    "lost": ("recorded as lost", LOST_COLOR, "X"),
+    "": ("no label", "0.45", "D"),
+}
+NAMED = 40  # grasps whose names stand below them
+SIZE = (8.0, 3.6)  # inch
+SIDES: tuple[Plan, Plan] = (("x", "z"), ("y", "z"))
+AXES = {"x": "as the fingers open [m]", "y": "across that [m]", "z": "against the approach [m]"}
+DOWN = np.diag([1.0, -1.0, -1.0])  # turns z, the approach, down
+
+
+def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
+    """Probabilities with their 95 % intervals, the best grasp on the left, by recorded label.
+
+    A dot is recorded as held (a label of at least 0.5), a cross as lost. Grasps without a score are
+    left out. Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than
+    GraspScores.
+    """
+    check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
+    axes = axes_or_new(ax, *SIZE)
+    scored = scores.ranked
+    ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
+    low, high = scores.interval()[scored].T
+    kinds = np.array([_kind(label) for label in scores.grasps.labels[scored]])
+    size = float(np.clip(160 / max(len(scored), 1), 2.0, 6.0))
+    for kind, (words, color, marker) in KINDS.items():
+        own = kinds == kind
+        if own.any():
+            axes.vlines(
+                ranks[own], low[own], high[own], color=color, alpha=0.35, linewidth=size / 3
+            )
+            look: dict[str, Any] = {"color": color, "marker": marker, "markersize": size}
+            axes.plot(ranks[own], values[own], linestyle="", label=words, **look)
+    axes.set(xlim=(0.5, max(len(scored), 1) + 0.5), ylim=(-0.03, 1.03))
+    axes.set(xlabel="rank", ylabel="probability that it holds")
+    if len(scored) <= NAMED:
+        names = [folded(scores.grasps.names[k]) for k in scored]
+        axes.set_xticks(ranks, names, rotation=90, fontsize=8)
+        axes.set_xlabel("grasp")
+    light_grid(axes)
+    if set(kinds) - {""}:
+        draw_legend(axes)
+    return axes
+
+
+def figure_grasp(scores: GraspScores, number: int) -> Figure:
+    """A grasp from two sides, as it is believed most: the hand (green) once it has closed.
+
+    The hand comes from above: z is against its approach, x the way in which its fingers open. With
+    a table z is up, and the hand is turned about it alone. A hand that has no place is drawn open,
+    inside of what it is in. Raises ValueError on another thing than GraspScores, or no number of a
+    grasp.
+    """
+    check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
+    if whole_number("number", number, 0) >= len(scores.grasps):
+        raise ValueError(f"number is {number}, expected 0 to {len(scores.grasps) - 1}")
+    trials, grasp = scores.trials, grasp_of(scores.grasps, number)
+    draw = trials.draw(-1)
+    closed, (scene, _) = trials.grip(grasp, draw), trials.scene(grasp.opening, draw, gravity=False)
+    what = f"the hand {NO_GRIP[closed.ending]}" if closed.ending else "gripped"
+    state = _turned(scene, closed, trials.protocol.table)
+    views = [view_of(scene, state[np.newaxis], plane) for plane in SIDES]
+    low, high = min(view[1][0] for view in views), max(view[1][1] for view in views)
+    figure = Figure(figsize=(7.0, 3.8), layout="constrained")
+    widths = [max(right - left, (high - low) / 2) for (left, right), _ in views]
+    axes = figure.subplots(1, 2, width_ratios=widths)
+    for ax, plane, (sides, _) in zip(axes, SIDES, views, strict=True):
+        limits = (sides, (low, high))
+        draw_bodies(ax, scene, state, plane, limits)
+        set_plane(ax, plane, limits)
+        names = {**AXES, "z": "height [m]"} if trials.protocol.table else AXES
+        ax.set(xlabel=names[plane[0]], ylabel=names[plane[1]])
+        ax.locator_params(nbins=4)
+    figure.suptitle(f"{folded(scores.grasps.names[number])}: {what}", fontsize=10)
+    return figure
+
+
+def _turned(scene: Scene, closed: Closed, table: bool) -> NDArray[np.float64]:
+    """The state seen from the hand; with a table about the vertical alone."""
+    hand = closed.hand
+    place = scene.unpack(closed.state)[hand.base]
+    grasp = Rotation.from_quat(place["orientation"]) * Rotation.from_matrix(hand.frame[:3, :3])
+    back = Rotation.from_matrix(DOWN) * grasp.inv()
+    if table:
+        x, y, _ = grasp.apply([1.0, 0.0, 0.0])
+        back = Rotation.from_euler("z", -np.arctan2(y, x))
+    center = np.array(place["position"])
+    center[2] = 0.0 if table else center[2]
+    turned = closed.state.copy()
+    for name in (hand.base, "object"):
+        numbers = turned[scene.slice(name)]
+        numbers[:3] = back.apply(numbers[:3] - center)
+        numbers[3:7] = (back * Rotation.from_quat(numbers[3:7])).as_quat()
+        turned[scene.slice(name)] = numbers
+    return turned
+
+
+def _kind(label: float) -> str:
+    return "" if np.isnan(label) else "held" if label >= 0.5 else "lost"

@@ -1,0 +1,224 @@
+"""A report: its choices, what it computes, its tables of AUC and AP, and the page as one file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from energymargin.base.checks import check_type, whole_number
+from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
+from energymargin.base.metrics import TIMED
+from energymargin.base.replacing import replaced
+from energymargin.base.summary import Summary, summary
+from energymargin.look.report.pictures import along, curves, distributions
+from energymargin.look.report.subject import (
+    Data,
+    Subject,
+    notices,
+    read_data,
+    read_subject,
+    view_command,
+)
+from energymargin.look.report.worst import worst
+from energymargin.records.evaluation import Evaluation, evaluate
+from energymargin.records.evaluation.bootstrap import DRAWS
+from energymargin.records.evaluation.curves import by_trajectory, target_name, wrongness
+from energymargin.records.evaluation.labelled import HORIZON, LAST_FRAMES
+from energymargin.records.evaluation.table import tables_of
+
+SUFFIXES = (".html", ".htm")
+READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
+PACKAGES = ("energymargin", "numpy", "scikit-learn", "matplotlib")
+ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too narrow
+
+Progress = Callable[[str, float], None]
+_LEAST = {"trajectories": 1, "pictures": 0, "last": 1, "draws": 1, "seed": 0}
+_AMONG = {"all": "all states", "captured": "states that are captured now"}
+
+
+@dataclass(frozen=True)
+class Options:
+    """The choices of who writes a report. Raises ValueError on what cannot be."""
+
+    trajectories: int = 30
+    """At most so many are shown, half of them those that the scores get most wrong."""
+    pictures: int = 2
+    """So many states of each score and label have a picture, for which their search is repeated."""
+    frames: int | None = None
+    """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
+    as far as the scores do, which is HORIZON for those without one of their own, or as far as the
+    longest trajectory goes."""
+    last: int = LAST_FRAMES
+    """As of `evaluate`; so are the next two."""
+    draws: int = DRAWS
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Checks each of them."""
+        for name, least in _LEAST.items():
+            whole_number(name, getattr(self, name), least)
+        if self.frames is not None:
+            whole_number("frames", self.frames, 0)
+
+    def frames_of(self, ahead: int, scored: int | None = None) -> int:
+        """Frames to look ahead, of scores that look `scored` frames ahead. Raises ValueError on
+        more than `ahead`, the most frames that a state has after its own."""
+        if self.frames is None:
+            return min(HORIZON if scored is None else scored, ahead)
+        if self.frames > ahead:
+            raise ValueError(
+                f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest "
+                f"trajectory has {ahead + 1} frames"
+            )
+        return self.frames
+
+
+def write(
+    scores: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    run: int | None = None,
+    options: Options | None = None,
+    data: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> list[str]:
+    """Writes a report of a file of scores: one HTML file that needs no network.
+
+    The same files with the same names give the same bytes. On an error, `output` is as it was.
+
+    Args:
+        scores: the file of scores.
+        output: the page, a path that ends in .html or .htm.
+        run: as of `ScoreStore.run`.
+        options: None is Options().
+        data: the dataset of the run, for times and pictures. None takes the one beside the scores
+            (push.h5 of push-scores.db); without a dataset the page notes what is missing.
+        progress: progress(what, share) is called with what is done now, and the share that is done.
+
+    Returns:
+        What the page lacks, a text each, as at its top.
+
+    Raises:
+        ValueError: if `scores` is no file of scores or has no run, or several and none is chosen;
+            if `options` are not Options, or their `frames` are more than any trajectory; if `data`
+            is another dataset; if `output` has another suffix or is one of these files.
+        OSError: if a file cannot be read or written.
+    """
+    chosen = Options() if options is None else options
+    check_type("options", chosen, Options, "a report.Options")
+    output = Path(output)
+    _check_place(output, {"scores": scores, "data": data})
+    with remembered_interrupts(), replaced(output) as file:
+
+        def tell(what: str, share: float) -> None:
+            raise_if_interrupted()
+            if progress is not None:
+                progress(what, share)
+
+        subject = read_subject(scores, run)
+        with read_data(subject, data) as found:
+            page = _page(subject, found, chosen, output, tell)
+        file.write_text(rendered("page.html", page), encoding="utf-8")
+        raise_if_interrupted()
+    return [" ".join(filter(None, notice)) for notice in page["notices"]]
+
+
+def _page(
+    subject: Subject, data: Data, options: Options, output: Path, tell: Progress
+) -> dict[str, Any]:
+    """Computes what the template shows, by its names there."""
+    labelled, last, future = subject.labelled, options.last, subject.run.future
+    scored = None if future is None else future.frames
+    frames = options.frames_of(int(subject.ahead.max()), scored)
+
+    def part(place: int) -> Callable[[int, int], None]:
+        """The progress of one of two tables."""
+        share = (DRAWN - READ) / 2
+        return lambda done, total: tell("AUC and AP", READ + share * (place + done / total))
+
+    asked: dict[str, Any] = {"draws": options.draws, "seed": options.seed, "last": last}
+    results = [
+        evaluate(scores, among=among, frames=horizons, progress=part(place), **asked)
+        for place, (scores, among, horizons) in enumerate(tables_of(labelled, subject.now))
+    ]
+    every = wrongness(labelled, frames, last)
+    wrong = by_trajectory(every, len(subject.members))
+    mistakes, lacking = worst(
+        *(subject, data, every),
+        each=options.pictures,
+        progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
+    )
+    return {
+        "title": f"Scores of {labelled.task}",
+        "notices": notices(subject, data, output),
+        "about": subject.about,
+        "labels": summary(labelled).notes[0],
+        "algorithm": subject.run.algorithm,
+        "last": last,
+        "draws": options.draws,
+        "enough": ENOUGH,
+        "target": target_name(frames=frames),
+        "tables": list(tables(results)),
+        "along": along(subject, data, wrong, options.trajectories),
+        "scored": len(subject.scored),
+        "unscored": len(wrong) - len(subject.scored),
+        "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
+        "view": view_command(subject, data),
+        "curves": curves(labelled, frames, last),
+        "distributions": distributions(every),
+        "pictures": options.pictures,
+        "mistakes": mistakes,
+        "lacking": lacking,
+        "several": labelled.captured_any is not None,
+        "timed": any(metric in TIMED for metric in subject.metrics),
+        "asks": future,
+        "now": subject.now is not None,
+    }
+
+
+def check_suffix(output: Path) -> None:
+    """Raises ValueError on the name of another file than a page."""
+    if output.suffix not in SUFFIXES:
+        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+
+
+def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
+    """Checks the output before anything is computed; it must not replace the files in `read`."""
+    check_suffix(output)
+    for name, path in read.items():
+        if path is not None and output.resolve() == Path(path).resolve():
+            raise ValueError(
+                f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
+                "expected another place for the page"
+            )
+
+
+def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
+    """A table of each result, or two if there are several objects: of all, and of at least one."""
+    for result in results:
+        table: Summary | None = summary(result)
+        while table is not None:
+            title = f"{table.title or 'AUC/AP of each score'}; {_AMONG[result.among]}"
+            yield replace(table, title=title, lead=result.counted)
+            table = table.further
+
+
+def rendered(name: str, page: Mapping[str, Any]) -> str:
+    """A page as HTML, by a template of this package that fills base.html. Whatever comes from files
+    is escaped by it."""
+    environment = Environment(
+        loader=PackageLoader("energymargin", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    return environment.get_template(name).render(page, versions=versions)

@@ -1,0 +1,247 @@
+"""The subject of a report: a run of a file of scores and its dataset, and what is missing with the
+command that adds it."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.base.closing import Closing
+from energymargin.base.metrics import ANY, METRICS, TIMED, USUAL
+from energymargin.base.reprs import Record
+from energymargin.base.settings import flag_of
+from energymargin.base.summary import Summary, summary
+from energymargin.evaluate.searches import SearchSettings, algorithm
+from energymargin.look.plots.trajectories import BAND
+from energymargin.records import datasets
+from energymargin.records.datasets import Dataset, Future
+from energymargin.records.evaluation import LabelledScores
+from energymargin.records.evaluation.labelled import FORCE
+from energymargin.records.store import ScoreStore
+from energymargin.records.store.run import Run
+
+SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Subject(Record):
+    """A run as it was when it was read: others may go on to score it."""
+
+    path: Path
+    """The file of scores."""
+    run: Run
+    """What it asks and with which settings. The file is closed: it has no scores any more."""
+    runs: int
+    """How many the file has."""
+    about: Summary
+    """Rows of the run: its task, what it asked, what it left out."""
+    labelled: LabelledScores
+    now: LabelledScores | None
+    """Of scores with a horizon, those of the states as they are beside them, if there are any."""
+    bands: dict[str, NDArray[np.float64]]
+    """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
+    a belief."""
+
+    @cached_property
+    def members(self) -> list[NDArray[np.int64]]:
+        """The numbers of the states, one array a trajectory."""
+        return self.labelled.by_trajectory()
+
+    @cached_property
+    def frames(self) -> NDArray[np.int64]:
+        """Which frame of its trajectory each state is, shape (N,)."""
+        return np.concatenate([np.arange(len(states)) for states in self.members])
+
+    @cached_property
+    def ahead(self) -> NDArray[np.int64]:
+        """How many frames of its trajectory were recorded after each state, shape (N,)."""
+        return np.concatenate([np.arange(len(states))[::-1] for states in self.members])
+
+    @cached_property
+    def scored(self) -> list[int]:
+        """Places of the trajectories that have a score."""
+        lacks = np.all([np.isnan(values) for values in self.labelled.scores.values()], axis=0)
+        return [t for t, own in enumerate(self.members) if not lacks[own].all()]
+
+    def scores(self, metric: str) -> NDArray[np.float64]:
+        """Scores of a metric as it is named in tables, shape (N,): there one force score is held
+        against two labels."""
+        name = FORCE if metric == FORCE + ANY else metric
+        return self.labelled.scores[name]
+
+    @property
+    def metrics(self) -> Sequence[str]:
+        """Metrics of which there are scores."""
+        return list(self.labelled.scores)
+
+    @property
+    def several(self) -> bool:
+        """Whether there are labels of at least one of several objects."""
+        return self.labelled.captured_any is not None or self.labelled.success_any is not None
+
+
+@dataclass(frozen=True)
+class Data(Closing):
+    """The dataset of a run, open: its times and states, which a file of scores does not hold."""
+
+    dataset: Dataset | None
+    lacking: str = ""
+    """Why there is none."""
+    path: Path | None = None
+
+    def close(self) -> None:
+        """Closes it."""
+        if self.dataset is not None:
+            self.dataset.close()
+
+
+def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
+    """A run of a file of scores, as of `ScoreStore.run`. Raises what that does, and ValueError if
+    there is no run, or `number` is no whole number."""
+    path = Path(path)
+    with ScoreStore(path) as store:
+        if not store.runs():
+            made = f"energymargin score DATASET -o {path}"
+            raise ValueError(f"{path} has no scores yet; `{made}` puts some in")
+        run = store.run(number)
+        now = store.beside(run)
+        return Subject(
+            path=path,
+            run=run,
+            runs=len(store.runs()),
+            about=summary(run),
+            labelled=run.labelled_scores(),
+            now=None if now is None else now.labelled_scores(),
+            bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
+        )
+
+
+def read_data(subject: Subject, path: str | os.PathLike[str] | None) -> Data:
+    """The dataset of a run, open: that at `path`, or else the one beside the file of scores.
+
+    Raises ValueError if `path` is given and it is another dataset, and what `datasets.open` does.
+    """
+    place = Path(path or subject.path.with_name(f"{subject.path.stem.removesuffix(SUFFIX)}.h5"))
+    if path is None and not place.exists():
+        return Data(None, f"there is no {place.name} beside {subject.path.name}")
+    try:
+        dataset = datasets.open(place)
+        lacking = subject.run.why_not_of(dataset, str(place), subject.path.name)
+        if lacking:
+            dataset.close()
+            raise ValueError(lacking)
+    except (ValueError, OSError) as error:
+        if path is None:
+            return Data(None, str(error))
+        raise
+    return Data(dataset, path=place)
+
+
+def view_command(subject: Subject, data: Data) -> str:
+    """Opens the dataset in the viewer, beside the scores of this run; empty without a dataset."""
+    if data.path is None:
+        return ""
+    words = ["energymargin", "view", data.path.name, "--scores", subject.path.name]
+    return shlex.join([*words, *(["--run", str(subject.run.number)] if subject.runs > 1 else [])])
+
+
+class Notice(NamedTuple):
+    """One thing that is not there."""
+
+    text: str
+    command: str | None = None
+    """What would put it there."""
+
+
+def notices(subject: Subject, data: Data, output: Path) -> list[Notice]:
+    """All that is missing, for the top of the page, which will be at `output`."""
+    return [
+        *_unscored(subject, data),
+        *_unasked(subject, data),
+        *_no_dataset(subject, data, output),
+        *_other_algorithm(subject),
+    ]
+
+
+def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
+    missing = {m: int(np.isnan(values).sum()) for m, values in subject.labelled.scores.items()}
+    lacking = np.any([np.isnan(values) for values in subject.labelled.scores.values()], axis=0)
+    if not lacking.any():
+        return
+    text = f"{lacking.sum()} of {len(lacking)} states are not scored yet"
+    if len(set(missing.values())) > 1:
+        by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
+        text += f", or not in full: {by_metric}"
+    yield Notice(
+        f"{text}. This command scores them, and of those that cannot be simulated it says why:",
+        _command(subject, data, subject.metrics),
+    )
+
+
+def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
+    """Metrics that the run was not asked for."""
+    asked = USUAL if subject.run.future else [m for m in METRICS if m not in TIMED]
+    there = [m for m in asked if subject.several or not m.endswith(ANY)]
+    unasked = [metric for metric in there if metric not in subject.metrics]
+    if unasked:
+        yield Notice(
+            f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
+            "this adds a run with all scores, and computes only what is new:",
+            _command(subject, data, [*subject.metrics, *unasked] if subject.run.future else None),
+        )
+
+
+def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
+    if data.dataset is None:
+        words = ["energymargin", "report", str(subject.path), "--data", "DATASET.h5"]
+        if subject.runs > 1:
+            words += ["--run", str(subject.run.number)]
+        if output != subject.path.with_suffix(".html"):
+            words += ["-o", str(output)]
+        yield Notice(
+            f"Without the dataset there are no pictures of states, and frames instead of times: "
+            f"{data.lacking}. With it:",
+            shlex.join(words),
+        )
+
+
+def _other_algorithm(subject: Subject) -> Iterator[Notice]:
+    if not subject.run.up_to_date:
+        yield Notice(
+            f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
+            f"{algorithm()}: the trees in the pictures are searched again and may differ."
+        )
+
+
+def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str | None:
+    """That scores the run's dataset with its settings; None if they are not of that command."""
+    known = {own.name: own for own in fields(SearchSettings)}
+    if not set(subject.run.settings) <= set(known):
+        return None
+    future = subject.run.future
+    if future is not None and future != Future(future.frames, future.plan):
+        return None
+    words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
+    if metrics is None and future is None:
+        words.append("--paper")
+    elif metrics is not None:
+        words += ["--metrics", ",".join(metrics)]
+    if future is not None:
+        words += ["--frames", str(future.frames), "--plan", future.plan or "none"]
+    for name, value in subject.run.settings.items():
+        if value is True:
+            words.append(flag_of(known[name]))
+        elif value != known[name].default:
+            words += [flag_of(known[name]), str(value)]
+    if subject.run.sampling is not None:
+        words += ["--belief", subject.run.sampling.uncertainty.to_json()]
+        words += ["--particles", str(subject.run.sampling.particles)]
+    return shlex.join(words)

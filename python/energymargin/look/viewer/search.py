@@ -1,0 +1,224 @@
+"""The scores of one state with their trees, and what is read off these.
+
+A tree of M nodes begins with the tree of fewer, and does not depend on lambda. So a tree that was
+searched once has the likelihoods of all its first nodes, for any lambda.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from cachetools import LRUCache
+from numpy.typing import NDArray
+
+from energymargin._core import (
+    Cancel,
+    Cancelled,
+    CaptureProbability,
+    CaptureScore,
+    EscapeEffort,
+    ForceScore,
+    Problem,
+    Tree,
+    World,
+)
+from energymargin.act.trials import Disturbance
+from energymargin.base.metrics import TIMED
+from energymargin.evaluate.futures import MOMENTS
+from energymargin.evaluate.searches import SearchSettings, metric_search, metrics_of, value_of
+from energymargin.look.plots.scenes import lost_objects
+from energymargin.look.plots.trees import most_cost
+
+MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
+# The scores of eq. 4 to 6, and the set of a problem that each counts nodes in.
+SETS = {
+    "capture": "captured",
+    "success": "succeeded",
+    "capture/any": "captured_any",
+    "success/any": "succeeded_any",
+}
+
+ShareProgress = Callable[[float], None]  # of the share that is done
+Place = tuple[int, int]  # trajectory, frame
+
+
+@dataclass(frozen=True)
+class Scored:
+    """The scores of a state, with their trees."""
+
+    problem: Problem
+    escape: EscapeEffort
+    capture: CaptureScore | None = None
+    """None of a problem with a horizon: that score has no clock."""
+    force: ForceScore | None = None
+    """None if there is no effector, and so no baseline; and of a problem with a horizon."""
+    probability: CaptureProbability | None = None
+    """None of a problem without a horizon, or if it was stopped before there was any rollout."""
+    disturbance: Disturbance | None = None
+    """Disturbance of the probability; of no meaning without one."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether no search was stopped."""
+        first = self.probability if self.capture is None else self.capture
+        return first is not None and first.complete and self.escape.complete
+
+    @property
+    def tree(self) -> Tree:
+        """The tree that is drawn: of the capture score or, with a horizon, of the escape."""
+        return self.escape.tree if self.capture is None else self.capture.tree
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of that tree, without the root."""
+        return len(self.tree) - 1
+
+    @property
+    def size(self) -> int:
+        """Nodes of all trees."""
+        return self.nodes + (0 if self.capture is None else self.escape.nodes)
+
+    @property
+    def empty(self) -> bool:
+        """Whether it was stopped before there was anything."""
+        return self.size == 0 and self.probability is None
+
+    def values(self, nodes: int, rate: float) -> dict[str, float]:
+        """By metric what can be drawn along a trajectory, each from 0 to 1: eq. 4 to 6 of the root
+        and the first `nodes` nodes of the tree at that lambda [1/J] or, with a horizon, of all
+        rollouts."""
+        found = self.probability
+        if self.capture is not None:
+            costs = self.tree.costs[: nodes + 1]
+            weights = np.exp(-rate * (costs - costs.min()))
+            return {
+                name: float(weights[inside[: nodes + 1]].sum() / weights.sum())
+                for name, inside in self.inside.items()
+            }
+        if found is None:
+            return {}
+        return {name: value_of(name, found) for name in metrics_of([self.problem]) if name in TIMED}
+
+    @cached_property
+    def inside(self) -> dict[str, NDArray[np.bool_]]:
+        """Which nodes of the drawn tree are in which set of the problem, each of shape (M + 1,),
+        by the score that counts them: 'capture', and if the problem has such sets 'success',
+        'capture/any' and 'success/any'."""
+        return {
+            name: np.atleast_1d(np.asarray(region.contains(self.problem.scene, self.tree.states)))
+            for name, attribute in SETS.items()
+            if (region := getattr(self.problem, attribute)) is not None
+        }
+
+    @cached_property
+    def lost(self) -> NDArray[np.bool_]:
+        """Which object is out of its capture set in which node, shape (M + 1, k)."""
+        return lost_objects(self.problem, self.tree.states)
+
+    @cached_property
+    def way_out(self) -> Replay | None:
+        """The rollouts of the cheapest escape; None if none was found."""
+        if len(self.escape.path) == 0:
+            return None
+        return replay(self.problem, self.escape.tree, self.escape.path.tolist())
+
+    @cached_property
+    def most(self) -> float:
+        """Where the colours of the costs end [J]: at the costliest captured node, or at the effort
+        of the way out."""
+        return most_cost(self.problem, self.tree, self.escape.effort)
+
+    def read_off(self) -> None:
+        """Computes what is read off the trees now, which may take a second."""
+        _ = self.inside, self.lost, self.way_out, self.most
+
+
+def score_state(
+    problem: Problem,
+    settings: SearchSettings,
+    number: int | None = None,
+    cancel: Cancel | None = None,
+    progress: ShareProgress | None = None,
+    *,
+    disturbance: Disturbance | None = None,
+) -> Scored:
+    """All scores of a state; with a horizon, a probability instead of the scores without a clock.
+
+    `number` and `disturbance` are as of `metric_search`. progress(share) has the share that is
+    done. Once `cancel` is set, it returns what there is until then.
+    """
+
+    def search(metric: str, begin: float, most: int, **keywords: Any) -> Any:
+        if progress is not None:
+            report = progress
+            keywords["progress"] = lambda done: report(begin + 0.5 * done / most)
+        return metric_search(
+            problem, metric, settings, number, cancel=cancel, warn=False, **keywords
+        )
+
+    disturbance = disturbance or settings.disturbance
+    capture = force = probability = None
+    if problem.horizon is None:
+        capture = search("capture", 0.0, settings.nodes)
+        if any(body.role == "effector" for body in problem.scene.bodies):
+            force = metric_search(problem, "force", settings)
+    else:
+        sides = {
+            "success": problem.succeeded is not None,
+            "by_object": problem.captured_any is not None,
+        }
+        with suppress(Cancelled):  # before the first rollout was done
+            probability = search(
+                "probability", 0.0, settings.rollouts, disturbance=disturbance, **sides
+            )
+    escape = search("effort", 0.5, settings.nodes)
+    return Scored(problem, escape, capture, force, probability, disturbance)
+
+
+class Replay(NamedTuple):
+    """K moments from the root of a tree to one of its nodes."""
+
+    times: NDArray[np.float64]
+    """Since the root [s], shape (K,)."""
+    states: NDArray[np.float64]
+    """Shape (K, n)."""
+    costs: NDArray[np.float64]
+    """Effort since the root [J], shape (K,)."""
+
+
+def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
+    """Rolls out again the edges of a path, as `tree.path_to` gives it: its ends are the tree's own
+    states, to the last bit. With a plan the robot follows it from each node's time on.
+
+    A path of one node is that node alone. Raises ValueError on an empty path.
+    """
+    if len(path) == 0:
+        raise ValueError("path is empty, expected rows of the tree from its root on")
+    world, since_root = World(problem.scene, problem.plan), tree.times
+    stride = max(1, round(1.0 / (MOMENTS * problem.scene.step)))
+    times, states, costs = [0.0], [tree.states[path[0]]], [float(tree.costs[path[0]])]
+    for before, node in pairwise(path):
+        start, wrench = problem.edge_start(tree.states[before]), tree.controls[node]
+        wrench = wrench if len(wrench) == 6 else wrench.reshape(-1, 6)  # of several objects
+        begin, base = times[-1], float(tree.costs[before])
+        steps = round(float(tree.durations[node]) / problem.scene.step)
+        for step in [*range(stride, steps, stride), steps]:
+            moment = world.rollout(
+                start, wrench, step * problem.scene.step, time=float(since_root[before])
+            )
+            times.append(begin + step * problem.scene.step)
+            states.append(moment.state)
+            costs.append(base + moment.effort)
+    return Replay(np.array(times), np.array(states), np.array(costs))
+
+
+def tree_cache(most: int = MOST_CACHED) -> LRUCache[Place, Scored]:
+    """Scored states; once they have more nodes than that, those go that were not looked at for
+    longest. One that has more alone is cached alone."""
+    return LRUCache(most, lambda scored: min(scored.size, most))

@@ -1,0 +1,255 @@
+"""What can be looked at: a problem, a margin along a plan, or trajectories of a dataset or a task,
+with their scores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import tasks as registry
+from energymargin._core import Problem
+from energymargin.act.profile import MarginProfile
+from energymargin.act.trials import Disturbance
+from energymargin.base.checks import check_type
+from energymargin.base.metrics import is_likelihood
+from energymargin.base.reprs import Record
+from energymargin.evaluate.searches import SETTINGS
+from energymargin.records import datasets
+from energymargin.records.datasets import Dataset, Future
+from energymargin.records.store import ScoreStore
+
+PROBLEM, DATASET = ".json", ".h5"
+Progress = Callable[[int, int], None]
+
+EFFORT = "effort"
+# Share of a trajectory's frames before its loss. In the frames just before it the object leaves by
+# itself, and long before it all is well: here the tasks have capture scores of 0.2 to 0.6.
+BEFORE = 0.25
+MOST = 100  # trajectories that are searched for a loss
+LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Frames(Record):
+    """The frames of one trajectory."""
+
+    times: NDArray[np.float64]
+    """Time of each [s], shape (K,)."""
+    states: NDArray[np.float64]
+    """Shape (K, n)."""
+    problem: Callable[[int], Problem]
+    """The problem of a frame; raises ValueError if its state makes none."""
+    numbers: Sequence[int] | None = None
+    """Number of each frame's search, as of `metric_search`: with it the scores are those that
+    `energymargin score` gives the dataset or, with None, `capture_score` the problem."""
+    first: int = 0
+    """The first frame's number among all states of a dataset."""
+    captured: NDArray[np.bool_] | None = None
+    """Whether each state lies in its capture set, shape (K,); None if it is not known."""
+    success: bool | None = None
+    captured_any: NDArray[np.bool_] | None = None
+    """Whether at least one of several objects is captured, shape (K,)."""
+    disturbance: Disturbance | None = None
+    """Disturbance of their probabilities; None: that of the settings."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StateSource(Record):
+    """What is looked at: a problem is one trajectory of one frame, a margin along a plan one with a
+    frame for each moment of the nominal motion."""
+
+    what: Problem | MarginProfile | Dataset
+    title: str
+    """What it is, in a few words."""
+    future: Future | None = None
+    """What is asked of the future of a dataset's states; None: they are asked about as they are."""
+    opened: bool = False
+    """Whether the dataset's file was opened for this alone."""
+
+    @property
+    def trajectories(self) -> int:
+        """How many there are."""
+        return len(self.what.trajectories) if isinstance(self.what, Dataset) else 1
+
+    def frames(self, trajectory: int) -> Frames:
+        """The frames of one of them; raises ValueError unless 0 <= trajectory < trajectories."""
+        what = self.what
+        if not 0 <= trajectory < self.trajectories:
+            raise ValueError(f"trajectory is {trajectory}, expected 0 to {self.trajectories - 1}")
+        if isinstance(what, Problem):
+            return Frames(np.zeros(1), np.asarray(what.state)[None], lambda _: what)
+        if isinstance(what, MarginProfile):
+            return Frames(
+                what.times,
+                what.states,
+                what.problems.__getitem__,
+                numbers=[0] * len(what.times),
+                captured=what.captured,
+                disturbance=what.disturbance,
+            )
+        recorded = what.trajectories[trajectory]
+        first = int(what.lengths[:trajectory].sum())
+        return Frames(
+            recorded.times,
+            recorded.states,
+            lambda frame: what.problems([first + frame], future=self.future)[0],
+            range(first, first + len(recorded.times)),
+            first,
+            recorded.captured,
+            recorded.success,
+            recorded.captured_any,
+        )
+
+    def close(self) -> None:
+        """Lets go of the file that was opened for it, if there is one."""
+        if self.opened and isinstance(self.what, Dataset):
+            self.what.close()
+
+
+def source_of(
+    what: Problem | Dataset | MarginProfile | str | os.PathLike[str],
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    trajectories: int = 6,
+    frames: int = 30,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> StateSource:
+    """A problem, a dataset, the file of one, a margin along a plan, or a task's name.
+
+    Of a task so many trajectories of so many frames are generated, with this seed. Raises
+    ValueError on anything else, and OSError on a file that cannot be read.
+    """
+    if isinstance(what, MarginProfile):
+        return StateSource(what, "along a plan")
+    if isinstance(what, Problem):
+        return StateSource(what, "a problem")
+    if isinstance(what, Dataset):
+        return StateSource(what, what.task)
+    expected = "a Problem, a Dataset, the file of one, a MarginProfile, or the name of a task"
+    check_type("what", what, (str, os.PathLike), expected)
+    path = Path(what)
+    if parameters and path.suffix in (PROBLEM, DATASET):
+        raise ValueError(f"parameters are given with {path}, expected a task's name with them")
+    if path.suffix == PROBLEM:
+        return StateSource(Problem.load(path), path.name)
+    if path.suffix == DATASET:
+        return StateSource(datasets.open(path), path.name, opened=True)
+    if str(what) not in registry.names():
+        raise ValueError(
+            f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET}), "
+            f"nor a task: {', '.join(registry.names())}"
+        )
+    task = registry.make(str(what), **(parameters or {}))
+    made = datasets.generate(
+        task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
+    )
+    return StateSource(made, f"{task.name}, seed {seed}")
+
+
+def first_frame(source: StateSource, trajectory: int | None, frame: int | None) -> tuple[int, int]:
+    """The trajectory and its frame, where they are not given.
+
+    The trajectory is the first one that ends outside of its capture set, or else the first. The
+    frame is a quarter of all before its last loss or, without one, in its middle; of a margin along
+    a plan it is the weakest moment. It is the first frame if the state of that one makes no
+    problem. A frame that is given without a trajectory is the first one's.
+    """
+    if trajectory is None:
+        trajectory = 0
+        for number in range(min(source.trajectories, MOST) if frame is None else 0):
+            captured = source.frames(number).captured
+            if captured is not None and captured[0] and not captured[-1]:
+                trajectory = number
+                break
+    if frame is not None:
+        return trajectory, frame
+    if isinstance(source.what, MarginProfile):
+        return trajectory, source.what.weakest.number
+    return trajectory, _frame_of(source.frames(trajectory))
+
+
+def _frame_of(frames: Frames) -> int:
+    count, captured = len(frames.times), frames.captured
+    lost = np.zeros(0, int) if captured is None else np.flatnonzero(captured[:-1] & ~captured[1:])
+    frame = count // 2
+    if len(lost):
+        frame = max(0, int(lost[-1]) + 1 - max(1, round(BEFORE * count)))
+    try:
+        frames.problem(frame)
+    except ValueError:
+        return 0
+    return frame
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrameScores(Record):
+    """Scores of all states that were computed before."""
+
+    columns: list[tuple[str, dict[str, NDArray[np.float64]]]]
+    """Titles, and the scores of each state by metric; NaN is one that is missing."""
+    curves: dict[str, NDArray[np.float64]]
+    """What is drawn along a trajectory: metrics, and "low" and "high" for the ends of an interval
+    of the first."""
+    search: dict[str, Any]
+    """Settings with which a search gives the same scores."""
+    future: Future | None = None
+    """Horizon and plan of each state; None: the scores have no clock."""
+
+    def at(self, number: int) -> list[tuple[str, dict[str, float]]]:
+        """The titles, and the scores of the state of that number by metric."""
+        return [
+            (title, {metric: float(values[number]) for metric, values in scores.items()})
+            for title, scores in self.columns
+        ]
+
+
+def profile_scores(profile: MarginProfile) -> FrameScores:
+    """The scores of a margin along a plan, at each of its moments."""
+    scores = {"probability": profile.probabilities, EFFORT: profile.efforts}
+    # An effort without a bound has no place in a curve.
+    finite = np.where(np.isfinite(profile.efforts), profile.efforts, np.nan)
+    curves = scores | {"low": profile.low, "high": profile.high, EFFORT: finite}
+    search = {
+        **{"nodes": profile.nodes, "seed": profile.seed},
+        **{"rollouts": profile.rollouts, "common_random_numbers": True},
+    }
+    there = {name: values for name, values in curves.items() if not np.isnan(values).all()}
+    return FrameScores([("along the plan", scores)], there, search)
+
+
+def stored_scores(
+    path: str | os.PathLike[str], dataset: Dataset, run: int | None = None, name: str = "DATASET"
+) -> FrameScores:
+    """The scores of a dataset's states in a file. `name` is the dataset's, in errors.
+
+    Of a belief there is also what one particle in ten is below. Raises ValueError if the file holds
+    no scores, if they are another dataset's, or if there are several runs and none is chosen;
+    OSError if it cannot be read.
+    """
+    with ScoreStore(path) as store:
+        chosen = store.run(run)
+        lacking = chosen.why_not_of(dataset, name, str(path))
+        if lacking:
+            raise ValueError(lacking)
+        search = {name: chosen.settings[name] for name in SETTINGS if name in chosen.settings}
+        title = str(chosen.settings.get("source", "stored"))
+        if "nodes" in search:
+            title += f", {search['nodes']:,} nodes"
+        if chosen.future is not None:
+            title += f", {chosen.future}"
+        if chosen.sampling is not None:
+            title += f", mean of {chosen.sampling.particles} particles"
+        scores = chosen.labelled_scores().scores
+        columns = [(title, scores)]
+        if chosen.with_quantiles:
+            low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
+            columns.append((f"{LOW:g} quantile", low))
+        curves = {metric: values for metric, values in scores.items() if is_likelihood(metric)}
+        return FrameScores(columns, curves, search, chosen.future)

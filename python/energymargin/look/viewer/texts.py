@@ -1,0 +1,212 @@
+"""The texts of the panel, as HTML. What comes from a file or a user is escaped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from html import escape
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import to_hex
+
+from energymargin._core import Problem
+from energymargin.base.metrics import TIMED, with_unit
+from energymargin.base.summary import Summary
+from energymargin.base.table_text import DASH
+from energymargin.disturbances import Uniform
+from energymargin.evaluate.futures import Undisturbed, future_rows, uniform_in_words
+from energymargin.look.plots.styles import (
+    BODY_COLORS,
+    CAPTURED_COLOR,
+    COSTS,
+    LOST_COLOR,
+    SUCCEEDED_COLOR,
+)
+from energymargin.look.viewer.search import Scored
+from energymargin.look.viewer.sources import EFFORT, Frames
+from energymargin.look.viewer.trees import FUTURE_COLOR
+
+INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
+STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
+NAMES = {
+    "probability": "stays captured",
+    "probability/success": "is successful then",
+    "probability/any": "at least one stays captured",
+    "capture": "capture score",
+    "success": "success score",
+    "capture/any": "capture, at least one",
+    "success/any": "success, at least one",
+    EFFORT: "effort of escape",
+    "force": "force score",
+}
+
+
+def plain(text: str) -> str:
+    """A line of text."""
+    return _box(escape(text))
+
+
+def _box(*parts: str) -> str:
+    return f'<div style="{STYLE}">{"".join(parts)}</div>'
+
+
+def frame_text(frames: Frames, frame: int) -> str:
+    """When a frame is, and its labels."""
+    words = [f"<b>t = {frames.times[frame]:.2f} s</b>"] if len(frames.times) > 1 else []
+    if frames.captured is not None:
+        lost = f'<b style="color:{LOST_COLOR}">not captured</b>'
+        words.append("captured" if frames.captured[frame] else lost)
+    if frames.success is not None:
+        words.append(f"the trajectory {'succeeds' if frames.success else 'fails'}")
+    if frames.captured_any is not None and frames.captured_any[frame]:
+        words.append("at least one object captured")
+    return _box(" &middot; ".join(words))
+
+
+def score_table(
+    scored: Scored | None,
+    nodes: int,
+    rate: float,
+    stored: Sequence[tuple[str, Mapping[str, float]]] = (),
+) -> str:
+    """The scores of the tree that is shown, of its first `nodes` nodes at this lambda, beside those
+    of a file of scores: columns with their titles."""
+    live: dict[str, float] = {}
+    found = None if scored is None else scored.probability
+    if scored is not None:
+        live = scored.values(nodes, rate)
+        if scored.escape.nodes > 0 or scored.way_out is not None:  # it may have been stopped before
+            live[EFFORT] = scored.escape.effort
+        if scored.force is not None:
+            live["force"] = scored.force.force
+    there = live.keys() | {name for _, values in stored for name in values}
+    if not there & NAMES.keys():
+        return plain("Not scored yet.")
+    timed = "probability" in there if scored is None else scored.capture is None
+    columns = [("scored now" if timed else "this tree", live), *stored]
+    rows = []
+    for name, title in NAMES.items():
+        if name in there:
+            interval = ""
+            if found is not None and name in live and name in TIMED:
+                low, high = found.interval(which=TIMED[name])
+                interval = f" ({low:.2f} to {high:.2f})"
+            values = [of.get(name, math.nan) for _, of in columns]
+            texts = [DASH if math.isnan(value) else with_unit(name, value) for value in values]
+            rows.append((title + interval, *texts))
+    head = ("", *(title for title, _ in columns))
+    if scored is None:
+        return _box(Summary("", rows, head).to_html())
+    searches = [one for one in (scored.capture, found, scored.escape) if one is not None]
+    warnings = dict.fromkeys(text for search in searches for text in search.warnings)
+    lines = [f'<div style="color:{LOST_COLOR}">{escape(text)}</div>' for text in warnings]
+    return _box(Summary("", rows, head, [_notes(scored, nodes)]).to_html(), *lines)
+
+
+def escape_text(scored: Scored | None, moment: int = 0) -> str:
+    """Effort and time of the escape, and of a moment on it."""
+    if scored is None:
+        return plain("Score this state to see its escape.")
+    way = scored.way_out
+    if scored.escape.nodes == 0 and way is None:
+        return plain("Stopped before an escape was searched for.")
+    if way is None:
+        return plain(f"No escape was found with {_counted(scored.escape.nodes, 'node')}.")
+    if len(way.times) == 1:
+        return plain("It is out already: no effort is needed.")
+    by_itself = ", by itself," if scored.escape.effort == 0.0 else ""
+    return plain(
+        f"Out with {scored.escape.effort:.3g} J{by_itself} in {way.times[-1]:.2f} s. "
+        f"At this moment: {way.costs[moment]:.3g} J, {way.times[moment]:.2f} s."
+    )
+
+
+def future_text(
+    problem: Problem, future: Undisturbed | None, moment: int = 0, why: str = ""
+) -> str:
+    """The question's horizon and plan, and what becomes of the objects undisturbed; `why` it
+    cannot be simulated."""
+    table = Summary("", future_rows(problem)).to_html()
+    if future is None:
+        return _box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
+    words = "undisturbed it stays captured"
+    if future.exit is not None:
+        words = f'<b style="color:{LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
+    return _box(table, f"<div><b>{future.times[moment]:.2f} s ahead</b> &middot; {words}</div>")
+
+
+def drawn_text(dots: int, edges: int) -> str:
+    """How much of the tree is drawn."""
+    return plain(f"{_counted(dots, 'dot')} and {_counted(edges, 'edge')} are drawn") if dots else ""
+
+
+def sets_text(problem: Problem, drawn: Collection[str]) -> str:
+    """Which sets are not drawn."""
+    sets = {"capture set": problem.captured, "success set": problem.succeeded}
+    missing = [name for name, region in sets.items() if region is not None and name not in drawn]
+    if not missing:
+        return ""
+    why = "all of the view or none of it is in it, or it depends on more than the place"
+    return plain(f"Not drawn: the {' and the '.join(missing)} ({why}).")
+
+
+def legend(problem: Problem, scored: Scored | None, future: Undisturbed | None = None) -> str:
+    """What the colours and marks mean, of what there is."""
+    square, line, diamond = "&#9632;", "&#9473;", "&#9670;"
+    roles = {body.role for body in problem.scene.bodies}
+    marks = [(square, BODY_COLORS[role], str(role)) for role in sorted(roles - {"none"})[::-1]]
+    marks.append((square, CAPTURED_COLOR, "capture set"))
+    if problem.succeeded is not None:
+        marks.append((square, SUCCEEDED_COLOR, "success set"))
+    if scored is not None:
+        marks += [("&#9679;", INK, "node"), (diamond, INK, "node out of the capture set")]
+        marks.append((line, LOST_COLOR, "edge to such a node"))
+    if scored is not None and scored.way_out is not None:
+        marks += [(line, "black", "cheapest escape"), (square, PALE, "object at its end")]
+    if future is not None:
+        marks.append((line, FUTURE_COLOR, "undisturbed path"))
+    if future is not None and future.exit is not None:
+        marks.append((diamond, LOST_COLOR, "where it leaves"))
+    words = " ".join(
+        f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
+        for mark, color, text in marks
+    )
+    scale = "" if scored is None else _scale(scored)
+    return _box(scale, words)
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number:,} {thing}{'s' * (number != 1)}"
+
+
+def _notes(scored: Scored, nodes: int) -> str:
+    """How many nodes or rollouts are behind the scores, and under which disturbance."""
+    notes, found = [], scored.probability
+    if scored.capture is not None:
+        counted = "capture and success count" if "success" in scored.inside else "it counts"
+        of = _counted(scored.nodes, "node")
+        notes.append(f"{counted} {min(nodes, scored.nodes):,} of {of}")
+        if scored.force is None:
+            notes.append("no effector, so no force score")
+    elif found is not None:
+        model = scored.disturbance
+        words = str(getattr(model, "__name__", repr(model)))
+        if isinstance(model, Uniform):
+            words = uniform_in_words(model)
+        diverged = f", {found.diverged} diverged" if found.diverged else ""
+        notes.append(f"{_counted(found.rollouts, 'rollout')}{diverged} under {words}")
+        notes.append("95 % intervals")
+        notes.append(f"captured for {found.mean_time:.3g} s on average")
+    return "; ".join([*notes, *([] if scored.complete else ["stopped early"])])
+
+
+def _scale(scored: Scored) -> str:
+    """The colours of the costs, if there are any."""
+    if not scored.tree.costs.max() > 0.0:
+        return ""
+    stops = ",".join(to_hex(matplotlib.colormaps[COSTS](share)) for share in np.linspace(0, 1, 7))
+    bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
+    more = " or more" if scored.tree.costs.max() > scored.most else ""
+    ends = f"<span>0</span><span>cost of a node</span><span>{scored.most:.3g} J{more}</span>"
+    return f'{bar}<div style="display:flex;justify-content:space-between">{ends}</div>'

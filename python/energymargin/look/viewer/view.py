@@ -1,0 +1,176 @@
+"""A viewer of problems, datasets and tasks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from energymargin._core import Problem
+from energymargin.act.profile import MarginProfile
+from energymargin.base.checks import whole_number
+from energymargin.base.closing import Closing
+from energymargin.evaluate.searches import SearchSettings
+from energymargin.look.viewer.guard import HOST, Guard, guarded_server, silent
+from energymargin.look.viewer.page import Page
+from energymargin.look.viewer.sources import (
+    FrameScores,
+    StateSource,
+    first_frame,
+    profile_scores,
+    source_of,
+    stored_scores,
+)
+from energymargin.records.datasets import Dataset, Future
+
+
+class Viewer(Closing):
+    """A page that is served until `close`; browsers may come and go."""
+
+    def __init__(self, source: StateSource, host: str, port: int | None, **options: Any) -> None:
+        """Serves it; `options` are those of Page."""
+        self.host, self._source, self._closed = host, source, False
+        guard = Guard(host)
+        self._token = guard.token
+        try:
+            with silent():
+                self._server = guarded_server(host, port, guard)
+        except (ValueError, RuntimeError):
+            source.close()
+            raise
+        self.port = self._server.get_port()
+        try:
+            self.page = Page(self._server, source, **options)
+        except BaseException:
+            self._stop()
+            raise
+
+    @property
+    def url(self) -> str:
+        """Where a browser of this machine finds it: with the token that it needs."""
+        host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/{self._token}/"
+
+    def close(self) -> None:
+        """Ends its searches, and no longer serves it."""
+        self._closed = True
+        self.page.close()
+        self._stop()
+
+    def _stop(self) -> None:
+        with silent():
+            self._server.stop()
+        self._source.close()
+
+    def __repr__(self) -> str:
+        """Where it is."""
+        return f"<Viewer of {self._source.title} at {self.url}>"
+
+    def _repr_html_(self) -> str:
+        if self._closed:
+            return "<p>This viewer is closed.</p>"
+        return f'<iframe src="{self.url}" width="100%" height="600" style="border:0"></iframe>'
+
+
+def view(
+    what: Problem | Dataset | MarginProfile | str | os.PathLike[str],
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    trajectory: int | None = None,
+    frame: int | None = None,
+    nodes: int | None = None,
+    seed: int | None = None,
+    future: Future | None = None,
+    scores: str | os.PathLike[str] | None = None,
+    run: int | None = None,
+    host: str = HOST,
+    port: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Viewer:
+    """Serves a page that shows a problem, a dataset, the file of one, a task, or a margin along a
+    plan.
+
+    `viewer.page.score()` scores the frame that is shown, as the button of the page does. Only
+    who has the whole address, with its token, can use the page.
+
+    Args:
+        what: a problem, a dataset, a path to the file of one, the name of a task, of which
+            trajectories are generated, or a MarginProfile, whose moments are the frames.
+        parameters: of the task.
+        trajectory: the one that is shown first, from 0. None takes the first one that ends outside
+            of its capture set, or else the first.
+        frame: of that trajectory, from 0. None takes one a quarter of all frames before its last
+            loss, the middle one without a loss, or the weakest moment of a MarginProfile.
+        nodes: nodes of each search tree. None takes those of `scores` or of a MarginProfile, or
+            else 1000.
+        seed: of searches and of a task's trajectories. None takes that of `scores`
+            or of a MarginProfile, or else 0.
+        future: the horizon and plan of the states of a dataset or a task:
+            `em.datasets.Future(5, "hold")` asks whether they stay captured over the next five
+            frames while the robot goes on as it moves. None takes that of `scores`, or else asks
+            about each state as it is.
+        scores: a file of scores of the dataset, to compare with.
+        run: which of its runs, if there are several.
+        host: the address to serve at. Other machines reach the page only at an address that they
+            know, or "0.0.0.0".
+        port: None takes a free one.
+        progress: progress(done, total) counts the trajectories of a task that are generated.
+
+    Returns:
+        The viewer, which serves the page until `close`.
+
+    Raises:
+        ValueError: on bad input, or a port that is taken.
+        OSError: on files that cannot be read.
+    """
+    if run is not None and scores is None:
+        raise ValueError(f"run is {run}, but there are no scores that it is of")
+    for name, number in {"trajectory": trajectory, "frame": frame}.items():
+        if number is not None:
+            whole_number(name, number, 0)
+    given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
+    source = source_of(what, parameters, seed=seed or 0, progress=progress)
+    try:
+        stored = _scores_of(source, scores, run, future)
+        source = _asked(source, future if scores is None or stored is None else stored.future)
+        settings = SearchSettings(**({} if stored is None else stored.search) | given)
+        trajectory, frame = first_frame(source, trajectory, frame)
+    except BaseException:
+        source.close()
+        raise
+    start = {"trajectory": trajectory, "frame": frame}
+    return Viewer(source, host, port, stored=stored, settings=settings, **start)
+
+
+def _scores_of(
+    source: StateSource,
+    scores: str | os.PathLike[str] | None,
+    run: int | None,
+    future: Future | None,
+) -> FrameScores | None:
+    """Scores of a file, or of a MarginProfile; ValueError if they are about another question."""
+    if scores is None:
+        return profile_scores(source.what) if isinstance(source.what, MarginProfile) else None
+    if not isinstance(source.what, Dataset):
+        kind = "a MarginProfile" if isinstance(source.what, MarginProfile) else "a problem"
+        raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
+    name = source.title if source.opened else "DATASET"
+    stored = stored_scores(scores, source.what, run, name)
+    if future is not None and future != stored.future:
+        asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
+        raise ValueError(
+            f"what is asked is {future}, but the scores are about {asks}: leave the horizon out, "
+            "or give another run"
+        )
+    return stored
+
+
+def _asked(source: StateSource, future: Future | None) -> StateSource:
+    """The source whose states are asked about this future; ValueError on what is no dataset."""
+    if future is not None and not isinstance(source.what, Dataset):
+        raise ValueError(
+            f"the horizon is {future.frames} frames, but there is no dataset that has them: give a "
+            "problem its horizon in seconds, problem.replace(horizon=...)"
+        )
+    return replace(source, future=future)

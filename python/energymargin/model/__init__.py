@@ -1,0 +1,1 @@
+"""What there is: scenes, meshes, motions, policies, beliefs."""

@@ -1,0 +1,1 @@
+"""Problems whose numbers are known with an error."""

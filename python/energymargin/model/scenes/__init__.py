@@ -1,0 +1,13 @@
+"""Scenes from files, and states that were measured."""
+
+from energymargin.base.doors import check_doors
+from energymargin.model.scenes.additions import NotSimulatedError
+from energymargin.model.scenes.files import data_file
+from energymargin.model.scenes.mjcf import from_mjcf
+from energymargin.model.scenes.overlaps import moved_apart
+from energymargin.model.scenes.reports import SceneReport
+from energymargin.model.scenes.urdf import from_urdf
+
+__all__ = ["NotSimulatedError", "SceneReport", "data_file", "from_mjcf", "from_urdf", "moved_apart"]
+
+check_doors(globals(), __all__)

@@ -1,0 +1,63 @@
+"""Corners of shapes: points whose convex hulls are their parts, or nearly so."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import (
+    Box,
+    Capsule,
+    Compound,
+    ConvexHull,
+    Cylinder,
+    Plane,
+    Sphere,
+    mass_properties,
+)
+from energymargin.model.scenes.poses import pose
+
+ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
+CIRCLE = np.stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND], axis=1)
+SIGNS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+
+
+def shape_parts(shape: Any) -> list[NDArray[np.float64]]:
+    """The corners of each convex part of a shape, in the shape's frame; arrays (N, 3)."""
+    if not isinstance(shape, Compound):
+        return [shape_corners(shape)]
+    placed = [(part.shape, pose(part.position, part.orientation)) for part in shape.parts]
+    return [shape_corners(solid) @ at[:3, :3].T + at[:3, 3] for solid, at in placed]
+
+
+def smallest_half_extent(shape: Any) -> float:
+    """Half the extent of a shape along its thinnest principal axis [m], of several parts that of
+    the thickest one; inf of a plane, and without parts."""
+    if isinstance(shape, Plane):
+        return np.inf
+    extents = []
+    for solid in (part.shape for part in shape.parts) if isinstance(shape, Compound) else (shape,):
+        axes = pose((0, 0, 0), mass_properties(solid).axes)[:3, :3]
+        extents.append(np.ptp(shape_corners(solid) @ axes, axis=0).min())
+    return float(max(extents, default=np.inf)) / 2
+
+
+def shape_corners(shape: Any) -> NDArray[np.float64]:
+    """Points whose convex hull is the shape, or nearly so if it is round; shape (N, 3)."""
+    if isinstance(shape, Box):
+        return np.asarray(SIGNS * np.asarray(shape.size) / 2)
+    if isinstance(shape, ConvexHull):
+        return np.asarray(shape.points)
+    if isinstance(shape, Cylinder):
+        end = np.array([0.0, 0.0, shape.length / 2])
+        return np.concatenate([shape.radius * CIRCLE + end, shape.radius * CIRCLE - end])
+    latitudes = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    ball = np.concatenate([CIRCLE * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in latitudes])
+    if isinstance(shape, Sphere):
+        return np.asarray(shape.radius * ball)
+    if isinstance(shape, Capsule):
+        end = np.array([0.0, 0.0, shape.length / 2])
+        return np.concatenate([shape.radius * ball + end, shape.radius * ball - end])
+    raise TypeError(f"a {type(shape).__name__} cannot be drawn")

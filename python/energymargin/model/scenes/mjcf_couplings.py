@@ -1,0 +1,163 @@
+"""Joints of a MuJoCo model that follow others: equality constraints, as linear equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, name_of, word
+
+TOLERANCE = 1e-9  # of equations that say the same
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """A sum of joints' positions, each times a coefficient, and a constant."""
+
+    terms: Mapping[int, float]
+    constant: float = 0.0
+
+    def plus(self, other: Linear, factor: float = 1.0) -> Linear:
+        """The sum with a multiple of another."""
+        terms = dict(self.terms)
+        for joint, value in other.terms.items():
+            terms[joint] = terms.get(joint, 0.0) + factor * value
+        least = TOLERANCE * max(map(abs, terms.values()), default=0.0)
+        kept = {joint: value for joint, value in terms.items() if abs(value) > least}
+        return Linear(kept, self.constant + factor * other.constant)
+
+    def with_couplings(self, coupled: Mapping[int, Linear]) -> Linear:
+        """This sum in terms of joints that follow no others."""
+        result = Linear({}, self.constant)
+        for joint, value in self.terms.items():
+            result = result.plus(coupled.get(joint, Linear({joint: 1.0})), value)
+        return result
+
+
+@dataclass(frozen=True)
+class _Equation:
+    """A sum that is 0, the joint that it is written for, and what the model calls it."""
+
+    sum: Linear
+    joint: int | None
+    feature: str
+
+
+def couplings(selection: Selection, features: Features) -> dict[int, Linear]:
+    """By joint that follows, its position: a multiple of that of one other joint, or constant.
+
+    Counts what is not linear or not of two joints.
+
+    Joints with an actuator lead where they can. Raises ValueError on equations that contradict.
+    """
+    equations = _equations(selection, features)
+    driven = _driven(selection.model)
+    while True:
+        solved = _solved(selection.model, equations, driven)
+        bad = [joint for joint, (of, _) in solved.items() if len(of.terms) > 1]
+        if not bad:
+            return {joint: of for joint, (of, _) in solved.items()}
+        dropped = [solved[joint][1] for joint in bad]
+        for equation in dropped:
+            joints = [name_of(selection.model, "joint", joint) for joint in equation.sum.terms]
+            features.add(equation.feature, loose=joints)
+        equations = [equation for equation in equations if equation not in dropped]
+
+
+def _solved(
+    model: Any, equations: list[_Equation], driven: set[int]
+) -> dict[int, tuple[Linear, _Equation]]:
+    """By joint that follows: what it is, and the equation that was solved for it."""
+    solved: dict[int, tuple[Linear, _Equation]] = {}
+    for equation in equations:
+        rest = equation.sum.with_couplings({joint: of for joint, (of, _) in solved.items()})
+        if not rest.terms:
+            if abs(rest.constant) > TOLERANCE:
+                names = ", ".join(repr(name_of(model, "joint", j)) for j in equation.sum.terms)
+                raise ValueError(f"equality constraints of joints {names} contradict each other")
+            continue
+        pivot = _pivot(rest, equation.joint, driven)
+        factor = rest.terms[pivot]
+        others = Linear({j: v for j, v in rest.terms.items() if j != pivot}, rest.constant)
+        of = Linear({}).plus(others, -1.0 / factor)
+        for joint, (other, its) in solved.items():
+            solved[joint] = (other.with_couplings({pivot: of}), its)
+        solved[pivot] = (of, equation)
+    return solved
+
+
+def _pivot(rest: Linear, wanted: int | None, driven: set[int]) -> int:
+    """The joint that follows: the equation's own, or the last one, if another has an actuator."""
+    passive = [joint for joint in rest.terms if joint not in driven]
+    candidates = passive or list(rest.terms)
+    return wanted if wanted in candidates else candidates[-1]
+
+
+def _driven(model: Any) -> set[int]:
+    kinds, ends = model.actuator_trntype, model.actuator_trnid
+    return {
+        int(end[0])
+        for kind, end in zip(kinds, ends, strict=True)
+        if word("mjtTrn", kind) in ("joint", "jointinparent")
+    }
+
+
+def _equations(selection: Selection, features: Features) -> list[_Equation]:
+    model, own = selection.model, set(selection.all_joints())
+    if disabled(model, "EQUALITY"):
+        return []
+    equations: list[_Equation] = []
+    for i in np.flatnonzero(model.eq_active0).tolist():
+        kind = word("mjtEq", model.eq_type[i])
+        ends = [int(end) for end in (model.eq_obj1id[i], model.eq_obj2id[i]) if end >= 0]
+        if kind in ("joint", "tendon"):
+            equation = _equation(model, i, ends, own, features)
+            equations += [equation] if equation else []
+        elif kind == "distance":
+            features.add("equality/distance")
+        elif kind not in ("connect", "weld"):
+            features.add("flex")
+    return equations
+
+
+def _equation(
+    model: Any, equality: int, ends: list[int], own: set[int], features: Features
+) -> _Equation | None:
+    """first = a0 + a1 second, of what lies beyond the references; None if it is of no use here."""
+    of_joints = word("mjtEq", model.eq_type[equality]) == "joint"
+    feature = f"equality/{'joint' if of_joints else 'tendon'}"
+    sides = [_beyond(model, end, of_joints=of_joints) for end in ends]
+    joints = {joint for side in sides if side for joint in side.terms}
+    if not joints & own and None not in sides:
+        return None
+    data = model.eq_data[equality]
+    if None in sides or not joints <= own or (len(sides) > 1 and np.any(data[2:5] != 0)):
+        names = [name_of(model, "joint", joint) for joint in sorted(joints & own)]
+        features.add(feature, loose=names)
+        return None
+    total = Linear({}, -float(data[0]))
+    for side, factor in zip(sides, (1.0, -float(data[1])), strict=False):
+        total = total if side is None else total.plus(side, factor)
+    return _Equation(total, ends[0] if of_joints else None, feature)
+
+
+def _beyond(model: Any, end: int, *, of_joints: bool) -> Linear | None:
+    """A joint's position or a tendon's length, less the reference; None of a spatial tendon."""
+    if of_joints:
+        return Linear({end: 1.0}, -float(model.qpos0[model.jnt_qposadr[end]]))
+    length = linear_tendon(model, end)
+    return length and length.plus(Linear({}, -float(model.tendon_length0[end])))
+
+
+def linear_tendon(model: Any, tendon: int) -> Linear | None:
+    """The length of a fixed tendon, by its joints' positions; None for a spatial one."""
+    wraps = range(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
+    if any(word("mjtWrap", model.wrap_type[w]) != "joint" for w in wraps):
+        return None
+    total = Linear({})
+    for wrap in wraps:
+        total = total.plus(Linear({int(model.wrap_objid[wrap]): float(model.wrap_prm[wrap])}))
+    return total

@@ -1,0 +1,409 @@
+"""From a URDF file to a tree of links, their shapes and the joints between them.
+
+Links without mass are frames: what they carry becomes part of the link they are fixed to. Those
+that a joint moves get a small mass.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Box, Cylinder, Mimic, Sphere, Surface
+from energymargin.base.limits import Limit
+from energymargin.model.scenes.additions import Mistakes
+from energymargin.model.scenes.poses import Pose, from_rpy
+from energymargin.model.scenes.urdf_elements import MIMIC, SURFACE, checked, end_of, reached
+
+TYPES = ("revolute", "continuous", "prismatic", "fixed")
+NO_MASS = 1e-6  # kg; a link of at most that, and without inertia, has none
+# Of what hangs on a link without mass that a joint moves, or else of the robot, its mass.
+BETWEEN = 1e-9
+AT_THE_END = 1e-3
+GYRATION = 0.01  # m; radius of gyration of what has no inertia
+
+
+class MeshFile(NamedTuple):
+    """A mesh, by the name that the file gives it."""
+
+    filename: str
+    scale: tuple[float, float, float]
+
+
+class Geometry(NamedTuple):
+    """One collision shape of a link."""
+
+    shape: Box | Sphere | Cylinder | MeshFile
+    pose: Pose
+    """In the link's frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """One link; without mass or density it is a frame."""
+
+    name: str
+    mass: float
+    center: Pose
+    """Pose of the inertia's frame in the link's."""
+    inertia: Any
+    """Matrix (3, 3) about the centre of mass [kg m^2]; None if the file has none."""
+    geometries: tuple[Geometry, ...]
+    contact: dict[str, float]
+    """What Bullet's <contact> has, by tag."""
+    dense: bool = False
+    """Whether its mass is that of its shapes, of a density."""
+
+    @property
+    def frame(self) -> bool:
+        """Whether it is a frame alone."""
+        return self.mass == 0.0 and not self.dense
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint; for a prismatic one read m for rad and N for N m."""
+
+    name: str
+    type: str
+    """One of TYPES."""
+    parent: str
+    child: str
+    origin: Pose
+    """In the parent's frame."""
+    axis: Any
+    """Shape (3,), as the file has it."""
+    limits: tuple[float, float] | None = None
+    """As the file has them [rad]; None if it has none."""
+    effort: float = math.inf
+    """[N m]."""
+    damping: float = 0.0
+    """[N m s/rad]."""
+    friction: float = 0.0
+    """Dry [N m]."""
+    mimic: Mimic | None = None
+
+
+@dataclass(eq=False)
+class Robot:
+    """A tree of links, by name; joints are in the file's order."""
+
+    root: str
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+    base: Pose = field(default_factory=lambda: np.eye(4))
+    """The root link, in the frame of the file's root link."""
+    merged: dict[str, tuple[str, Pose]] = field(default_factory=dict)
+    """Frames that are part of another link, and of which."""
+    loose: tuple[str, ...] = ()
+    """Joints that follow no other, since their <mimic> is left out."""
+    left_out: Counter[str] = field(default_factory=Counter)
+    """Elements and attributes, by name."""
+    moved: list[str] = field(default_factory=list)
+    """Links that can move, parents first."""
+    stated: dict[str, str] = field(default_factory=dict)
+    """By link, the mass or the inertia that the file does not have."""
+    opened: set[str] = field(default_factory=set)
+    """Links with meshes that are not closed."""
+    hulls: set[str] = field(default_factory=set)
+    """Links with meshes that are not convex, and collide as their hulls."""
+
+    def meshes(self) -> dict[str, None]:
+        """The names of all mesh files."""
+        shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
+        return {shape.filename: None for shape in shapes if isinstance(shape, MeshFile)}
+
+    def merge_frames(self, limit: Limit, mistakes: Mistakes, *, free: bool) -> None:
+        """Merges links without mass into those that carry them.
+
+        A `free` robot whose root has no mass has its base in the link that is fixed to the root, if
+        there is one. Raises TimeoutError or Cancelled at the limit.
+        """
+        below: dict[str, list[Joint]] = {name: [] for name in self.links}
+        for joint in self.joints.values():
+            below[joint.parent].append(joint)
+        joints = list(self.joints.values())
+        carriers = self._root_frames(below) if free else {self.root: np.eye(4)}
+        places = {name: (self.root, at) for name, at in carriers.items()}
+        new = list(places)
+        while new:
+            above = new.pop()
+            carrier, at = places[above]
+            for joint in below[above]:
+                limit.require(f"link {joint.child!r} was placed")
+                if joint.child in places:
+                    continue
+                origin = joint.origin if carrier == above else at @ joint.origin
+                new.append(joint.child)
+                if joint.type == "fixed" and self.links[joint.child].frame:
+                    del self.joints[joint.name]
+                    places[joint.child] = (carrier, origin)
+                    continue
+                self.joints[joint.name] = replace(joint, parent=carrier, origin=origin)
+                places[joint.child] = (joint.child, np.eye(4))
+        frames = [
+            name for name in (*carriers, *(j.child for j in joints)) if places[name][0] != name
+        ]
+        self.merged = {name: places[name] for name in frames}
+        self._carry(mistakes)
+        moved = {joint.child for joint in self.joints.values()} | ({self.root} if free else set())
+        self.moved = [name for name in places if name in moved]  # parents first
+
+    def _root_frames(self, below: dict[str, list[Joint]]) -> dict[str, Pose]:
+        """Frames of a root without mass, and the link that carries them, which is the root then;
+        each with its pose there."""
+        places = {self.root: np.eye(4)}
+        while self.links[self.root].frame:
+            fixed = [joint for joint in below[self.root] if joint.type == "fixed"]
+            if len(fixed) != 1:
+                break
+            joint = self.joints.pop(fixed[0].name)
+            back = np.asarray(np.linalg.inv(joint.origin), float)
+            places = {name: back @ at for name, at in places.items()} | {joint.child: np.eye(4)}
+            self.root, self.base = joint.child, self.base @ joint.origin
+        return places
+
+    def _carry(self, mistakes: Mistakes) -> None:
+        """Links carry from now on what frames did, which are poses in them."""
+        shapes: dict[str, list[Geometry]] = {}
+        for name, (into, at) in self.merged.items():
+            frame, link = self.links.pop(name), self.links[into]
+            if frame.geometries:
+                if (link.geometries or into in shapes) and link.contact != frame.contact:
+                    mistakes.add(
+                        f"link {name!r} has no mass and is part of {into!r}, which has another "
+                        "friction; with a mass it is a body of its own, ignore=('link/contact',) "
+                        "and frictions={...} say which one holds"
+                    )
+                own = shapes.setdefault(into, list(link.geometries))
+                own += [Geometry(shape, at @ pose) for shape, pose in frame.geometries]
+                self.links[into] = replace(link, contact=frame.contact)
+        for name, geometries in shapes.items():
+            self.links[name] = replace(self.links[name], geometries=tuple(geometries))
+
+    def weigh(self, masses: Mapping[str, float]) -> None:
+        """Gives each link that can move a mass: that of its shapes, `masses`, or a small one."""
+        for name, mass in masses.items():
+            self.links[name] = replace(self.links[name], mass=mass, dense=mass > 0.0)
+        for name in self.moved:
+            if self.links[name].mass == 0.0:
+                self._state_mass(name)
+
+    def _state_mass(self, name: str) -> None:
+        """Gives a link a mass that changes nothing, or little if nothing hangs on it."""
+        pairs = [(joint.parent, joint.child) for joint in self.joints.values()]
+        hanging = sum(self.links[link].mass for link in reached(name, pairs))
+        given = [link.mass for name, link in self.links.items() if name not in self.stated]
+        whole = sum(given) or 1.0  # kg
+        mass = BETWEEN * hanging or AT_THE_END * whole
+        inertia = mass * GYRATION**2 * np.eye(3)
+        self.links[name] = replace(self.links[name], mass=mass, inertia=inertia)
+        self.stated[name] = f"{mass:.3g} kg"
+
+
+def read(
+    path: Path,
+    ignore: Collection[str],
+    limit: Limit,
+    mistakes: Mistakes,
+    *,
+    free: bool,
+    dense: bool,
+    subtree: str | None = None,
+) -> Robot:
+    """The model of a file, or of one link and what hangs on it, without its frames.
+
+    Frames are merged into the links that carry them. `dense`: links without a mass have that of
+    their shapes, where they have any. What is wrong with links and joints that does
+    not keep the model from being made is in `mistakes`; so is what is not simulated.
+
+    Raises FileNotFoundError, ValueError that names all that is wrong, or what is not simulated, and
+    TimeoutError or Cancelled at the limit.
+    """
+    element, left_out, loose = checked(path, ignore, limit, mistakes, subtree)
+    links = _by_name("link", _link, element.findall("link"), mistakes)
+    if dense:
+        of_shapes = {k: link for k, link in links.items() if not link.mass and link.geometries}
+        links |= {name: replace(link, dense=True) for name, link in of_shapes.items()}
+    joints = _by_name("joint", _joint, element.findall("joint"), mistakes)
+    limit.require(f"{path} was read")
+    mistakes.check(features=False)
+    root, followed = _root(links, joints, mistakes), _followed(joints, limit, mistakes)
+    mistakes.check(features=False)
+    robot = Robot(root, links, followed, loose=loose, left_out=left_out)
+    robot.merge_frames(limit, mistakes, free=free)
+    return robot
+
+
+def _by_name(
+    what: str, make: Callable[[ET.Element], Any], elements: list[ET.Element], mistakes: Mistakes
+) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for element in elements:
+        with mistakes.listed():
+            item = make(element)
+            if item.name in found:
+                raise ValueError(f"there are two {what}s {item.name!r}, expected one of each name")
+            found[item.name] = item
+    return found
+
+
+def _link(element: ET.Element) -> Link:
+    name, mass = element.get("name", ""), _number(element.find("inertial/mass"), "value", 0.0)
+    if mass < 0.0:
+        raise ValueError(f"link {name!r} has the mass {mass} kg, expected one of at least 0")
+    inertia = _inertia(element.find("inertial/inertia"))
+    if mass <= NO_MASS and (inertia is None or not inertia.any()):
+        mass = 0.0
+    contact = {of.tag: _number(of, "value", 0.0) for of in element.iterfind("contact/*")}
+    scaling = contact.pop("inertia_scaling", 1.0)
+    geometries = [
+        Geometry(_shape(next(collision.iterfind("geometry/*"))), _pose(collision.find("origin")))
+        for collision in element.findall("collision")
+    ]
+    return Link(
+        name,
+        mass,
+        _pose(element.find("inertial/origin")),
+        None if inertia is None else scaling * inertia,
+        tuple(geometries),
+        contact,
+    )
+
+
+def surface_of(link: Link) -> dict[str, Surface]:
+    """What Bullet's <contact> says of it beside friction, as a keyword of `Scene.add_body`."""
+    contact = {name: value for name in SURFACE if (value := link.contact.get(name, 0.0))}
+    if "stiffness" not in contact:
+        contact.pop("damping", None)
+    if "spinning_friction" in contact:
+        contact["torsional_friction"] = contact.pop("spinning_friction")
+    return {"surface": Surface(**contact)} if contact else {}
+
+
+def _shape(shape: ET.Element) -> Box | Sphere | Cylinder | MeshFile:
+    if shape.tag == "box":
+        return Box(_numbers(shape, "size", ()))
+    if shape.tag == "sphere":
+        return Sphere(_number(shape, "radius", 0.0))
+    if shape.tag == "cylinder":
+        return Cylinder(_number(shape, "radius", 0.0), _number(shape, "length", 0.0))
+    scale = np.broadcast_to(_numbers(shape, "scale", (1.0,)), 3).tolist()
+    return MeshFile(shape.get("filename", ""), tuple(scale))
+
+
+def _joint(element: ET.Element) -> Joint:
+    name, kind = element.get("name", ""), element.get("type", "")
+    if kind not in TYPES:
+        hint = "; base='free' lets the root move" if kind == "floating" else ""
+        raise ValueError(f"joint {name!r} is {kind!r}, expected one of {', '.join(TYPES)}{hint}")
+    limit = element.find("limit")
+    limits = None
+    if limit is not None and ("lower" in limit.attrib or "upper" in limit.attrib):
+        limits = (_number(limit, "lower", 0.0), _number(limit, "upper", 0.0))
+    return Joint(
+        name,
+        kind,
+        end_of(element, "parent"),
+        end_of(element, "child"),
+        _pose(element.find("origin")),
+        np.array(_numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0))),
+        limits,
+        _number(limit, "effort", math.inf),
+        _number(element.find("dynamics"), "damping", 0.0),
+        _number(element.find("dynamics"), "friction", 0.0),
+        _mimic(element.find("mimic")),
+    )
+
+
+def _mimic(element: ET.Element | None) -> Mimic | None:
+    if element is None:
+        return None
+    multiplier, offset = _number(element, "multiplier", 1.0), _number(element, "offset", 0.0)
+    return Mimic(element.get("joint", ""), multiplier, offset)
+
+
+def _numbers(element: ET.Element | None, name: str, default: Sequence[float]) -> Sequence[float]:
+    text = None if element is None else element.get(name)
+    return default if text is None else [float(word) for word in text.split()]
+
+
+def _number(element: ET.Element | None, name: str, default: float) -> float:
+    return _numbers(element, name, (default,))[0]
+
+
+def _inertia(element: ET.Element | None) -> NDArray[np.float64] | None:
+    """Matrix (3, 3)."""
+    if element is None:
+        return None
+    xx, xy, xz, yy, yz, zz = (
+        _number(element, f"i{axes}", 0.0) for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
+    )
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _pose(origin: ET.Element | None) -> Pose:
+    nothing = (0.0, 0.0, 0.0)
+    return from_rpy(_numbers(origin, "xyz", nothing), _numbers(origin, "rpy", nothing))
+
+
+def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: Mistakes) -> str:
+    """The link that no joint carries, if all others hang on it; lists what is wrong."""
+    carried: dict[str, str] = {}
+    for joint in joints.values():
+        for of, link in (("parent", joint.parent), ("child", joint.child)):
+            if link not in links:
+                known = ", ".join(links)
+                mistakes.add(f"joint {joint.name!r} has the {of} {link!r}, expected one of {known}")
+        if joint.child in carried:
+            mistakes.add(
+                f"joints {carried[joint.child]!r} and {joint.name!r} both carry {joint.child!r}, "
+                "expected one: loops are not simulated"
+            )
+        carried[joint.child] = joint.name
+    roots = [name for name in links if name not in carried]
+    if len(roots) != 1:
+        mistakes.add(f"the robot has {len(roots)} root links, expected one: {roots}")
+        return ""
+    hanging = reached(roots[0], [(joint.parent, joint.child) for joint in joints.values()])
+    for name in links:
+        if name not in hanging:
+            mistakes.add(f"the joints above link {name!r} form a loop, expected a tree")
+    return roots[0]
+
+
+def _followed(joints: dict[str, Joint], limit: Limit, mistakes: Mistakes) -> dict[str, Joint]:
+    """The joints, each mimic joint with the moving joint at the end of its chain."""
+    followed = dict(joints)
+    for name, joint in joints.items():
+        limit.require(f"joint {name!r} was read")
+        if joint.mimic:
+            with mistakes.listed():
+                followed[name] = replace(joint, mimic=_source(joint, joints))
+    return followed
+
+
+def _source(joint: Joint, joints: dict[str, Joint]) -> Mimic:
+    seen, multiplier, offset, at = {joint.name}, 1.0, 0.0, joint
+    if joint.type == "fixed":
+        raise ValueError(f"joint {joint.name!r} is fixed, and yet a mimic; expected one of the two")
+    while at.mimic is not None:
+        name = at.mimic.joint
+        offset += multiplier * at.mimic.offset
+        multiplier *= at.mimic.multiplier
+        if name not in joints or joints[name].type == "fixed" or name in seen:
+            raise ValueError(
+                f"joint {at.name!r} mimics {name!r}, expected one that moves, without a circle, "
+                f"below the root of a subtree; ignore=({MIMIC!r},) makes each one of its own"
+            )
+        seen.add(name)
+        at = joints[name]
+    return Mimic(at.name, multiplier, offset)

@@ -1,0 +1,1 @@
+"""Recorded states, and what was scored of them."""

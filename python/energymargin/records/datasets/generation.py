@@ -1,0 +1,215 @@
+"""Random trajectories of a task, in memory or in a file.
+
+A file of any size is made in shards by any number of workers. Each shard is on disk as soon as it
+is done, so that the next run goes on where one ended. The file is the same to the byte, whoever
+made which shard.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NoReturn
+
+from energymargin import tasks
+from energymargin._core import Cancel
+from energymargin.base.checks import core_count, whole_number
+from energymargin.base.limits import Limit
+from energymargin.evaluate.executors import Executor, Processes, Threads
+from energymargin.evaluate.executors.choice import chosen_executor
+from energymargin.evaluate.parallel import run
+from energymargin.records.datasets import files
+from energymargin.records.datasets.columns import Block
+from energymargin.records.datasets.dataset import Dataset, load, open
+from energymargin.records.datasets.shards import (
+    Request,
+    ShardFolder,
+    Span,
+    folder_of,
+    generate_shard,
+    spans_in,
+)
+from energymargin.tasks.base import Task, parameters_of
+from energymargin.tasks.registry import is_installed
+
+# At most, of a shard: 0.1 s of balance, 3 s of grasp, 20 MB.
+SHARD_TRAJECTORIES = 50
+SHARD_STATES = 20_000
+
+Progress = Callable[[int, int], None]
+
+
+def generate(
+    task: str | Task,
+    *,
+    path: str | os.PathLike[str] | None = None,
+    trajectories: int = 50,
+    frames: int = 10,
+    seed: int = 0,
+    processes: int | None = 1,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> Dataset:
+    """Random trajectories of a task, in memory or in a file.
+
+    Args:
+        task: a name, or a task from `tasks.make`.
+        path: the file that is made, and replaced if it is there. The dataset is then open, to be
+            read in blocks: close it, or use it in a `with` statement. None: it is in memory.
+        trajectories: how many. Trajectory i is the same for any number of them.
+        frames: how many of each are recorded, evenly spaced.
+        seed: the same seed gives the same trajectories, to the last bit.
+        processes: 1 is this one alone, None is one for each core if there is work for more than
+            one. The dataset is the same for all.
+        executor: in place of processes, of `em.executors`, as Dask(scheduler).
+        progress: progress(done, total) is called after each trajectory, or each few.
+        timeout: after so many seconds the dataset has the first trajectories, those that are done.
+            A task that is no ScriptedTask is asked in between trajectories alone.
+        cancel: the same once it is set.
+
+    With a `path`, trajectories that are done wait in a folder beside the file until it is whole.
+    After Ctrl-C, a kill, a full disk or a timeout the same call goes on from there.
+
+    Raises ValueError on an unknown task, numbers out of range, a task that workers cannot make, or
+    a folder with shards of another dataset; TimeoutError or Cancelled if not even one trajectory is
+    done; RuntimeError if a few trajectories end one worker after the other; OSError if the file
+    cannot be written.
+    """
+    limit = Limit(timeout, cancel)
+    made = tasks.make(task) if isinstance(task, str) else task
+    total = whole_number("trajectories", trajectories, 1)
+    core_count("processes", processes)
+    request = Request.of(made, frames, seed)
+    size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
+    with TemporaryDirectory() as temporary:
+        file = Path(temporary, "dataset.h5") if path is None else Path(path)
+        with ShardFolder(file, request) as folder:
+            chosen = _executor(made, folder.missing(total), size, processes, executor)
+            _make_missing(
+                folder, made, chosen, total=total, size=size, limit=limit, progress=progress
+            )
+            still_missing = folder.missing(total)
+            count = still_missing[0][0] if still_missing else total
+            if count == 0:
+                limit.require("one trajectory was done")
+            whole = folder.trajectories(count)
+            files.write(file, request.task, request.parameters, request.seed, whole)
+            if count == total:
+                folder.remove()
+        return load(file) if path is None else open(file)
+
+
+def load_or_generate(
+    path: str | os.PathLike[str],
+    task: Task,
+    trajectories: int = 50,
+    frames: int = 10,
+    seed: int = 0,
+    *,
+    progress: Progress | None = None,
+) -> Dataset:
+    """The dataset in a file, which is made if there is none. Arguments: as `generate`.
+
+    Raises ValueError if the file holds another.
+    """
+    path = Path(path)
+    if not path.exists():
+        generate(
+            task,
+            path=path,
+            trajectories=trajectories,
+            frames=frames,
+            seed=seed,
+            progress=progress,
+        ).close()
+    dataset = load(path)
+    found = (dataset.task, dataset.parameters, dataset.seed, dataset.lengths.tolist())
+    if found != (task.name, parameters_of(task), seed, [frames] * trajectories):
+        raise ValueError(f"{path} holds other trajectories: remove it, or choose another folder")
+    return dataset
+
+
+def trajectories_kept(path: str | os.PathLike[str]) -> int:
+    """How many trajectories of a file that is being made are done."""
+    return sum(last - first for first, last in spans_in(folder_of(Path(path))))
+
+
+def _make_missing(
+    folder: ShardFolder,
+    task: Task,
+    executor: Executor | None,
+    *,
+    total: int,
+    size: int,
+    limit: Limit,
+    progress: Progress | None,
+) -> None:
+    """Makes the trajectories that are in no shard, at most `size` at a time; an executor of None is
+    this process."""
+    missing = folder.missing(total)
+    done = total - sum(last - first for first, last in missing)
+
+    def deliver(shards: Sequence[tuple[int, Block]]) -> None:
+        nonlocal done
+        for first, block in shards:  # written as soon as they come
+            folder.add(first, block)
+            done += len(block)
+            if progress is not None:
+                progress(done, total)
+
+    if done and progress is not None:
+        progress(done, total)
+    make = partial(generate_shard, folder.request, task if executor is None else None)
+    with (executor or Threads(1)).workers() as workers:
+        for first, last in missing:  # a shard is of trajectories in a row
+            shards = (range(k, min(k + size, last)) for k in range(first, last, size))
+            run(workers, make, shards, deliver, limit, give_up=_given_up, most=size)
+
+
+def _executor(
+    task: Task, missing: list[Span], size: int, processes: int | None, executor: Executor | None
+) -> Executor | None:
+    """Where the missing trajectories are made, in shards of at most `size`; None: in this
+    process."""
+    if executor is not None:
+        if processes not in (None, 1):
+            raise ValueError(f"processes is {processes}, expected 1 or None with an executor")
+        _require_registered(task, "there is an executor")
+        return chosen_executor(executor)
+    if processes is None:
+        processes = core_count("processes", None) if _can_be_made_again(task) else 1
+    elif processes > 1:
+        _require_registered(task, f"processes is {processes}")
+    processes = min(processes, sum(-(-(last - first) // size) for first, last in missing))
+    return None if processes <= 1 else Processes(processes)
+
+
+def _given_up(index: int, why: str) -> NoReturn:
+    raise RuntimeError(
+        f"trajectory {index}: {why}; what is done is kept: see what that task does there, or "
+        "whether memory is short"
+    )
+
+
+def _require_registered(task: Task, given: str) -> None:
+    if not _can_be_made_again(task):
+        raise ValueError(
+            f"{given}, but workers cannot make the task {task.name!r} of "
+            f"{type(task).__module__}: register it as an entry point of the group "
+            "'energymargin.tasks', or use processes=1"
+        )
+
+
+def _can_be_made_again(task: Task) -> bool:
+    """Whether a worker gets the same task by its name and parameters."""
+    if not is_installed(task.name):
+        return False
+    parameters = parameters_of(task)
+    again = tasks.make(task.name, **json.loads(json.dumps(parameters)))
+    return type(again) is type(task) and parameters_of(again) == parameters

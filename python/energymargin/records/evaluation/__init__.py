@@ -1,0 +1,20 @@
+"""How well scores tell robust states from fragile ones, and successes from failures (Section VI-E,
+Table I).
+
+State level: capture, effort and force against the label "captured over a horizon of h frames", by
+AUC and AP for each h. Trajectory level: the success score of the last frames against the
+trajectory's success. Every cell has a bootstrap interval in which whole trajectories are drawn, for
+the states of one trajectory are alike.
+
+With several objects there are two labels, "all are captured" and "at least one is". A score whose
+name ends in "/any" is compared with the second. The force score, one number for both, is compared
+with each.
+"""
+
+from energymargin.base.doors import check_doors
+from energymargin.records.evaluation.labelled import Among, LabelledScores
+from energymargin.records.evaluation.table import Cell, Evaluation, evaluate
+
+__all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
+
+check_doors(globals(), __all__)

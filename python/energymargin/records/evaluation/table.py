@@ -1,0 +1,346 @@
+"""Every score beside its label: the table of Section VI-E, as text, Markdown and CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.base.checks import seed_number, whole_number
+from energymargin.base.metrics import ANY
+from energymargin.base.reprs import Record
+from energymargin.base.summary import Summarized
+from energymargin.base.table_text import DASH, csv_text, short
+from energymargin.records.evaluation.bootstrap import (
+    DRAWS,
+    auc_ap,
+    bootstrap_weights,
+    intervals,
+    ranked,
+)
+from energymargin.records.evaluation.labelled import (
+    AMONG,
+    HORIZONS,
+    LAST_FRAMES,
+    PAPER_HORIZON,
+    PROBABLE_SUCCESS,
+    SUCCESS,
+    SUCCESSES,
+    Among,
+    Compared,
+    Counts,
+    LabelledScores,
+    compared_states,
+    compared_trajectories,
+    count_states,
+    state_metrics,
+)
+
+CELL_COLUMNS = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
+CSV_COLUMNS = ("score", "among", "horizon", *CELL_COLUMNS, "paper_auc", "paper_ap")
+
+# AUC and AP of the paper's Table I.
+_PAPER_SCORES = ("capture", "effort/est", "effort/rrt", "force", "success")
+_PAPER_ROWS = {
+    "push": ((0.97, 0.99), (0.92, 0.98), (0.92, 0.99), (0.86, 0.95), (0.98, 0.98)),
+    "balance": ((0.98, 0.99), (0.93, 0.98), (0.94, 0.98), (0.94, 0.96), (0.93, 0.95)),
+    "topple": ((0.94, 0.93), (0.93, 0.91), (0.93, 0.92), (0.77, 0.62), (0.89, 0.92)),
+    "grasp": ((1.00, 1.00), (0.99, 0.99), (0.97, 0.99), (0.73, 0.88), (0.99, 0.99)),
+}
+PAPER = {task: dict(zip(_PAPER_SCORES, row, strict=True)) for task, row in _PAPER_ROWS.items()}
+"""By task, then by score."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One comparison of a score with a label."""
+
+    auc: float
+    ap: float
+    auc_interval: tuple[float, float] | None
+    """95 % bootstrap interval; None if there are not two trajectories to draw from."""
+    ap_interval: tuple[float, float] | None
+    count: int
+    """How many states, or trajectories."""
+    positives: int
+    """How many of them have the label 1."""
+
+    def value(self) -> str:
+        """AUC/AP, such as ".981/.992"."""
+        return f"{short(self.auc)}/{short(self.ap)}"
+
+    def intervals(self) -> tuple[str, str]:
+        """Intervals of AUC and of AP, such as ".96-.99"; a dash if there is none."""
+        return _span(self.auc_interval), _span(self.ap_interval)
+
+
+def cell_of(compared: Compared, weights: NDArray[np.int64]) -> Cell | None:
+    """AUC and AP, with intervals of the (draws, T) weights of the trajectories."""
+    scores, labels, trajectory, _ = compared
+    if not compared.of_both_kinds:
+        return None
+    both = intervals(ranked(scores), labels, trajectory, weights)
+    return Cell(*auc_ap(scores, labels), *both, len(labels), int(labels.sum()))
+
+
+def csv_fields(cell: Cell | None) -> list[float | str]:
+    """Its columns of a CSV file, from count to ap_high; empty without a cell."""
+    if cell is None:
+        return [""] * len(CELL_COLUMNS)
+    return [
+        *(cell.count, cell.positives),
+        *(cell.auc, *(cell.auc_interval or ("", ""))),
+        *(cell.ap, *(cell.ap_interval or ("", ""))),
+    ]
+
+
+def _span(interval: tuple[float, float] | None) -> str:
+    return DASH if interval is None else f"{short(interval[0])}-{short(interval[1])}"
+
+
+def paper_text(value: tuple[float, float] | None) -> str:
+    """AUC/AP as it is shown; a dash for None."""
+    return DASH if value is None else "/".join(short(one, decimals=2) for one in value)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Evaluation(Record, Summarized):
+    """AUC and AP of every score. A cell is None if there is one label alone."""
+
+    task: str
+    frames: tuple[int, ...]
+    states: dict[str, dict[int, Cell | None]]
+    """By score, then by horizon."""
+    success: Cell | None
+    """The trajectory score; None also if the success score was not computed."""
+    missing: int
+    """States that lack a score, and are left out."""
+    missing_trajectories: int = 0
+    """Trajectories that lack a score in one of their last frames, and are left out of success."""
+    success_any: Cell | None = None
+    """The trajectory score of at least one object."""
+    last: int = LAST_FRAMES
+    """k-bar, the frames of the trajectory score."""
+    probable_success: Cell | None = None
+    """Cell of the probability of success; None also if that was not computed."""
+    asks: str | None = None
+    """As of LabelledScores. The paper's values are of scores without a clock, and stand beside
+    such alone."""
+    among: Among = "all"
+    """Which states are compared; of those that are captured now `success` is None."""
+    clipped: bool = False
+    """Whether a horizon ends with its trajectory; else such states are left out."""
+    counts: dict[int, Counts] = field(default_factory=dict)
+    """By horizon, which states count."""
+
+    @property
+    def left_out(self) -> str:
+        """In words, how many states lack a score: those not scored yet, or not to be simulated."""
+        alone, lost = self.missing == 1, self.missing_trajectories
+        states = "state has no score and is" if alone else "states have no score and are"
+        text = f"{self.missing} {states} left out"
+        trajectories = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
+        return f"{text}; so {trajectories} of success" if lost else text
+
+    @property
+    def has_paper(self) -> bool:
+        """Whether the paper has the same scores of this task, of all states."""
+        return self.task in PAPER and self.asks is None
+
+    @property
+    def shows_paper(self) -> bool:
+        """Whether its values stand beside the tables: those of its horizon have to be there."""
+        return self.has_paper and PAPER_HORIZON in self.frames
+
+    @property
+    def trajectories(self) -> dict[str, Cell]:
+        """By score, the cells that are there of whole trajectories."""
+        cells = {
+            SUCCESS: self.success,
+            PROBABLE_SUCCESS: self.probable_success,
+            SUCCESS + ANY: self.success_any,
+        }
+        return {score: cell for score, cell in cells.items() if cell is not None}
+
+    def to_csv(self) -> str:
+        """One line a cell, in full precision; what is not there is empty."""
+        return csv_text(CSV_COLUMNS if self.has_paper else CSV_COLUMNS[:-2], self.csv_rows())
+
+    def csv_rows(self) -> list[list[Any]]:
+        """The lines of `to_csv`, with CSV_COLUMNS; the paper's are there if it has the task."""
+        cells: list[tuple[str, int | str, Cell | None]] = [
+            (score, horizon, cell)
+            for score, by_horizon in self.states.items()
+            for horizon, cell in by_horizon.items()
+        ]
+        there = {
+            SUCCESS: self.among == "all",
+            PROBABLE_SUCCESS: self.probable_success is not None,
+            SUCCESS + ANY: self.success_any or (self.several and self.among == "all"),
+        }
+        cells += [(score, "", self.trajectories.get(score)) for score in there if there[score]]
+        return [
+            [score, self.among, horizon, *csv_fields(cell), *self._paper_fields(score, horizon)]
+            for score, horizon, cell in cells
+        ]
+
+    def _paper_fields(self, score: str, horizon: int | str) -> tuple[float | str, ...]:
+        """AUC and AP of the paper, empty but at its horizon; no fields if it lacks the task."""
+        found = self.paper(score) if horizon in (PAPER_HORIZON, "") else None
+        return (found or ("", "")) if self.has_paper else ()
+
+    def paper(self, score: str) -> tuple[float, float] | None:
+        """AUC and AP in the paper's Table I; None if it has no such score."""
+        return PAPER.get(self.task, {}).get(score)
+
+    @property
+    def several(self) -> bool:
+        """Whether there are scores of at least one object."""
+        return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
+
+    @property
+    def columns(self) -> list[str]:
+        """Heads of a table's columns: the horizons, and the paper if its values stand beside."""
+        return [*(f"h = {horizon}" for horizon in self.frames), *["paper"] * self.shows_paper]
+
+    def paper_column(self, score: str) -> list[str]:
+        """The cell of the paper's column, if there is one."""
+        return [paper_text(self.paper(score))] if self.shows_paper else []
+
+    @property
+    def counted(self) -> str:
+        """In words, how many states each horizon counts; of one horizon alone also why others do
+        not."""
+        if len(self.counts) != 1:
+            numbers = ", ".join(str(one.counted) for one in self.counts.values())
+            return numbers and f"States that count, by h: {numbers}."
+        ((frames, one),) = self.counts.items()
+        reasons = [
+            (one.lost, "lost already"),
+            (one.short, f"with fewer than {frames} frames left"),
+            (one.unscored, "without a score"),
+        ]
+        out = ", ".join(f"{number} {why}" for number, why in reasons if number)
+        stay = "stays" if one.positives == 1 else "stay"
+        text = (
+            f"{one.counted} of {sum(one) - one.positives} states count, of which {one.positives} "
+            f"{stay} captured{f'; left out are {out}' if out else ''}."
+        )
+        alone = one.positives in (0, one.counted)
+        return f"{text} With one label alone no score can tell them apart." if alone else text
+
+    @property
+    def caption(self) -> str:
+        """What the numbers are, and what is left out."""
+        which = "States" if self.among == "all" else "States that are captured now"
+        whole = (
+            "a horizon ends with its trajectory (clipped)"
+            if self.clipped
+            else "those with as many frames left"
+        )
+        sentences = [
+            f"{self.task}: AUC/AP of each score, with their 95 % intervals below.",
+            "" if self.asks is None else f"Asked: {self.asks}.",
+            f"{which}: captured over the next h frames; {whole}.",
+            self.counted,
+        ]
+        if self.trajectories:
+            sentences.append(
+                f"Success: the last {self.last} frames of a trajectory, whose success has no "
+                "horizon; the last frame alone tells most of it."
+            )
+        if self.shows_paper:
+            sentences.append(f"The paper's values are at h = {PAPER_HORIZON}.")
+        if self.missing and (len(self.counts) != 1 or self.missing_trajectories):
+            sentences.append(f"{self.left_out}.")
+        return " ".join(filter(None, sentences))
+
+
+def evaluate(
+    labelled: LabelledScores,
+    *,
+    frames: Sequence[int] = HORIZONS,
+    draws: int = DRAWS,
+    seed: int = 0,
+    last: int = LAST_FRAMES,
+    among: Among = "all",
+    clipped: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Evaluation:
+    """Compares every score with its label. States without a score are left out, and counted.
+
+    Args:
+        labelled: scores of states, with what happened.
+        frames: horizons in frames; a state counts that has as many frames after it.
+        draws: of the bootstrap; the intervals take time in proportion.
+        seed: of the bootstrap.
+        last: k-bar, the frames of a trajectory whose success scores count.
+        among: "all" states, or only those that are "captured" now; then there is nothing to tell at
+            horizon 0, and whole trajectories are not compared.
+        clipped: a horizon ends with its trajectory, so that every state counts.
+        progress: progress(done, total) counts the cells of the table: with 20,000 states, each
+            takes half a second.
+
+    Raises ValueError on numbers out of range, and on `clipped` of scores with a clock.
+    """
+    whole_number("draws", draws, 1)
+    seed = seed_number(seed)
+    whole_number("last", last, 1)
+    for horizon in frames:
+        whole_number("frames", horizon, 0)
+    if among == "captured":
+        frames = [horizon for horizon in frames if horizon > 0]
+    members = len(labelled.by_trajectory())
+    weights = bootstrap_weights(members, draws, seed)
+    states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
+    cells = [(metric, horizon) for metric in states for horizon in frames]
+    for done, (metric, horizon) in enumerate(cells):
+        if progress is not None:
+            progress(done, len(cells))
+        compared = compared_states(labelled, metric, horizon, among=among, clipped=clipped)
+        states[metric][horizon] = cell_of(compared, weights)
+    trajectories = {
+        metric: compared_trajectories(labelled, metric, last)
+        for metric in SUCCESSES
+        if among == "all" and metric in labelled.scores
+    }
+    successes = {metric: cell_of(own, weights) for metric, own in trajectories.items()}
+    whole = min((len(own.scores) for own in trajectories.values()), default=members)
+    missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
+    return Evaluation(
+        task=labelled.task,
+        frames=tuple(frames),
+        states=states,
+        success=successes.get(SUCCESS),
+        missing=int(missing.sum()),
+        missing_trajectories=members - whole,
+        success_any=successes.get(SUCCESS + ANY),
+        last=last,
+        probable_success=successes.get(PROBABLE_SUCCESS),
+        asks=labelled.asks,
+        among=among,
+        clipped=clipped,
+        counts={
+            horizon: count_states(labelled, horizon, among=among, clipped=clipped)
+            for horizon in frames
+        },
+    )
+
+
+def tables_of(
+    labelled: LabelledScores, now: LabelledScores | None = None
+) -> list[tuple[LabelledScores, Among, Sequence[int]]]:
+    """The tables that tell most: which scores, among which states, at which horizons.
+
+    Of scores with a horizon the first one asks what they ask, of the states that are captured now:
+    do they stay so? Beside them are the scores `now` of the same states as they are, which then
+    have the second table. Scores without a horizon have a table among all states, and one among
+    those that are captured now.
+    """
+    if labelled.frames is None:
+        return [(labelled, among, HORIZONS) for among in AMONG]
+    both, whole = (labelled, labelled) if now is None else (labelled.beside(now), now)
+    return [(both, "captured", [labelled.frames]), (whole, "all", HORIZONS)]

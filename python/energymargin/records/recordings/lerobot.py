@@ -1,0 +1,243 @@
+"""Datasets of LeRobot, version 3: their episodes as recordings of two bodies in a plane.
+
+The folder has data/chunk-*/file-*.parquet, a row a frame, meta/info.json, which names the features
+in them, and meta/episodes, which has the length of each episode. A feature is a number, as
+"timestamp", or a vector whose elements may have names.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.base.errors import needs_extra
+from energymargin.base.plausibility import warn
+from energymargin.records.recordings import cleaning, reading
+from energymargin.records.recordings.csv_files import HEADERS, Columns, frame_table
+from energymargin.records.recordings.folders import require_own_files
+from energymargin.records.recordings.reading import Rules, SourceFile
+from energymargin.records.recordings.recording import Recording
+
+INFO = Path("meta", "info.json")
+EPISODE, FRAME, TIME, SUCCESS = "episode_index", "frame_index", "timestamp", "next.success"
+OWN = {FRAME: "frame", TIME: "time"}
+MOST_OFF = 0.1  # share by which times may differ from the frames a second that are said
+MOST_ELEMENTS = 10_000  # of a feature; an image's side, too
+MOST_NUMBERS = 200_000_000  # that are read of a file: 1.6 GB
+HINT = "Are units others (mm, deg)? columns= says so"
+
+Episodes = dict[int, dict[str, NDArray[np.float64]]]
+"""By episode: the values of columns in its frames, shape (K,)."""
+
+
+def read_lerobot(
+    path: str | os.PathLike[str],
+    columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    *,
+    repair: bool = True,
+    longest_gap: float = reading.LONGEST_GAP,
+    least_jump: float = cleaning.LEAST_JUMP,
+    least_turn: float = cleaning.LEAST_TURN,
+    smoothing: float = cleaning.SMOOTHING,
+    smooth_poses: bool = True,
+    causal: bool = False,
+) -> list[Recording]:
+    """The episodes of a LeRobot dataset (version 3), in the order of their numbers: a recording
+    each, named FOLDER:EPISODE. Needs the extra [lerobot].
+
+    Args:
+        path: its folder.
+        columns: which feature is what, as of `read_csv`. An element of a vector is
+            "FEATURE/NAME", or "FEATURE/0" by its place. None: elements have the names of the
+            documented header, as object_x, in any feature.
+        repair: as of `read_csv`, as are the other arguments.
+        longest_gap: of the poses of a body [s].
+        least_jump: an outlier jumps by so much at least [m].
+        least_turn: the same of its yaw [rad].
+        smoothing: the largest time scale of the smoothing spline [s].
+        smooth_poses: whether the spline gives the poses, too.
+        causal: as of `read_csv`.
+
+    Raises OSError, ImportError without the extra, and ValueError that names the file: on a dataset
+    of another version, or one that lacks frames, and on all that `read_csv` refuses.
+    """
+    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
+    layout, folder = Columns.of(columns), Path(path)
+    places = element_places(folder, named=not layout.columns)
+    known = [name for name in places if layout.columns or name in HEADERS]
+    try:
+        fields = layout.places(known)
+    except ValueError as error:
+        raise ValueError(f"{folder / INFO}: {error}; it has {', '.join(places)}") from None
+    used = {known[number]: places[known[number]] for number, _ in fields.values()}
+    origin, found, rate = reading.frame_origin(layout.origin), [], _rate(folder)
+    for episode, values in read_episodes(folder, used).items():
+        source = SourceFile(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
+        own = {name: size * values[known[number]] for name, (number, size) in fields.items()}
+        lines = np.arange(len(own["time"]))
+        _compare_rate(source, rate, own["time"])
+        table = frame_table(source, lines, {**own, **layout.constants})
+        found.append(reading.recording_of(table, rules, origin))
+    return found
+
+
+def _rate(folder: Path) -> float:
+    """Frames a second as meta/info.json says; 0 if it does not."""
+    rate = json.loads((folder / INFO).read_text(encoding="utf-8")).get("fps")
+    return float(rate) if isinstance(rate, (int, float)) and math.isfinite(rate) else 0.0
+
+
+def _compare_rate(source: SourceFile, rate: float, times: NDArray[np.float64]) -> None:
+    """Warns if the times of an episode are not those of the frames a second that are said."""
+    step = cleaning.usual_step(times)
+    if rate > 0.0 and 0.0 < step < math.inf and abs(step * rate - 1.0) > MOST_OFF:
+        text = (
+            f"{source.path}: its times are {step:.4g} s apart, {1.0 / step:.4g} frames a second, "
+            f"and {INFO} says fps {rate:g}: the times hold. Which of them is right?"
+        )
+        warn([(str(source.path.parent), text)], text)
+
+
+def is_lerobot(path: Path) -> bool:
+    """Whether this is the folder of a LeRobot dataset."""
+    return (path / INFO).is_file()
+
+
+def read_successes(path: str | os.PathLike[str]) -> dict[str, bool] | None:
+    """Whether each episode succeeded, by the name of its recording: whether `next.success` was ever
+    true. None: the dataset does not have that. Errors as `read_lerobot`."""
+    folder = Path(path)
+    places = element_places(folder)
+    if SUCCESS not in places:
+        return None
+    episodes = read_episodes(folder, {SUCCESS: places[SUCCESS]})
+    return {f"{folder.name}:{number}": bool(own[SUCCESS].any()) for number, own in episodes.items()}
+
+
+Place = tuple[str, int, int]
+"""A feature, the place of one of its elements, and how many it has."""
+
+
+def element_places(folder: Path, *, named: bool = False) -> dict[str, Place]:
+    """By name, where each number of a row is: "timestamp", or of a vector "FEATURE/NAME" and
+    "FEATURE/0"; with `named` the names of elements alone, and frame and time.
+
+    Raises ValueError that names the file, if the dataset is of another version.
+    """
+    require_own_files(folder)
+    path = folder / INFO
+    try:
+        info = json.loads(path.read_text(encoding="utf-8"))
+        version, features = str(info["codebase_version"]), dict(info["features"])
+        shapes = {name: (list(own["shape"]), own.get("names")) for name, own in features.items()}
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{path}: {error!r}, expected that of a LeRobot dataset") from error
+    if not version.startswith("v3."):
+        raise ValueError(
+            f"{path}: the dataset has version {version}, expected v3: LeRobot's "
+            "convert_dataset_v21_to_v30 converts older ones"
+        )
+    found: dict[str, Place] = {}
+    for feature, (shape, names) in shapes.items():
+        if not all(isinstance(size, int) and 0 <= size <= MOST_ELEMENTS for size in shape):
+            raise ValueError(
+                f"{path}: {feature!r} has the shape {shape}, expected whole numbers from 0 to "
+                f"{MOST_ELEMENTS}"
+            )
+        if shape == [1]:
+            found[OWN.get(feature, feature) if named else feature] = (feature, 0, 1)
+        elif len(shape) == 1:
+            words = _names(names) if named else [f"{feature}/{one}" for one in _names(names)]
+            numbers = [] if named else [f"{feature}/{number}" for number in range(shape[0])]
+            for listed in (words, numbers):
+                found |= {word: (feature, k, shape[0]) for k, word in enumerate(listed)}
+    return found
+
+
+def _names(names: Any) -> list[str]:
+    """The names of a vector's elements, which may be in groups; empty without any."""
+    groups = names.values() if isinstance(names, dict) else [names]
+    return [str(one) for group in groups if isinstance(group, list) for one in group]
+
+
+def data_files(folder: Path) -> list[Path]:
+    """The files of a dataset's frames, in their order. Raises ValueError if there are none."""
+    files = sorted((folder / "data").glob("*/*.parquet"))
+    if not files:
+        raise ValueError(f"{folder}: there is no data/chunk-*/file-*.parquet, expected some")
+    return files
+
+
+def read_episodes(folder: Path, columns: Mapping[str, Place]) -> Episodes:
+    """The values of these columns by episode, its frames in their order.
+
+    Raises ValueError if an episode has another number of frames than meta/episodes says.
+    """
+    places = [(EPISODE, 0, 1), (FRAME, 0, 1), *columns.values()]
+    parts = []
+    for file in data_files(folder):
+        table = _table(file, sorted({feature for feature, _, _ in places}))
+        values = [_numbers(file, table, name, size)[:, k] for name, k, size in places]
+        parts.append(np.stack(values))
+    rows = np.concatenate(parts, axis=1)
+    rows = rows[:, np.lexsort((rows[1], rows[0]))]
+    numbers, starts, counts = np.unique(rows[0], return_index=True, return_counts=True)
+    _require_whole(folder, dict(zip(numbers.tolist(), counts.tolist(), strict=True)))
+    return {
+        int(number): dict(zip(columns, own[2:], strict=True))
+        for number, own in zip(numbers, np.split(rows, starts[1:], axis=1), strict=True)
+    }
+
+
+def _require_whole(folder: Path, counts: Mapping[int, int]) -> None:
+    """Raises ValueError unless each episode has the frames that meta/episodes says."""
+    for file in sorted((folder / "meta" / "episodes").glob("*/*.parquet")):
+        table = _table(file, [EPISODE, "length"])
+        number, length = (_numbers(file, table, name, 1)[:, 0] for name in (EPISODE, "length"))
+        for episode, frames in zip(number.astype(int), length.astype(int), strict=True):
+            if counts.get(episode, 0) != frames:
+                raise ValueError(
+                    f"{folder}: episode {episode} has {counts.get(episode, 0)} frames, expected "
+                    f"{frames}, as meta/episodes says: is a file missing?"
+                )
+
+
+def _table(file: Path, columns: Sequence[str]) -> Any:
+    """Some columns of a Parquet file."""
+    with needs_extra("a LeRobot dataset", "lerobot"):
+        from pyarrow import parquet
+    try:
+        with parquet.ParquetFile(file) as opened:
+            count = sum(_stored(opened.metadata, columns))
+            if count > MOST_NUMBERS:
+                raise ValueError(f"has {count} numbers, expected at most {MOST_NUMBERS} in a file")
+            return opened.read(columns=list(columns))
+    except ValueError as error:  # those of pyarrow are such
+        raise ValueError(f"{file}: {error}") from error
+
+
+def _stored(metadata: Any, columns: Sequence[str]) -> Iterator[int]:
+    """How many numbers each part of the columns of a Parquet file has."""
+    for group in map(metadata.row_group, range(metadata.num_row_groups)):
+        for column in map(group.column, range(group.num_columns)):
+            if column.path_in_schema.partition(".")[0] in columns:
+                yield column.num_values
+
+
+def _numbers(file: Path, table: Any, feature: str, size: int) -> NDArray[np.float64]:
+    """The numbers of a feature, shape (R, size)."""
+    if feature not in table.column_names:
+        raise ValueError(f"{file}: there is no column {feature!r}, expected it")
+    column = table[feature].combine_chunks()
+    flat = column if size == 1 else column.flatten()
+    numbers = np.asarray(flat.to_numpy(zero_copy_only=False), dtype=np.float64)
+    if len(numbers) != size * len(table):
+        raise ValueError(f"{file}: {feature!r} has rows without its {size} numbers")
+    return numbers.reshape(len(table), size)

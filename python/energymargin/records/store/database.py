@@ -1,0 +1,216 @@
+"""The SQLite file of scores: it is opened, checked, and written in transactions."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from energymargin.base.closing import Closing
+from energymargin.base.locks import Lock
+from energymargin.records.store import schema
+
+WAIT = 10.0  # s; how long another program may hold the file
+CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
+CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
+SUMMED = 2**25  # bytes, a million rows; beyond, the checksum of what they say takes more than 2 s
+
+
+class Database(Closing):
+    """An open file of scores, as a database; close it, or use it in a `with` statement."""
+
+    def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
+        """Opens a file; with `create` to put scores in, and makes it if there is none.
+
+        A file of an older version is brought to this one. Raises FileNotFoundError if there is
+        none, PermissionError if it or its folder cannot be written (as is needed to read it, too,
+        unless it is open elsewhere), ValueError if it is not a file of scores, is damaged, or comes
+        from a newer version, and with the number of another process that puts scores in.
+        """
+        self.path = Path(path)
+        self._absolute = Path(os.path.abspath(path))  # the process may change its folder
+        self._may_have_written = False
+        self._lock: Lock | None = None
+        if not self.path.exists():
+            if not create:
+                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
+            if not self.path.parent.is_dir():
+                raise FileNotFoundError(errno.ENOENT, "no such folder", str(self.path.parent))
+        if self.path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(self.path))
+        is_new = not self.path.exists()
+        with self._named():
+            self.database = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
+        try:
+            with self._named():
+                self._open(create)
+            self._identity = _identity(self._absolute)
+            self._lock = Lock(self.path, "scoring into") if create else None
+        except BaseException:
+            self.close()
+            if is_new and self.path.exists() and not self.path.stat().st_size:  # on a full disk
+                self.path.unlink()
+            raise
+
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """All that is written in it is committed, or nothing.
+
+        Raises OSError if the disk is full, PermissionError if the file cannot be written,
+        TimeoutError if another program holds it; FileNotFoundError as `require_in_place`, after the
+        commit.
+        """
+        with self._committed():
+            before = self.database.total_changes
+            yield
+            if self.database.total_changes > before:
+                self.database.execute("DELETE FROM checksum")
+        self.require_in_place()
+
+    @contextmanager
+    def _committed(self) -> Iterator[None]:
+        with self._named():
+            self.database.execute("BEGIN IMMEDIATE")
+            self._may_have_written = True
+            try:
+                yield
+                self.database.execute("COMMIT")
+            except BaseException:
+                if self.database.in_transaction:
+                    self.database.execute("ROLLBACK")
+                raise
+
+    def value(self, question: str) -> Any:
+        """What a question with one answer gives."""
+        return self.database.execute(question).fetchone()[0]
+
+    def number_of(self, table: str, **key: Any) -> int:
+        """The number of the row with this key, which is inserted if it is not there."""
+        names, marks = ", ".join(key), ", ".join("?" * len(key))
+        values = tuple(key.values())
+        self.database.execute(
+            f"INSERT INTO {table} ({names}) VALUES ({marks}) ON CONFLICT DO NOTHING", values
+        )
+        (number,) = self.database.execute(
+            f"SELECT id FROM {table} WHERE ({names}) = ({marks})", values
+        ).fetchone()
+        return int(number)
+
+    def require_in_place(self) -> None:
+        """Raises FileNotFoundError if the file was renamed or removed since it was opened. A file
+        of another name then has all that was written."""
+        if _identity(self._absolute) != self._identity:
+            # SQLite does not do so when it closes a file of another name, whose log it would lose.
+            self.database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            raise FileNotFoundError(
+                errno.ENOENT,
+                "was renamed or removed while it was written: under its new name it has all "
+                "scores; give it the old name again, and the same command goes on",
+                str(self.path),
+            )
+
+    def close(self) -> None:
+        """Closes the file."""
+        self.database.close()
+        if self._lock is not None:
+            self._lock.close()
+
+    def __exit__(self, *error: object) -> None:
+        """Closes it, with a checksum if it may have been written and all went well."""
+        went_well = error[:1] == (None,)
+        try:
+            if self._may_have_written and went_well and self._is_smaller_than(SUMMED):
+                with suppress(OSError), self._committed():
+                    schema.write_checksum(self.database)
+        finally:
+            self.close()
+
+    def _is_smaller_than(self, size: int) -> bool:
+        return self.path.exists() and self.path.stat().st_size < size
+
+    def _open(self, create: bool) -> None:
+        self.database.execute("PRAGMA foreign_keys = ON")
+        self.database.execute(f"PRAGMA cache_size = -{CACHE}")
+        if create and not self.value("SELECT count(*) FROM sqlite_master"):
+            with self._committed():
+                schema.create(self.database)
+        self._check_format()
+        self.database.execute("PRAGMA journal_mode = WAL")
+        self.database.execute("PRAGMA synchronous = NORMAL")
+        if self._version() < schema.VERSION:
+            with self._committed():
+                if self._version() < schema.VERSION:  # still, now that nobody else can bring it
+                    schema.migrate(self.database)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Turns errors of SQLite into errors that name the file, and say what to do."""
+        try:
+            yield
+        except sqlite3.DatabaseError as error:
+            raise self._in_words(error) from error
+
+    def _in_words(self, error: sqlite3.DatabaseError) -> Exception:
+        text, path = str(error), str(self.path)
+        if isinstance(error, (sqlite3.IntegrityError, sqlite3.ProgrammingError)):
+            return error
+        if "locked" in text:
+            return TimeoutError(f"{path} was held by another program for {WAIT:.0f} s")
+        if "full" in text:
+            advice = "what was written before is safe: make room, and the same command goes on"
+            return OSError(errno.ENOSPC, f"the disk is full; {advice}", path)
+        if "readonly" in text or "unable to open" in text:
+            advice = "it and its folder must be writable: copy it, or choose another place"
+            return PermissionError(errno.EACCES, f"{text}; {advice}", path)
+        if "disk I/O" in text:
+            return OSError(errno.EIO, text, path)
+        return ValueError(f"{path} is not a file of scores, or damaged: {text}")
+
+    def _version(self) -> int:
+        return int(self.value("PRAGMA user_version"))
+
+    def _check_format(self) -> None:
+        if self.value("PRAGMA application_id") != schema.APPLICATION_ID:
+            raise ValueError(
+                f"{self.path} is not a file of scores: it is empty, or an SQLite file of something "
+                "else"
+            )
+        version = self._version()
+        if not schema.OLDEST <= version <= schema.VERSION:
+            older = "open it once with 0.13, which brings it up to date, or score the dataset again"
+            raise ValueError(
+                f"{self.path} has version {version} of the scores' format, and this energymargin "
+                f"reads versions {schema.OLDEST} to {schema.VERSION}: "
+                f"{'update it' if version > schema.VERSION else older}"
+            )
+        small = self._is_smaller_than(CHECKED)
+        if small and (state := self.value("PRAGMA quick_check(1)")) != "ok":
+            raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
+        if self._is_smaller_than(SUMMED) and not self._has_its_checksum():
+            raise ValueError(
+                f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere; "
+                "if it was changed on purpose, DELETE FROM checksum in SQLite accepts it"
+            )
+        if version == schema.VERSION and not schema.has_its_tables(self.database):
+            raise ValueError(
+                f"{self.path} is damaged: its tables are not those of a file of scores"
+            )
+
+    def _has_its_checksum(self) -> bool:
+        self.database.execute("BEGIN")  # a snapshot, whatever others write meanwhile
+        try:
+            return schema.has_its_checksum(self.database)
+        finally:
+            self.database.execute("COMMIT")
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """Device and inode of a file, equal for all its names; None if there is no file."""
+    with suppress(OSError):
+        status = path.stat()
+        return status.st_dev, status.st_ino
+    return None

@@ -1,0 +1,189 @@
+"""A store's scores as a table: a data frame, CSV, or Parquet. One row is a state of a run.
+
+The curves of probabilities are a table of their own: a row is a time of a curve.
+"""
+
+from __future__ import annotations
+
+import csv
+import errno
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from energymargin.base.errors import needs_extra
+from energymargin.base.replacing import replaced
+from energymargin.records.store.file import ScoreStore
+from energymargin.records.store.run import Run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SUFFIXES = (".csv", ".parquet")
+QUANTILES = (0.1, 0.5, 0.9)  # of the particles of a belief
+
+OF_STATE = (  # columns of the fields of a ScoredState, but its scores
+    *("trajectory", "frame", "captured", "succeeded"),
+    *("captured_any", "succeeded_any", "seconds"),
+)
+OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
+
+Kinds = dict[str, type]
+"""By column: the type of its values. They may be missing, as None."""
+Table = tuple[Kinds, Iterator[tuple[Any, ...]]]
+"""Columns, and rows of their values."""
+
+
+def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFrame:
+    """All scores of a store, or those of one run, with the states' labels and the settings.
+
+    A row is a state of a run, so two runs give a state two rows: its `run`, `task`, `trajectory`,
+    `frame`; the labels `captured`, `succeeded` (of its trajectory) and, with several objects,
+    `captured_any`, `succeeded_any`; the settings, and of what is asked of the future `horizon`
+    [frames], `plan` ("none": it coasts), and `check`, `dwell` [s] (missing where a run has no such
+    one); a column for each metric (NaN: not there yet, inf: no escape was found); `seconds` of
+    computing. A seed of 64 bits makes its column text. Of beliefs, whose scores are means,
+    `capture_q10`, `_q50` and `_q90` are
+    quantiles over the particles. Needs the extra [tables]. Raises what ScoreStore does.
+    """
+    with ScoreStore(path) as store:
+        return _frame(*_states(_runs(store, run)))
+
+
+def export(
+    path: str | os.PathLike[str], output: str | os.PathLike[str], *, run: int | None = None
+) -> int:
+    """Writes the table of `load` into a .csv file, row by row, or a .parquet file; returns how many
+    rows it has.
+
+    If there are curves of probabilities, they are in a file beside it: scores-curves.csv of
+    scores.csv. A row is a time of a curve: `run`, `trajectory`, `frame`, `metric`, `time` [s] from
+    the frame on, and the probability of being `captured` throughout until then.
+
+    Each file is written in one go: it is whole, or as it was. Parquet needs the extra [tables].
+    Raises ValueError on another suffix.
+    """
+    output = Path(output)
+    if output.suffix not in SUFFIXES:
+        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+    if not output.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
+    write = _write_csv if output.suffix == ".csv" else _write_parquet
+    with ScoreStore(path) as store:
+        runs = _runs(store, run)
+        if any(one.has_curves for one in runs):
+            with replaced(curves_path(output)) as file:
+                write(file, *_curves(runs))
+        with replaced(output) as file:
+            return write(file, *_states(runs))
+
+
+def curves_path(output: str | os.PathLike[str]) -> Path:
+    """The file into which `export` writes the curves, if there are any."""
+    output = Path(output)
+    return output.with_name(f"{output.stem}-curves{output.suffix}")
+
+
+def _curves(runs: Sequence[Run]) -> Table:
+    """The curves of some runs, below one another: a row for each time of a curve."""
+    kinds: Kinds = {"run": int, "trajectory": int, "frame": int}
+    kinds |= {"metric": str, "time": float, "probability": float}
+    rows = (
+        (run.number, trajectory, frame, metric, time, captured)
+        for run in runs
+        for trajectory, frame, metric, curve in run.curves()
+        for time, captured in zip(*(numbers.tolist() for numbers in curve), strict=True)
+    )
+    return kinds, rows
+
+
+def _states(runs: Sequence[Run]) -> Table:
+    """Some runs of a store, below one another: a row for each state."""
+    kinds: Kinds = {"run": int, "task": str, "trajectory": int, "frame": int}
+    kinds |= {"captured": bool, "succeeded": bool}
+    if any(run.several for run in runs):
+        kinds |= {"captured_any": bool, "succeeded_any": bool}
+    for name in {name: None for run in runs for name in _asked(run)}:
+        kinds[name] = _widest([_asked(run).get(name) for run in runs])
+    kinds |= {"algorithm": str}
+    kinds |= {metric: float for run in runs for metric in run.metrics}
+    spread = [metric for run in runs for metric in run.with_quantiles]
+    kinds |= {name: float for metric in spread for name in _quantile_columns(metric)}
+    kinds |= {"seconds": float}
+    return kinds, (row for run in runs for row in _rows(run, kinds))
+
+
+def _rows(run: Run, kinds: Mapping[str, type]) -> Iterator[tuple[Any, ...]]:
+    values = _asked(run) | {"run": run.number, "task": run.task, "algorithm": run.algorithm}
+    spread = {metric: run.quantiles(metric, QUANTILES) for metric in run.with_quantiles}
+    for number, state in enumerate(run.rows()):
+        values |= zip(OF_STATE, state, strict=False)
+        values |= zip(run.metrics, state.scores, strict=True)
+        for metric, of_states in spread.items():
+            values |= zip(_quantile_columns(metric), of_states[number], strict=True)
+        yield tuple(_cast(values.get(column), kind) for column, kind in kinds.items())
+
+
+def _cast(value: Any, kind: type) -> Any:
+    """A value as one of this type; None if there is none, or it is NaN."""
+    missing = value is None or (isinstance(value, float) and math.isnan(value))
+    return None if missing else kind(value)
+
+
+def _quantile_columns(metric: str) -> list[str]:
+    return [f"{metric}_q{round(100 * share)}" for share in QUANTILES]
+
+
+def _asked(run: Run) -> dict[str, Any]:
+    """The settings of a run, with what is not known of its models, and those of its future."""
+    asked = run.settings | (run.sampling.all() if run.sampling is not None else {})
+    if run.future is None:
+        return asked
+    return asked | run.future.all() | {"plan": run.future.plan or "none"}
+
+
+def _write_csv(path: Path, kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> int:
+    count = 0
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(kinds)
+        for row in rows:
+            writer.writerow(row)
+            count += 1
+    return count
+
+
+def _write_parquet(path: Path, kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> int:
+    frame = _frame(kinds, rows)
+    frame.to_parquet(path, index=False)
+    return len(frame)
+
+
+def _frame(kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> pd.DataFrame:
+    with needs_extra("a data frame, as for Parquet,", "tables"):
+        import pandas as pd
+    columns = list(zip(*rows, strict=True)) or [()] * len(kinds)
+    return pd.DataFrame(
+        {
+            name: pd.Series(
+                column, dtype="Int64" if kind is int and None in column else OF_PANDAS[kind]
+            )
+            for (name, kind), column in zip(kinds.items(), columns, strict=True)
+        }
+    )
+
+
+def _runs(store: ScoreStore, number: int | None) -> list[Run]:
+    return store.runs() if number is None else [store.run(number)]
+
+
+def _widest(values: Sequence[Any]) -> type:
+    """A type for one setting of all runs, None in those that do not have it; a whole number of more
+    than 63 bits, as a seed, becomes text."""
+    large = any(isinstance(value, int) and value >= 2**63 for value in values)
+    kinds = {type(value) for value in values if value is not None}
+    if kinds <= {int, float} and not large:
+        return int if kinds == {int} else float
+    return bool if kinds == {bool} else str
