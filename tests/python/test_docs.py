@@ -14,8 +14,8 @@ import energymargin as em
 from energymargin import _core
 from energymargin.act.surrogates import surrogate
 from energymargin.cli import app
+from energymargin.evaluate.store import schema
 from energymargin.records.datasets import files
-from energymargin.records.store import schema
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -148,7 +148,7 @@ def test_the_page_of_promises_has_the_versions_of_the_files():
     for row in (
         rf"problem file\]\(.*\) \| version {newest} \| {oldest} to {newest}",
         rf"dataset\]\(.*\) \| version {files.VERSION} \| {files.VERSION}",
-        rf"scores\]\(.*\) \| version {schema.VERSION} \| {schema.OLDEST} to {schema.VERSION}",
+        rf"scores\]\(.*\) \| version {schema.VERSION} \| {schema.VERSION}",
         rf"surrogate\]\(.*\) \| version {surrogate.VERSION} \| {surrogate.VERSION}",
     ):
         assert re.search(rf"(?m)^\| \[.*{row} \|", page), row

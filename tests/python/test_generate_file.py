@@ -3,10 +3,12 @@
 import os
 import re
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
 import tracemalloc
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -14,8 +16,7 @@ import pytest
 import energymargin as em
 from energymargin import datasets, tasks
 from energymargin.executors import Processes, Threads
-from energymargin.records.datasets.generation import trajectories_kept
-from energymargin.records.datasets.shards import Request, ShardFolder, folder_of
+from energymargin.records.datasets.shards import Parts, Request, parts_of, trajectories_kept
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file
@@ -142,7 +143,7 @@ def test_a_run_that_got_no_trajectory_leaves_nothing(tmp_path):
 def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
     path = tmp_path / "topple.h5"
     dataset = datasets.generate("topple", trajectories=3, seed=4)
-    with ShardFolder(path, Request.of(tasks.make("topple"), 10, seed=4)) as parts:
+    with Parts(path, Request.of(tasks.make("topple"), 10, seed=4)) as parts:
         parts.add(0, next(dataset._blocks()))
     with pytest.raises(ValueError, match=r"\.topple\.h5\.parts holds .* seed: 4 there, 5 now"):
         generate(path, trajectories=6, seed=5)
@@ -152,7 +153,7 @@ def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
 
 def test_of_two_runs_at_once_the_second_is_refused(tmp_path):
     with (
-        ShardFolder(tmp_path / "topple.h5", Request.of(tasks.make("topple"), 10, seed=4)),
+        Parts(tmp_path / "topple.h5", Request.of(tasks.make("topple"), 10, seed=4)),
         pytest.raises(ValueError, match=rf"process {os.getpid()} is generating .*let it finish"),
     ):
         generate(tmp_path / "topple.h5")
@@ -162,9 +163,9 @@ def test_a_damaged_part_is_named_and_made_again(whole, tmp_path):
     path, cancel = tmp_path / "topple.h5", em.Cancel()
     stop = lambda done, total: done >= 120 and cancel.set()  # noqa: E731
     generate(path, progress=stop, cancel=cancel)
-    damaged = sorted(folder_of(path).glob("*.npz"))[1]
-    os.truncate(damaged, damaged.stat().st_size // 2)
-    with pytest.raises(ValueError, match=rf"{damaged.name} was damaged.*makes it again"):
+    with closing(sqlite3.connect(parts_of(path))) as parts, parts:
+        parts.execute("UPDATE answers SET content = substr(content, 1, 900) WHERE first = 50")
+    with pytest.raises(ValueError, match=r"begins with trajectory 50 was damaged.*makes it again"):
         generate(path)
     assert generate(path) == COUNT and path.read_bytes() == whole
 

@@ -11,8 +11,9 @@ from stores import Stop, rows, scores, stop_after
 import energymargin as em
 from energymargin.evaluate import scoring
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.records.store import ScoreStore, database, score_dataset
+from energymargin.evaluate.store import database
 from energymargin.records.store.scoring import begin_run
+from energymargin.store import ScoreStore, score_dataset
 
 
 def test_a_file_of_another_format_is_refused(tmp_path):

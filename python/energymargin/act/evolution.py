@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.act.trials import Disturbance
+from energymargin.act.draws import Disturbance
 from energymargin.base.errors import needs_extra
 from energymargin.disturbances import ActuationNoise, Gaussian, Uniform, of_plan
 

@@ -20,8 +20,8 @@ from energymargin.act.choosing import (
     candidates_of,
     require_finite,
 )
+from energymargin.act.draws import check_disturbance
 from energymargin.act.monitor import Monitor, Reading
-from energymargin.act.trials import check_disturbance
 from energymargin.base.checks import (
     check_type,
     core_count,

@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -19,12 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
+from energymargin.act.draws import Disturbance, Draws, Question, check_uncertainty
 from energymargin.act.evolution import Evolution, adapted, cma_package, population_of, scaled
-from energymargin.act.journal import Journal
+from energymargin.act.kept_draws import KeptDraws
 from energymargin.act.parameters import Constraint, Make, Maker, Parameters, Point
 from energymargin.act.racing import Duel, duel
 from energymargin.act.ranking import Race, Ranking, Standing
-from energymargin.act.trials import Disturbance, Draws, Question, Trials, check_uncertainty
+from energymargin.act.trials import Trials
 from energymargin.base.checks import function_or_none, one_of, seed_number, whole_number, yes_or_no
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
@@ -34,7 +36,6 @@ from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
 from energymargin.evaluate.divergence import too_many_diverged
 from energymargin.evaluate.executors import Executor
-from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
 SHARE_OF_SEARCH = 0.8  # of a timeout
@@ -158,7 +159,7 @@ def improve(
     harden: bool = True,
     seed: int = 0,
     nodes: int = 1000,
-    file: str | Path | None = None,
+    store: str | Path | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -188,7 +189,7 @@ def improve(
             plan that withstands the most. The result is told under the stated disturbance.
         seed: the same seed gives the same result, on any number of threads and on any executor.
         nodes: nodes of each search, as in `em.escape_effort`.
-        file: where evaluations are kept by what they ask: the same call goes on from there, after
+        store: a file where draws are kept by what they ask: the same call goes on from there, after
             Ctrl-C, or with a larger budget. Another plan, constraint or seed asks anew. A file
             cannot tell two functions apart, so the disturbance is a model of em.disturbances, and
             no set is a Predicate.
@@ -197,7 +198,7 @@ def improve(
         progress: progress(done, total) counts simulation steps, of the budget.
         timeout: it ends after so many seconds. A fifth of them is for the last comparison, whose
             draws so far count.
-        cancel: ends it with Cancelled once it is set. With a file the same call goes on.
+        cancel: ends it with Cancelled once it is set. With a store the same call goes on.
 
     Plans of which more than one rollout and more than 1 % diverge count as plans that cannot be.
 
@@ -219,9 +220,10 @@ def improve(
     maker = Maker(problem, box, make_plan, constraints, question)
     cma_package()
     run = _Run(maker, uncertainty, rollouts, budget, progress, of_search, limit)
-    common = (ALGORITHM, ALGORITHM_IMPROVED, uncertainty and uncertainty.to_json())
-    workers = (executor, threads, run.count)
-    with Trials(*workers) if file is None else Journal(file, common, *workers) as trials:
+    with (
+        nullcontext() if store is None else KeptDraws(store, uncertainty, question) as kept,
+        Trials(executor, threads, run.count, kept) as trials,
+    ):
         return run.improved(trials, harden=harden)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
-from energymargin.act.trials import Question
+from energymargin.act.draws import Question
 from energymargin.base.checks import check_type, function_of, numbers_of, shown
 from energymargin.model.plans import in_steps
 

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
-from energymargin.act.racing import Duel, beaten, beats, duel, looks
-from energymargin.act.trials import (
+from energymargin.act.draws import (
     EFFORTS,
     OF_INTERVALS,
     Disturbance,
     Draws,
     Question,
     Trial,
-    Trials,
     check_uncertainty,
 )
+from energymargin.act.kept_draws import KeptDraws
+from energymargin.act.racing import Duel, beaten, beats, duel, looks
+from energymargin.act.trials import Trials
 from energymargin.base.checks import function_or_none, share, shown, whole_number, yes_or_no
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
@@ -220,6 +223,7 @@ def rank(
     race: bool = True,
     seed: int = 0,
     nodes: int = 1000,
+    store: str | Path | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -249,6 +253,7 @@ def rank(
         race: False scores every candidate to the end.
         seed: the same seed draws the same, on any number of threads and on any executor.
         nodes: nodes of each search, as in `em.escape_effort`.
+        store: a file where draws are kept, as of `em.improve`: the same call goes on from there.
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
         progress: progress(done, total) counts draws; a race does not need them all.
@@ -271,7 +276,10 @@ def rank(
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
     _check_alike(question, field)
-    with Trials(executor, threads) as trials:
+    with (
+        nullcontext() if store is None else KeptDraws(store, uncertainty, question) as kept,
+        Trials(executor, threads, kept=kept) as trials,
+    ):
         comparison = Race(field, uncertainty, question)
         return comparison.run(
             trials, limit, most, confidence, tolerance, race=race, progress=progress

@@ -51,7 +51,7 @@ def generate(
             depend on it.
     """
     from energymargin import datasets, tasks
-    from energymargin.records.datasets.generation import trajectories_kept
+    from energymargin.records.datasets.shards import trajectories_kept
 
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")

@@ -74,7 +74,7 @@ def _improved(
         budget=choice.budget,
         harden=margin,
         seed=choice.seed,
-        file=folder / f"{demo.name}-{choice.method}-{choice.budget}-{choice.seed}.jsonl",
+        store=folder / f"{demo.name}-{choice.method}-{choice.budget}-{choice.seed}.db",
         threads=threads,
         cancel=cancel,
     )

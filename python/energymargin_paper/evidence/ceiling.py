@@ -24,10 +24,10 @@ from energymargin.base.limits import Limit
 from energymargin.base.metrics import ANY
 from energymargin.datasets import Dataset
 from energymargin.evaluate.executors.rows import Row
+from energymargin.evaluate.store.schema import state_digest
 from energymargin.evaluation import Evaluation, LabelledScores, evaluate
 from energymargin.executors import Threads
 from energymargin.records.evaluation.labelled import HORIZONS, SUCCESS
-from energymargin.records.store.schema import state_digest
 from energymargin.store import Run, ScoreStore
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.tasks.trajectories import Trajectory

@@ -28,7 +28,7 @@ from energymargin._core import (
     Tree,
     World,
 )
-from energymargin.act.trials import Disturbance
+from energymargin.act.draws import Disturbance
 from energymargin.base.metrics import TIMED
 from energymargin.evaluate.futures import MOMENTS
 from energymargin.evaluate.searches import SearchSettings, metric_search, metrics_of, value_of

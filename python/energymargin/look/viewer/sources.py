@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from energymargin import tasks as registry
 from energymargin._core import Problem
+from energymargin.act.draws import Disturbance
 from energymargin.act.profile import MarginProfile
-from energymargin.act.trials import Disturbance
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record

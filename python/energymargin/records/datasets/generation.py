@@ -26,12 +26,11 @@ from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import Block
 from energymargin.records.datasets.dataset import Dataset, load, open
 from energymargin.records.datasets.shards import (
+    Parts,
     Request,
-    ShardFolder,
     Span,
-    folder_of,
     generate_shard,
-    spans_in,
+    opened_parts,
 )
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.registry import is_installed
@@ -73,11 +72,11 @@ def generate(
             A task that is no ScriptedTask is asked in between trajectories alone.
         cancel: the same once it is set.
 
-    With a `path`, trajectories that are done wait in a folder beside the file until it is whole.
+    With a `path`, trajectories that are done wait in a store beside the file until it is whole.
     After Ctrl-C, a kill, a full disk or a timeout the same call goes on from there.
 
     Raises ValueError on an unknown task, numbers out of range, a task that workers cannot make, or
-    a folder with shards of another dataset; TimeoutError or Cancelled if not even one trajectory is
+    a store with shards of another dataset; TimeoutError or Cancelled if not even one trajectory is
     done; RuntimeError if a few trajectories end one worker after the other; OSError if the file
     cannot be written.
     """
@@ -89,19 +88,19 @@ def generate(
     size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
     with TemporaryDirectory() as temporary:
         file = Path(temporary, "dataset.h5") if path is None else Path(path)
-        with ShardFolder(file, request) as folder:
-            chosen = _executor(made, folder.missing(total), size, processes, executor)
+        with opened_parts(file, request) as parts:
+            chosen = _executor(made, parts.missing(total), size, processes, executor)
             _make_missing(
-                folder, made, chosen, total=total, size=size, limit=limit, progress=progress
+                parts, made, chosen, total=total, size=size, limit=limit, progress=progress
             )
-            still_missing = folder.missing(total)
+            still_missing = parts.missing(total)
             count = still_missing[0][0] if still_missing else total
             if count == 0:
                 limit.require("one trajectory was done")
-            whole = folder.trajectories(count)
+            whole = parts.trajectories(count)
             files.write(file, request.task, request.parameters, request.seed, whole)
             if count == total:
-                folder.remove()
+                parts.forget()
         return load(file) if path is None else open(file)
 
 
@@ -135,13 +134,8 @@ def load_or_generate(
     return dataset
 
 
-def trajectories_kept(path: str | os.PathLike[str]) -> int:
-    """How many trajectories of a file that is being made are done."""
-    return sum(last - first for first, last in spans_in(folder_of(Path(path))))
-
-
 def _make_missing(
-    folder: ShardFolder,
+    parts: Parts,
     task: Task,
     executor: Executor | None,
     *,
@@ -152,20 +146,20 @@ def _make_missing(
 ) -> None:
     """Makes the trajectories that are in no shard, at most `size` at a time; an executor of None is
     this process."""
-    missing = folder.missing(total)
+    missing = parts.missing(total)
     done = total - sum(last - first for first, last in missing)
 
     def deliver(shards: Sequence[tuple[int, Block]]) -> None:
         nonlocal done
         for first, block in shards:  # written as soon as they come
-            folder.add(first, block)
+            parts.add(first, block)
             done += len(block)
             if progress is not None:
                 progress(done, total)
 
     if done and progress is not None:
         progress(done, total)
-    make = partial(generate_shard, folder.request, task if executor is None else None)
+    make = partial(generate_shard, parts.request, task if executor is None else None)
     with (executor or Threads(1)).workers() as workers:
         for first, last in missing:  # a shard is of trajectories in a row
             shards = (range(k, min(k + size, last)) for k in range(first, last, size))

@@ -1,22 +1,16 @@
 """Shards of a dataset that is being generated: how a worker makes one, and where each waits.
 
-A folder beside the dataset's file, `.push.h5.parts/`, has the shards that are done:
-
-    request.json         what the trajectories are made from
-    000000050-000000100  one shard: these trajectories, the last not among them (a .npz of a Block)
-
-A shard is there whole or not at all, so that a run may end at any moment and another go on. Of two
-runs at once the second is refused.
+A store beside the dataset's file, `.push.h5.parts`, has the shards that are done: trajectories in a
+row, as a .npz of a Block. So a run may end at any moment, and another one goes on.
 """
 
 from __future__ import annotations
 
-import errno
+import io
 import json
-import os
-import shutil
 import zipfile
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -28,17 +22,14 @@ import numpy as np
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
 from energymargin.base.checks import whole_number
-from energymargin.base.closing import Closing
 from energymargin.base.limits import Limit
-from energymargin.base.locks import Lock
-from energymargin.base.replacing import replace_text, replaced
+from energymargin.evaluate.store.database import Database
 from energymargin.records.datasets.columns import COLUMNS, Block, as_block
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.tasks.trajectories import Trajectory
 
-PARTS_VERSION = 1
-SUFFIX = ".npz"
+SHARDS, REQUEST = b"shards", b"request"  # what the store has
 
 Span = tuple[int, int]
 """Trajectories: the first, and the one after the last."""
@@ -96,54 +87,38 @@ def _stream(seed: int, index: int) -> int:
     )
 
 
-def folder_of(path: Path) -> Path:
-    """Where the shards of this file wait."""
-    return path.with_name(f".{path.name}.parts")
+class Parts(Database):
+    """The store of the shards of one file."""
 
-
-def spans_in(folder: Path) -> list[Span]:
-    """Spans of the shards that are there, rising."""
-    names = [file.name.removesuffix(SUFFIX) for file in folder.glob(f"[0-9]*{SUFFIX}")]
-    return sorted((int(first), int(last)) for first, _, last in (n.partition("-") for n in names))
-
-
-class ShardFolder(Closing):
-    """The folder of the shards of one file, and its lock; use it in a `with` statement."""
+    doing = "generating"
 
     def __init__(self, path: Path, request: Request) -> None:
-        """Opens the folder, or makes it.
+        """Opens it, or makes it.
 
         Raises ValueError if another process has it, or if it has shards of another request.
         """
-        if not path.parent.is_dir():
-            raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
-        if path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-        self.folder, self.request = folder_of(path), request
-        asked = {**asdict(request), "energymargin": version("energymargin"), "parts": PARTS_VERSION}
-        self._lock = Lock(path, "generating")
+        super().__init__(parts_of(path), create=True)
+        self.request = request
+        asked = json.dumps({**asdict(request), "energymargin": version("energymargin")})
         try:
-            self.folder.mkdir(exist_ok=True)
-            self._require_asked(json.loads(json.dumps(asked)))
+            self._require_asked(json.loads(asked))
+            if self.answer(REQUEST) != asked.encode():
+                self.keep(REQUEST, asked.encode())
         except BaseException:
-            self._lock.close()
+            self.close()
             raise
 
     def add(self, first: int, block: Block) -> None:
-        """Writes a shard; the first of its trajectories has this index."""
-        last = first + len(block)
+        """Keeps a shard; the first of its trajectories has this index."""
         columns: dict[str, Any] = {f"column_{name}": block.columns[name] for name in COLUMNS}
-        bodies = np.array(json.dumps(block.bodies))
-        try:
-            with replaced(self._file((first, last))) as path, path.open("wb") as file:
-                np.savez(file, rows=block.rows, bodies=bodies, **columns)
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(self.folder)) from error
+        file = io.BytesIO()
+        np.savez(file, rows=block.rows, bodies=np.array(json.dumps(block.bodies)), **columns)
+        self.keep(SHARDS, file.getvalue(), first, len(block))
 
     def missing(self, total: int) -> list[Span]:
         """The trajectories of `total` that are in no shard, rising."""
         missing, begin = [], 0
-        for first, last in [*spans_in(self.folder), (total, total)]:
+        for first, last in [*self.spans(SHARDS), (total, total)]:
             if begin < min(first, total):
                 missing.append((begin, min(first, total)))
             begin = max(begin, last)
@@ -152,50 +127,61 @@ class ShardFolder(Closing):
     def trajectories(self, total: int) -> Iterator[Trajectory]:
         """The first `total` trajectories.
 
-        Raises ValueError if a shard is damaged, and removes it.
+        Raises ValueError if a shard is damaged, and drops it.
         """
-        for first, last in spans_in(self.folder):
+        for first, last in self.spans(SHARDS):
             if first < total:
-                block = self._read((first, last))
+                block = self._read(first)
                 yield from map(block.trajectory, range(min(last, total) - first))
 
-    def remove(self) -> None:
-        """Removes the folder with all shards."""
-        shutil.rmtree(self.folder)
-
-    def close(self) -> None:
-        """Unlocks the folder; removes it if it has no shards."""
-        if self.folder.exists() and not spans_in(self.folder):
-            self.remove()
-        self._lock.close()
+    def forget(self) -> None:
+        """Drops all shards, once the file is whole."""
+        with self.transaction():
+            self.database.execute("DELETE FROM answers")
 
     def _require_asked(self, asked: dict[str, Any]) -> None:
-        file, found = self.folder / "request.json", asked
-        if spans_in(self.folder):
-            try:
-                found = json.loads(file.read_text())
-            except (OSError, ValueError):
-                found = {}
+        found = json.loads(self.answer(REQUEST) or "{}")
         different = [name for name in asked if found.get(name) != asked[name]]
-        if different:
+        if different and self.spans(SHARDS):
             shown = "; ".join(f"{n}: {found.get(n)} there, {asked[n]} now" for n in different)
             raise ValueError(
-                f"{self.folder} holds parts of other trajectories. To go on with those, ask for "
-                f"the same; to drop them, remove that folder. {shown}"
+                f"{self.path} holds parts of other trajectories. To go on with those, ask for "
+                f"the same; to drop them, remove that file. {shown}"
             )
-        replace_text(file, json.dumps(asked, indent=1))
 
-    def _read(self, span: Span) -> Block:
+    def _read(self, first: int) -> Block:
+        content = self.answer(SHARDS, first) or b""
         try:
-            with np.load(self._file(span), allow_pickle=False) as arrays:
+            with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
                 columns = {name: arrays[f"column_{name}"] for name in COLUMNS}
                 return Block(arrays["rows"], columns, json.loads(str(arrays["bodies"])))
         except (ValueError, LookupError, EOFError, zipfile.BadZipFile) as error:
-            self._file(span).unlink()
+            with self.transaction():
+                self.database.execute("DELETE FROM answers WHERE first = ?", (first,))
             raise ValueError(
-                f"{self._file(span)} was damaged, and is removed: the same call makes it again"
+                f"the shard of {self.path} that begins with trajectory {first} was damaged, and is "
+                "removed: the same call makes it again"
             ) from error
 
-    def _file(self, span: Span) -> Path:
-        first, last = span
-        return self.folder / f"{first:09d}-{last:09d}{SUFFIX}"
+
+def parts_of(path: Path) -> Path:
+    """Where the shards of this file wait."""
+    return path.with_name(f".{path.name}.parts")
+
+
+@contextmanager
+def opened_parts(path: Path, request: Request) -> Iterator[Parts]:
+    """The store of a file, which goes if it has no shards when it is closed. It needs no checksum:
+    each .npz has its own."""
+    parts = Parts(path, request)
+    try:
+        yield parts
+    finally:
+        parts.close(remove=not parts.spans(SHARDS))
+
+
+def trajectories_kept(path: Path) -> int:
+    """How many trajectories of a file that is being made are done."""
+    with suppress(FileNotFoundError, ValueError), Database(parts_of(path)) as parts:
+        return sum(last - first for first, last in parts.spans(SHARDS))
+    return 0

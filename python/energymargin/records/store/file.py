@@ -14,12 +14,12 @@ from energymargin.base.checks import whole_number
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Row
 from energymargin.evaluate.searches import algorithm_of
+from energymargin.evaluate.store import schema
+from energymargin.evaluate.store.database import Database
+from energymargin.evaluate.store.schema import state_digest
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation.labelled import NOW
-from energymargin.records.store import schema
-from energymargin.records.store.database import Database
 from energymargin.records.store.run import Run
-from energymargin.records.store.schema import state_digest
 
 LABELS = 10000  # states whose labels are inserted at a time
 

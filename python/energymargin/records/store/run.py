@@ -19,11 +19,11 @@ from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Curve, Row
 from energymargin.evaluate.futures import disturbance_in_words
 from energymargin.evaluate.searches import algorithm_of
+from energymargin.evaluate.store.database import Database
+from energymargin.evaluate.store.schema import NO_FUTURE
 from energymargin.model.beliefs.uncertainty import Sampling
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation import LabelledScores
-from energymargin.records.store.database import Database
-from energymargin.records.store.schema import NO_FUTURE
 
 FLOATS = np.dtype("<f8")
 """Type of the numbers of a curve, as they are packed."""
@@ -80,9 +80,6 @@ class Run(Summarized):
             (self.number,),
         )
         order = {metric: place for place, metric in enumerate(METRICS)}
-        rows = [
-            (_named(metric, json.loads(own)), number, own, of) for metric, number, own, of in rows
-        ]
         return sorted(rows, key=lambda row: (order.get(row[0], len(order)), row[0]))
 
     @cached_property
@@ -331,9 +328,6 @@ class Run(Summarized):
     def why_not_of(self, dataset: Dataset, name: str, scores: str) -> str:
         """Why it did not score this dataset, empty if it did; `name` and `scores` are those of the
         two files."""
-        if self.digest is None:
-            again = f"`energymargin score {name} -o {scores}` brings it up"
-            return f"{scores} is of an older version, which does not know its dataset: {again}"
         if self.digest.startswith(dataset.digest()):  # some experiments name more after it
             return ""
         return f"{name} is not the dataset that run {self.number} of {scores} scored"
@@ -367,13 +361,6 @@ class Run(Summarized):
     @cached_property
     def _listed(self) -> str:
         return ", ".join(map(str, self.questions))
-
-
-def _named(metric: str, settings: Mapping[str, Any]) -> str:
-    """Today's name of a metric: efforts of search="improved" had those of the paper before 0.15."""
-    if settings.get("search") != "improved":
-        return metric
-    return metric.replace("/est", "") if "/est" in metric else f"{metric}, improved"
 
 
 def _packed(numbers: NDArray[np.float64]) -> bytes:

@@ -27,6 +27,7 @@ from energymargin.evaluate.searches import (
     chosen_metrics,
     chosen_settings,
 )
+from energymargin.evaluate.store.schema import state_digest
 from energymargin.model.beliefs.belief import Belief
 from energymargin.model.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
 from energymargin.records import datasets
@@ -34,7 +35,6 @@ from energymargin.records.datasets import Dataset, Future
 from energymargin.records.datasets.dataset import StateError, left_out_text
 from energymargin.records.store.file import ScoreStore
 from energymargin.records.store.run import Run
-from energymargin.records.store.schema import state_digest
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

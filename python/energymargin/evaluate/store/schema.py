@@ -1,4 +1,4 @@
-"""The tables of a store of scores (SQLite), and how an older file becomes one.
+"""The tables of a store (SQLite).
 
     datasets   id, digest (and what its states are known by, if not their problems), task,
                parameters (JSON), states (how many)
@@ -14,6 +14,8 @@
     particles  problem, stream, question, scores: float64, of a belief, whose mean is the score
     runs       id, dataset, future, settings (JSON: all of them)
     asked      run, question: what a run asks of each state of its dataset
+    answers    question (digest), first, many, content: what came of its draws from the first on,
+               as whoever asked it writes it down
     checksum   value: of all other tables
 
 A score belongs to what the problem is, not to where it stands: two datasets with the same state at
@@ -33,9 +35,7 @@ from contextlib import closing
 
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
-VERSION = 7
-# Files of 0.13 are read: they had no checksum, but claims of several scorers at work.
-OLDEST = 5
+VERSION = 8
 
 NO_FUTURE = "null"  # as JSON
 
@@ -85,6 +85,10 @@ CREATE TABLE asked (
     run INTEGER NOT NULL REFERENCES runs, question INTEGER NOT NULL REFERENCES questions,
     PRIMARY KEY (run, question)
 ) WITHOUT ROWID;
+CREATE TABLE answers (
+    question BLOB NOT NULL, first INTEGER NOT NULL, many INTEGER NOT NULL, content BLOB NOT NULL,
+    PRIMARY KEY (question, first)
+);
 CREATE TABLE checksum (value INTEGER NOT NULL);
 """
 
@@ -129,8 +133,6 @@ def write_checksum(database: sqlite3.Connection) -> None:
 
 def has_its_checksum(database: sqlite3.Connection) -> bool:
     """Whether the file says what it said when the checksum was written, or has none."""
-    if ("checksum", "value") not in _tables(database):  # in version 5
-        return True
     written = database.execute("SELECT value FROM checksum").fetchall()
     return written in ([], [(_checksum(database),)])
 
@@ -142,13 +144,3 @@ def _checksum(database: sqlite3.Connection) -> int:
         for table in {table for table, _ in _tables(database)} - {"checksum"}
         for row in database.execute(f"SELECT * FROM {table}")
     )
-
-
-def migrate(database: sqlite3.Connection) -> None:
-    """Brings a file of version OLDEST, or a later one, to this one, in the transaction that is
-    open."""
-    database.execute("DROP TABLE IF EXISTS checksum")
-    database.execute("DROP TABLE claims")
-    database.execute("DROP TABLE scorers")
-    database.execute("ALTER TABLE datasets DROP COLUMN digest_2")
-    create(database)

@@ -1,4 +1,4 @@
-"""The SQLite file of scores: it is opened, checked, and written in transactions."""
+"""A store: an SQLite file that is opened, checked, and written in transactions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 from energymargin.base.closing import Closing
 from energymargin.base.locks import Lock
-from energymargin.records.store import schema
+from energymargin.evaluate.store import schema
 
 WAIT = 10.0  # s; how long another program may hold the file
 CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
@@ -21,15 +21,18 @@ SUMMED = 2**25  # bytes, a million rows; beyond, the checksum of what they say t
 
 
 class Database(Closing):
-    """An open file of scores, as a database; close it, or use it in a `with` statement."""
+    """An open store; close it, or use it in a `with` statement."""
+
+    doing = "scoring into"
+    """What the one that has it open with `create` does, as another one is told."""
 
     def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
         """Opens a file; with `create` to put scores in, and makes it if there is none.
 
-        A file of an older version is brought to this one. Raises FileNotFoundError if there is
+        Raises FileNotFoundError if there is
         none, PermissionError if it or its folder cannot be written (as is needed to read it, too,
         unless it is open elsewhere), ValueError if it is not a file of scores, is damaged, or comes
-        from a newer version, and with the number of another process that puts scores in.
+        from another version, and with the number of another process that puts scores in.
         """
         self.path = Path(path)
         self._absolute = Path(os.path.abspath(path))  # the process may change its folder
@@ -49,7 +52,7 @@ class Database(Closing):
             with self._named():
                 self._open(create)
             self._identity = _identity(self._absolute)
-            self._lock = Lock(self.path, "scoring into") if create else None
+            self._lock = Lock(self.path, self.doing) if create else None
         except BaseException:
             self.close()
             if is_new and self.path.exists() and not self.path.stat().st_size:  # on a full disk
@@ -84,6 +87,28 @@ class Database(Closing):
                     self.database.execute("ROLLBACK")
                 raise
 
+    def answer(self, question: bytes, first: int = 0) -> bytes | None:
+        """What was kept of a question's draws from `first` on; None if it is not there."""
+        row = self.database.execute(
+            "SELECT content FROM answers WHERE question = ? AND first = ?", (question, first)
+        ).fetchone()
+        return None if row is None else bytes(row[0])
+
+    def spans(self, question: bytes) -> list[tuple[int, int]]:
+        """Which draws of a question have answers, rising: the first, and the one after the last."""
+        rows = self.database.execute(
+            "SELECT first, first + many FROM answers WHERE question = ? ORDER BY first", (question,)
+        )
+        return rows.fetchall()
+
+    def keep(self, question: bytes, content: bytes, first: int = 0, many: int = 1) -> None:
+        """Keeps what came of so many draws. Errors: as `transaction`."""
+        with self.transaction():
+            self.database.execute(
+                "INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)",
+                (question, first, many, content),
+            )
+
     def value(self, question: str) -> Any:
         """What a question with one answer gives."""
         return self.database.execute(question).fetchone()[0]
@@ -113,9 +138,11 @@ class Database(Closing):
                 str(self.path),
             )
 
-    def close(self) -> None:
-        """Closes the file."""
+    def close(self, *, remove: bool = False) -> None:
+        """Closes the file; with `remove` it goes."""
         self.database.close()
+        if remove:
+            self.path.unlink()
         if self._lock is not None:
             self._lock.close()
 
@@ -141,10 +168,6 @@ class Database(Closing):
         self._check_format()
         self.database.execute("PRAGMA journal_mode = WAL")
         self.database.execute("PRAGMA synchronous = NORMAL")
-        if self._version() < schema.VERSION:
-            with self._committed():
-                if self._version() < schema.VERSION:  # still, now that nobody else can bring it
-                    schema.migrate(self.database)
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -170,32 +193,29 @@ class Database(Closing):
             return OSError(errno.EIO, text, path)
         return ValueError(f"{path} is not a file of scores, or damaged: {text}")
 
-    def _version(self) -> int:
-        return int(self.value("PRAGMA user_version"))
-
     def _check_format(self) -> None:
         if self.value("PRAGMA application_id") != schema.APPLICATION_ID:
             raise ValueError(
                 f"{self.path} is not a file of scores: it is empty, or an SQLite file of something "
                 "else"
             )
-        version = self._version()
-        if not schema.OLDEST <= version <= schema.VERSION:
-            older = "open it once with 0.13, which brings it up to date, or score the dataset again"
+        version = self.value("PRAGMA user_version")
+        if version != schema.VERSION:
+            way = "update it" if version > schema.VERSION else "give another name, and score again"
             raise ValueError(
                 f"{self.path} has version {version} of the scores' format, and this energymargin "
-                f"reads versions {schema.OLDEST} to {schema.VERSION}: "
-                f"{'update it' if version > schema.VERSION else older}"
+                f"reads version {schema.VERSION}: {way}"
             )
         small = self._is_smaller_than(CHECKED)
         if small and (state := self.value("PRAGMA quick_check(1)")) != "ok":
             raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
         if self._is_smaller_than(SUMMED) and not self._has_its_checksum():
             raise ValueError(
-                f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere; "
-                "if it was changed on purpose, DELETE FROM checksum in SQLite accepts it"
+                f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere, "
+                "or remove it; if it was changed on purpose, DELETE FROM checksum in SQLite takes "
+                "it"
             )
-        if version == schema.VERSION and not schema.has_its_tables(self.database):
+        if not schema.has_its_tables(self.database):
             raise ValueError(
                 f"{self.path} is damaged: its tables are not those of a file of scores"
             )
