@@ -11,7 +11,7 @@ from stores import Stop, rows, scores, stop_after
 import energymargin as em
 from energymargin.evaluate import scoring
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.evaluate.store import database
+from energymargin.evaluate.store import answer_file
 from energymargin.records.store.scoring import begin_run
 from energymargin.store import ScoreStore, score_dataset
 
@@ -79,7 +79,7 @@ def test_a_second_scorer_is_refused_with_the_process_of_the_first(topple, tmp_pa
 
 def test_a_file_that_another_program_holds_is_said(topple, tmp_path, monkeypatch):
     path = tmp_path / "s.db"
-    monkeypatch.setattr(database, "WAIT", 0.1)
+    monkeypatch.setattr(answer_file, "WAIT", 0.1)
     score_dataset(topple, path, ["force"])
     with sqlite3.connect(path, isolation_level=None) as other, ScoreStore(path) as store:
         other.execute("BEGIN IMMEDIATE")

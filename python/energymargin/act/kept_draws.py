@@ -7,7 +7,6 @@ like any other in a file, so none is kept there: not as disturbance, not as set.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 from typing import Any
@@ -18,23 +17,22 @@ from energymargin._core import Problem
 from energymargin.act.draws import Draws, Question, Trial
 from energymargin.base.checks import check_type, shown
 from energymargin.disturbances import Disturbance, text_of
-from energymargin.evaluate.searches import algorithm
-from energymargin.evaluate.store.database import Database
+from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
 
-class KeptDraws(Database):
+class KeptDraws(AnswerFile):
     """A store, and what the draws in it depend on beside question and trial."""
 
     def __init__(
         self, store: str | Path, uncertainty: Uncertainty | None, question: Question
     ) -> None:
         """Raises ValueError on a disturbance that a file cannot tell from another; else as
-        Database."""
+        AnswerFile."""
         check_type("store", store, str | Path, "the name of a file, or None")
         _text(question.disturbance)
         super().__init__(store, create=True)
-        self._common = algorithm(), uncertainty and uncertainty.to_json()
+        self._uncertainty = uncertainty and uncertainty.to_json()
 
     def digest(self, question: Question, trial: Trial) -> bytes:
         """Of a trial. The particles of a candidate follow from the first one and their numbers.
@@ -46,7 +44,7 @@ class KeptDraws(Database):
         own = [] if trial.particles is None else [trial.particles[k] for k in trial.numbers]
         particles = tuple(one.number for one in own)
         draws = (first.number, len(trial), particles, _problem_text(first.problem))
-        return hashlib.sha256(repr((*self._common, *asked, *draws)).encode()).digest()
+        return self.key(self._uncertainty, *asked, *draws)
 
     def draws(self, digest: bytes) -> Draws | None:
         """What came of a trial; None if it is not there."""

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,24 +28,12 @@ from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, preset
 from energymargin.grasps.protocols import Protocol, protocol_of
-from energymargin.grasps.score_file import ScoreFile
-from energymargin.grasps.scores import MISSING, GraspScores, grasp_of
-from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, Outcome, Trials
+from energymargin.grasps.rows import GraspRow, KeptRows
+from energymargin.grasps.scores import GraspScores, grasp_of
+from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, Trials
 
 ROLLOUTS = 30
 EVERY = 0.5  # s between the moments whose efforts are searched
-
-
-@dataclass(frozen=True)
-class GraspRow:
-    """What a worker found out about a grasp."""
-
-    number: int
-    outcomes: tuple[Outcome, ...] = ()
-    likely: Outcome | None = None
-    effort: float = math.nan
-    seconds: float = 0.0
-    error: str | None = None
 
 
 def score(
@@ -92,14 +80,14 @@ def score(
         seed: of all draws.
         step: of the simulation [s]. A longer one is faster, and holds too much: a grip at its
             limit slips and sticks in whole steps.
-        store: a file of scores, HDF5. What it has already is not made again.
+        store: a file of scores. What it has already is not made again.
         threads: None takes all cores that this process may use. Scores do not depend on them.
         executor: in place of threads, of `em.executors`.
         progress: progress(done, total) counts grasps.
         timeout: after so many seconds the grasps count that are finished.
         cancel: the same once it is set.
 
-    Raises ValueError on bad arguments, and on a store of another question. Warns, as
+    Raises ValueError on bad arguments, and on a file of something else. Warns, as
     PlausibilityWarning, of what speaks against the scores; `warnings` has the same texts.
     """
     check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
@@ -122,11 +110,12 @@ def score(
     trials.check(grasps)
     limit, on = Limit(timeout, cancel), chosen_executor(executor, threads)
     scores = GraspScores.before(grasps, trials, count)
-    with nullcontext() if store is None else ScoreFile(store, scores, nodes) as file:
-        scores = scores if file is None else file.scores
-        left = [grasp_of(grasps, k) for k in range(len(grasps)) if scores.endings[k, 0] == MISSING]
-
-        done = len(grasps) - len(left)
+    with nullcontext() if store is None else KeptRows(store, trials, count, nodes) as kept:
+        asked = [grasp_of(grasps, number) for number in range(len(grasps))]
+        found = [] if kept is None else [row for one in asked if (row := kept.row(one))]
+        there = {row.number for row in found}
+        left = [grasp for grasp in asked if grasp.number not in there]
+        done = 0
 
         def deliver(rows: Sequence[GraspRow]) -> None:
             nonlocal done, scores
@@ -135,10 +124,12 @@ def score(
             done, scores = done + len(rows), scores.writable()
             for row in rows:
                 _put(scores, row)
-            if file is not None:
-                file.put(scores)
+                if kept is not None and row.error is None and row.number not in there:
+                    kept.keep_row(asked[row.number], row)
             if progress is not None:
                 progress(done, len(grasps))
+
+        deliver(found)
 
         def give_up(grasp: Grasp, why: str) -> GraspRow:
             return GraspRow(grasp.number, error=why)
@@ -176,7 +167,7 @@ def _row(
     trials: Trials, rollouts: int, nodes: int | None, grasp: Grasp, cancel: Cancel
 ) -> GraspRow:
     """All that is asked about a grasp. Raises Cancelled if it is stopped before its end."""
-    outcomes = tuple(trials.run(grasp, number, cancel) for number in range(rollouts))
+    outcomes = tuple(trials.outcomes(grasp, rollouts, cancel))
     likely = trials.run(grasp, -1, cancel)
     effort = math.nan
     if nodes is not None and likely.ending not in ("not gripped", "collided", "diverged"):

@@ -145,33 +145,46 @@ class Trials:
             return Draw(number, **likely, force=self.hand.force)
         return self.belief.draw(number, self.seed, **likely, force=self.hand.force)
 
+    def outcomes(self, grasp: Grasp, count: int, cancel: Cancel | None = None) -> list[Outcome]:
+        """The first trials of a grasp. Where nothing is unknown the hand closes once for all."""
+        if self.belief:
+            return [self.run(grasp, number, cancel) for number in range(count)]
+        return self._run(grasp, range(count), cancel)
+
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
         """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance.
 
         Raises Cancelled if it is stopped before its end.
         """
+        return self._run(grasp, range(number, number + 1), cancel)[0]
+
+    def _run(self, grasp: Grasp, numbers: range, cancel: Cancel | None) -> list[Outcome]:
+        """Trials of one draw; the first has the counts of all."""
         if cancel is not None and cancel.is_set:
             raise Cancelled("cancelled before a trial")
-        draw = self.draw(number)
+        draw = self.draw(numbers[0])
         closed = self.grip(grasp, draw, cancel)
-        outcome = closed.outcome
-        if outcome.ending:
-            return outcome
+        first = closed.outcome
+        others = [first._replace(steps=0, unconverged=0, lost_time=0.0)] * (len(numbers) - 1)
+        if first.ending:
+            return [first, *others]
         problem = self.problem(closed, draw)
-        found = self._rollout(problem, number, cancel)
-        time = float(found.exit_times[0])
-        ending = "held" if np.isinf(time) else "diverged" if np.isnan(time) else "slipped"
-        if ending == "slipped" and self.protocol.angle is not None:
+        found = self._rollouts(problem, numbers, cancel)
+        times, later = found.exit_times, found.exit_times
+        if self.protocol.angle is not None and np.isfinite(times).any():
             alone = problem.replace(captured=self._place(closed))
-            later = float(self._rollout(alone, number, cancel).exit_times[0])
-            ending = "turned" if later > time else ending
-        return outcome._replace(
-            ending=ending,
-            time=time,
-            steps=outcome.steps + found.steps,
-            unconverged=outcome.unconverged + found.unconverged,
-            lost_time=outcome.lost_time + found.lost_time,
+            later = self._rollouts(alone, numbers, cancel).exit_times
+        first = first._replace(
+            steps=first.steps + found.steps,
+            unconverged=first.unconverged + found.unconverged,
+            lost_time=first.lost_time + found.lost_time,
         )
+        return [
+            outcome._replace(ending=_ending(time, of_place), time=time)
+            for outcome, time, of_place in zip(
+                [first, *others], times.tolist(), later.tolist(), strict=True
+            )
+        ]
 
     def likely_problem(self, grasp: Grasp, cancel: Cancel | None = None) -> Problem:
         """The problem of a grasp with what is believed most.
@@ -388,12 +401,14 @@ class Trials:
             place = place & regions.Touching("object", one, gap=TOUCHING)
         return place
 
-    def _rollout(self, problem: Problem, number: int, cancel: Cancel | None) -> CaptureProbability:
+    def _rollouts(
+        self, problem: Problem, numbers: range, cancel: Cancel | None
+    ) -> CaptureProbability:
         return capture_probability(
             problem,
-            disturbance=self.disturbance if number >= 0 else Uniform(0.0),
-            rollouts=1,
-            first=max(number, 0),
+            disturbance=self.disturbance if numbers[0] >= 0 else Uniform(0.0),
+            rollouts=len(numbers),
+            first=max(numbers[0], 0),
             seed=self.seed,
             threads=1,
             undisturbed=False,
@@ -401,6 +416,15 @@ class Trials:
             warn=False,
             cancel=cancel,
         )
+
+
+def _ending(time: float, of_place: float) -> str:
+    """How a trial ended: when it left the set, and when its place in the hand alone."""
+    if np.isnan(time):
+        return "diverged"
+    if np.isinf(time):
+        return "held"
+    return "turned" if of_place > time else "slipped"
 
 
 def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> State:

@@ -23,7 +23,7 @@ from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
 from energymargin.base.checks import whole_number
 from energymargin.base.limits import Limit
-from energymargin.evaluate.store.database import Database
+from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.records.datasets.columns import COLUMNS, Block, as_block
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.scripted import ScriptedTask
@@ -87,7 +87,7 @@ def _stream(seed: int, index: int) -> int:
     )
 
 
-class Parts(Database):
+class Parts(AnswerFile):
     """The store of the shards of one file."""
 
     doing = "generating"
@@ -182,6 +182,6 @@ def opened_parts(path: Path, request: Request) -> Iterator[Parts]:
 
 def trajectories_kept(path: Path) -> int:
     """How many trajectories of a file that is being made are done."""
-    with suppress(FileNotFoundError, ValueError), Database(parts_of(path)) as parts:
+    with suppress(FileNotFoundError, ValueError), AnswerFile(parts_of(path)) as parts:
         return sum(last - first for first, last in parts.spans(SHARDS))
     return 0

@@ -1,12 +1,22 @@
 """Scores on disk: durable, and known by what was scored."""
 
 from energymargin.base.doors import check_doors
+from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.records.store.export import export, load
 from energymargin.records.store.file import ScoreStore, add_scores
 from energymargin.records.store.lerobot import export_lerobot
 from energymargin.records.store.run import Run
 from energymargin.records.store.scoring import score_dataset
 
-__all__ = ["Run", "ScoreStore", "add_scores", "export", "export_lerobot", "load", "score_dataset"]
+__all__ = [
+    "AnswerFile",
+    "Run",
+    "ScoreStore",
+    "add_scores",
+    "export",
+    "export_lerobot",
+    "load",
+    "score_dataset",
+]
 
 check_doors(globals(), __all__)

@@ -15,7 +15,7 @@ from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Row
 from energymargin.evaluate.searches import algorithm_of
 from energymargin.evaluate.store import schema
-from energymargin.evaluate.store.database import Database
+from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation.labelled import NOW
@@ -24,7 +24,7 @@ from energymargin.records.store.run import Run
 LABELS = 10000  # states whose labels are inserted at a time
 
 
-class ScoreStore(Database, Summarized):
+class ScoreStore(AnswerFile, Summarized):
     """An open file of scores; close it, or use it in a `with` statement.
 
     It holds the runs of any number of datasets, futures and settings. One process at a time

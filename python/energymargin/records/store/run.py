@@ -19,7 +19,7 @@ from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Curve, Row
 from energymargin.evaluate.futures import disturbance_in_words
 from energymargin.evaluate.searches import algorithm_of
-from energymargin.evaluate.store.database import Database
+from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.evaluate.store.schema import NO_FUTURE
 from energymargin.model.beliefs.uncertainty import Sampling
 from energymargin.records.datasets import Dataset, Future
@@ -49,7 +49,7 @@ class ScoredState(NamedTuple):
 class Run(Summarized):
     """The scores of one dataset with one future and one choice of settings, in a store."""
 
-    def __init__(self, store: Database, number: int) -> None:
+    def __init__(self, store: AnswerFile, number: int) -> None:
         """The run of this number, which is in the store."""
         self.store = store
         self.number = number

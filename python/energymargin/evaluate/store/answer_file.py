@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import sqlite3
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from typing import Any
 
 from energymargin.base.closing import Closing
 from energymargin.base.locks import Lock
+from energymargin.evaluate.searches import algorithm
 from energymargin.evaluate.store import schema
 
 WAIT = 10.0  # s; how long another program may hold the file
@@ -20,7 +22,7 @@ CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than pe
 SUMMED = 2**25  # bytes, a million rows; beyond, the checksum of what they say takes more than 2 s
 
 
-class Database(Closing):
+class AnswerFile(Closing):
     """An open store; close it, or use it in a `with` statement."""
 
     doing = "scoring into"
@@ -86,6 +88,12 @@ class Database(Closing):
                 if self.database.in_transaction:
                     self.database.execute("ROLLBACK")
                 raise
+
+    @staticmethod
+    def key(*asked: object) -> bytes:
+        """The digest of a question, by all that its answer depends on, and by the version since
+        which the same question has the same bits."""
+        return hashlib.sha256(repr((algorithm(), *asked)).encode()).digest()
 
     def answer(self, question: bytes, first: int = 0) -> bytes | None:
         """What was kept of a question's draws from `first` on; None if it is not there."""

@@ -1,0 +1,56 @@
+"""What became of a grasp, and a store that keeps it, known by what was asked."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import astuple, dataclass
+from pathlib import Path
+
+from energymargin.disturbances import text_of
+from energymargin.grasps.trials import Grasp, Outcome, Trials
+from energymargin.store import AnswerFile
+
+OF_TRIALS = ("hand", "object", "protocol", "belief")
+
+
+@dataclass(frozen=True)
+class GraspRow:
+    """What a worker found out about a grasp."""
+
+    number: int
+    outcomes: tuple[Outcome, ...] = ()
+    likely: Outcome | None = None
+    effort: float = math.nan
+    seconds: float = 0.0
+    error: str | None = None
+
+
+class KeptRows(AnswerFile):
+    """A store, and what its rows depend on beside the grasp."""
+
+    def __init__(
+        self, store: str | Path, trials: Trials, rollouts: int, effort: int | None
+    ) -> None:
+        """Errors: as AnswerFile. Raises ValueError on a disturbance or a belief that cannot be
+        written down."""
+        asked = {name: getattr(trials, name).text for name in OF_TRIALS}
+        asked |= {name: getattr(trials, name) for name in ("colliding", "seed", "step")}
+        self._asked = json.dumps([asked, text_of(trials.disturbance), rollouts, effort])
+        super().__init__(store, create=True)
+
+    def row(self, grasp: Grasp) -> GraspRow | None:
+        """What became of a grasp; None if it is not there."""
+        content = self.answer(self._key(grasp))
+        if content is None:
+            return None
+        outcomes, likely, *others = json.loads(content)
+        made = tuple(Outcome(*one) for one in outcomes)
+        return GraspRow(grasp.number, made, Outcome(*likely), *others)
+
+    def keep_row(self, grasp: Grasp, row: GraspRow) -> None:
+        """Keeps it. Errors: as AnswerFile.keep."""
+        self.keep(self._key(grasp), json.dumps(astuple(row)[1:]).encode())
+
+    def _key(self, grasp: Grasp) -> bytes:
+        return self.key(self._asked, grasp.opening, grasp.pose.tobytes(), grasp.placed.tobytes())
