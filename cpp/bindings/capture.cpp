@@ -66,6 +66,7 @@ void def_set_score(CaptureScoreClass& type, const std::string& name, Set Capture
 
 void def_set_scores(CaptureScoreClass& type) {
   def_set_score(type, "capture", &CaptureScore::capture, "Omega_cap, eq. 5, 0..1; mean over the trees.");
+  type.def_property_readonly("value", [](const CaptureScore& score) { return score.capture.mean; }, "As `capture`.");
   def_set_score(type, "success", &CaptureScore::success,
                 "Omega_suc, eq. 6, 0..1; mean over the trees. None without a success set.");
   def_set_score(type, "capture_any", &CaptureScore::capture_any,

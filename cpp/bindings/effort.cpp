@@ -22,6 +22,7 @@ LowerBound bound_effort(const Problem& problem, const Keywords& keywords) {
 
 void bind_lower_bound(py::module_& module) {
   py::class_<LowerBound> type(module, "LowerBound", "A lower bound of the effort of escape.");
+  type.def_readonly("value", &LowerBound::effort, "As `effort`.");
   type.def_readonly("effort", &LowerBound::effort, "No escape takes less [J]; inf: there is none, a cage.")
       .def_property_readonly("cage", &LowerBound::cage, "Whether it is proved that there is no escape.")
       .def_readonly("barrier", &LowerBound::barrier, "Least rise of the object's energy on any way out, or less [J].")
@@ -88,6 +89,7 @@ ForceScore score_force(const Problem& problem, const Keywords& keywords) {
 void bind_effort(py::module_& module) {
   bind_lower_bound(module);
   py::class_<BoundedEscape> type(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.");
+  type.def_readonly("value", &Escape::effort, "As `effort`.");
   type.def_readonly("effort", &Escape::effort, "Omega_esc, eq. 2 [J]; inf without an escape.")
       .def_readonly("history", &Escape::history, "(nodes so far, best effort) at each improvement.")
       .def_property_readonly(
@@ -124,6 +126,7 @@ void bind_effort(py::module_& module) {
 
 void bind_baselines(py::module_& module) {
   py::class_<EscapeEnergy> type(module, "EscapeEnergy", "Escape energy, Definitions 1 and 2.");
+  type.def_readonly("value", &EscapeEnergy::energy, "As `energy`.");
   type.def_readonly("energy", &EscapeEnergy::energy, "Lowest barrier [J]; inf without an escape, as from a cage.")
       .def_readonly("history", &EscapeEnergy::history, "(samples so far, best energy) at each improvement.")
       .def_readonly("path", &EscapeEnergy::path,
@@ -143,6 +146,7 @@ void bind_baselines(py::module_& module) {
       .def_readonly("engage", &ContactMargins::engage, "Sum of the normal forces [N].")
       .def_readonly("stick", &ContactMargins::stick, "Sum of the distances to the friction cones' edges [N].");
   py::class_<ForceScore> force(module, "ForceScore", "The wrench-based baseline, Section V-B.");
+  force.def_readonly("value", &ForceScore::force, "As `force`.");
   force.def_readonly("force", &ForceScore::force, "Omega_force, the weighted sum.")
       .def_readonly("effector", &ForceScore::effector, "Of the contacts with all bodies of the effector.")
       .def_readonly("ground", &ForceScore::ground, "Of the contacts with all other bodies.")

@@ -212,11 +212,19 @@ void def_survivals(ProbabilityClass& type) {
           "curve", [](const CaptureProbability& p) { return p.all.curve; },
           "Probability of being captured throughout until each time, shape (T,).")
       .def_property_readonly(
+          "value", [](const CaptureProbability& p) { return p.all.captured(); }, "As `captured`.")
+      .def_property_readonly(
           "mean_time", [](const CaptureProbability& p) { return p.all.mean_time; },
           "Mean time captured within the horizon [s], the restricted mean survival time.")
       .def_readonly("any", &CaptureProbability::any, "Of at least one object, a Survival; None unless by_object.")
-      .def_readonly("by_object", &CaptureProbability::by_object,
-                    "Of each object, in the scene's order; empty unless by_object.")
+      .def_property_readonly(
+          "by_object",
+          [](const CaptureProbability& p) {
+            py::typing::Dict<py::str, Survival> of;
+            for (const auto& [name, survival] : p.by_object) of[py::str(name)] = survival;
+            return of;
+          },
+          "A Survival for each object by its name, in the scene's order; empty unless by_object.")
       .def_readonly("success", &CaptureProbability::success,
                     "Probability of being in the success set at the horizon; None unless success.");
 }

@@ -236,7 +236,7 @@ def answers(problem, threads=1):
     found["capture"] = found["capture"].capture
     if problem.captured_by_object:
         each = em.capture_probability(problem, by_object=True, **asked)
-        found["each object"] = [p.mean_time for p in each.by_object]
+        found["each object"] = [p.mean_time for p in each.by_object.values()]
     for planner in ("est", "rrt"):
         effort = em.escape_effort(problem, planner=planner, nodes=60, warn=False).effort
         found[planner] = effort

@@ -231,7 +231,7 @@ def test_objects_in_loops_have_the_same_bits_on_any_thread_and_with_a_plan():
         em.capture_probability(ahead, rollouts=40, seed=1, threads=threads, by_object=True)
         for threads in (1, 2)
     )
-    assert [each.captured for each in one.by_object] == [each.captured for each in two.by_object]
+    assert [each.captured for each in one.by_object.values()] == [each.captured for each in two.by_object.values()]
     assert 0 < one.captured < 1
     assert one.unconverged == 0
     efforts = [em.escape_effort(problem, nodes=150, seed=2).effort for _ in range(2)]

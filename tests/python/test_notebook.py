@@ -346,7 +346,7 @@ def test_a_probability_of_several_objects_shows_each_of_them():
     table = values(found)
     assert table["captured, at least one object"].startswith(f"{found.any.captured:.3f} (")
     assert [table[f"captured, object {i}"] for i in (0, 1)] == [
-        f"{one.captured:.3f}" for one in found.by_object
+        f"{one.captured:.3f}" for one in found.by_object.values()
     ]
 
 

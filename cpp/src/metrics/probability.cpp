@@ -337,7 +337,10 @@ class Estimator {
     p.all = survival(0, shares);
     p.lost = 1.0 - p.all.curve.array();
     if (sets_.size() > 1) p.any = survival(1, shares);
-    for (std::size_t set = 2; set < sets_.size(); ++set) p.by_object.push_back(survival(set, shares));
+    for (std::size_t set = 2; set < sets_.size(); ++set) {
+      const Body& object = problem_.scene.bodies()[problem_.scene.with_role(Role::object)[set - 2]];
+      p.by_object.emplace_back(object.name, survival(set, shares));
+    }
     if (success_) p.success = success(shares);
     set_outcomes(count, p);
     return p;

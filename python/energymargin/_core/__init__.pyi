@@ -1776,6 +1776,11 @@ class CaptureScore:
         When the state leaves the capture set without a disturbance [s]. None if it stays for 1 s, or if the score is at most 0.5, which needs no such check.
         """
     @property
+    def value(self) -> float:
+        """
+        As `capture`.
+        """
+    @property
     def warnings(self) -> tuple[str, ...]:
         """
         Sentences that speak against the result: its resolution is above 0.2; the score is above 0.5 although the state leaves without a disturbance; more than 1 % of the steps did not converge, or of the time is lost.
@@ -1825,6 +1830,11 @@ class LowerBound:
     def stored(self) -> float:
         """
         Energy that other bodies, springs and joints can release [J]; inf: there is no end of it.
+        """
+    @property
+    def value(self) -> float:
+        """
+        As `effort`.
         """
 class EscapeEffort:
     """
@@ -1918,6 +1928,11 @@ class EscapeEffort:
         When the state leaves the capture set without a disturbance [s], as the search sees it; without a horizon also as 1 s of simulation does, if the effort is above 0. None if it stays.
         """
     @property
+    def value(self) -> float:
+        """
+        As `effort`.
+        """
+    @property
     def warnings(self) -> tuple[str, ...]:
         """
         Sentences that speak against the result: a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; more than 1 % of the steps did not converge, or of the time is lost.
@@ -1962,6 +1977,11 @@ class EscapeEnergy:
     def samples(self) -> int:
         """
         Poses drawn.
+        """
+    @property
+    def value(self) -> float:
+        """
+        As `energy`.
         """
 class ContactMargins:
     """
@@ -2011,6 +2031,11 @@ class ForceScore:
     def ground(self) -> ContactMargins:
         """
         Of the contacts with all other bodies.
+        """
+    @property
+    def value(self) -> float:
+        """
+        As `force`.
         """
 class ScoreRow:
     """
@@ -2170,9 +2195,9 @@ class CaptureProbability:
         Of at least one object, a Survival; None unless by_object.
         """
     @property
-    def by_object(self) -> list[Survival]:
+    def by_object(self) -> dict[str, Survival]:
         """
-        Of each object, in the scene's order; empty unless by_object.
+        A Survival for each object by its name, in the scene's order; empty unless by_object.
         """
     @property
     def captured(self) -> float:
@@ -2273,6 +2298,11 @@ class CaptureProbability:
     def undisturbed_time(self) -> float:
         """
         When they leave without a disturbance [s]; the horizon if they stay, NaN with undisturbed=False.
+        """
+    @property
+    def value(self) -> float:
+        """
+        As `captured`.
         """
     @property
     def warnings(self) -> tuple[str, ...]:

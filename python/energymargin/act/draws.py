@@ -177,12 +177,12 @@ class Draws(Record):
         if too_many_diverged(self.diverged, most or count) or self.diverged == count:
             raise DivergedError(subject, self.diverged, count)
 
-    def interval(self) -> tuple[float, float]:
-        """95 % interval of the probability whose draws they are (Clopper and Pearson)."""
+    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
+        """(low, high) of the probability whose draws they are (Clopper and Pearson)."""
         from scipy import stats
 
         test = stats.binomtest(round(float(self.kept.sum())), len(self.kept))
-        found = test.proportion_ci(OF_INTERVALS)
+        found = test.proportion_ci(confidence)
         return float(found.low), float(found.high)
 
     @property

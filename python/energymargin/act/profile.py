@@ -18,7 +18,7 @@ from energymargin.base.metrics import value_text, with_unit
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
 from energymargin.evaluate.executors import Executor
-from energymargin.model.plans import control_period, in_steps, nearest_steps, whole_steps
+from energymargin.model.plans import control_period, nearest_steps, whole_steps, with_plan
 
 Rows = NDArray[np.float64]
 
@@ -174,8 +174,12 @@ def margin_profile(
     the first probability.
     """
     limit = Limit(timeout, cancel)
-    asked = _with_plan(problem, plan)
-    assert asked.horizon is not None
+    check_type("problem", problem, Problem, "a Problem")
+    asked = problem if plan is None else with_plan(problem, plan)
+    if asked.horizon is None:
+        raise ValueError(
+            "problem is without plan and horizon, expected one: margin_profile(problem, plan)"
+        )
     step = asked.scene.step
     apart, end = control_period("every", every, step), round(asked.horizon / step)
     look = None if ahead is None else whole_steps("ahead", ahead, step)
@@ -236,22 +240,6 @@ def margin_profile(
         complete=complete,
         ended=ended,
     )
-
-
-def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
-    """The problem with a plan and a horizon; ValueError if it has no horizon."""
-    check_type("problem", problem, Problem, "a Problem")
-    if plan is not None:
-        check_type("plan", plan, Plan, "a Plan")
-        fitting = in_steps(plan, problem.scene.step)
-        ends = fitting.feedback is None or problem.horizon is None  # with the plan's last row
-        horizon = fitting.duration if ends else problem.horizon
-        return problem.replace(plan=fitting, horizon=horizon, effector="coast", start_outside=True)
-    if problem.horizon is None:
-        raise ValueError(
-            "problem is without plan and horizon, expected one: margin_profile(problem, plan)"
-        )
-    return problem
 
 
 def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> tuple[Rows, Rows]:

@@ -65,6 +65,11 @@ class Standing(Record):
     better than the one that led."""
 
     @property
+    def value(self) -> float:
+        """As `score`."""
+        return self.score
+
+    @property
     def draws(self) -> int:
         """N."""
         return len(self.values)

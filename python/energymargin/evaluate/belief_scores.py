@@ -64,6 +64,11 @@ class BeliefScore(Record):
         return float(self.kept.mean())
 
     @property
+    def value(self) -> float:
+        """As `mean`."""
+        return self.mean
+
+    @property
     def stderr(self) -> float | None:
         """Standard error of the mean, as of independent draws: quasi-random ones are at least as
         good as a rule. None of a single particle or an infinite mean."""

@@ -29,6 +29,7 @@ from energymargin._core import (
     ForceWeights,
     LowerBound,
     MassProperties,
+    Plan,
     Plane,
     Problem,
     Sphere,
@@ -223,7 +224,8 @@ def effort_lower_bound(
 def capture_probability(
     problem: Problem,
     *,
-    disturbance: Disturbance | Callable[[Any, Any], Any] = UNIFORM,
+    plan: Plan | None = None,
+    disturbance: Disturbance | Callable[[Any, Any], Any] | None = None,
     rollouts: int | None = None,
     seed: int = 0,
     first: int = 0,
@@ -248,7 +250,8 @@ def capture_probability(
 
     Args:
         problem: the question, with a horizon or a plan.
-        disturbance: a model of em.disturbances, by default Uniform(). Or a function (random, times)
+        plan: a Plan, Feedback or Policy in place of the problem's; its duration is the horizon.
+        disturbance: a model of em.disturbances; None: Uniform(). Or a function (random, times)
             of a numpy Generator and the times of the steps, shape (steps,) [s], that returns
             wrenches, shape (steps, 6 k) for k objects [N, N m].
         rollouts: by default 30.
@@ -301,6 +304,12 @@ def capture_probability(
     has the same texts.
     """
     given = locals() | {"threads": core_count("threads", threads)}
+    del given["plan"]
+    if plan is not None:
+        from energymargin.model.plans import with_plan
+
+        given["problem"] = with_plan(problem, plan)
+    given["disturbance"] = UNIFORM if disturbance is None else disturbance
     most = ROLLOUTS if tolerance is None else MOST_ROLLOUTS
     most = most if above is None else MOST_OF_DECISION
     count = rollouts or (REPLICAS if rare else most)

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Problem
-from energymargin.base.checks import share, whole_number
+from energymargin._core import Cancel, CaptureProbability, Problem
+from energymargin.base.checks import function_or_none, share, whole_number
 from energymargin.base.errors import DivergedError
+from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import DASH, markdown_table
-from energymargin.disturbances import Disturbance, Uniform
+from energymargin.disturbances import Disturbance
 from energymargin.evaluate.divergence import ANY, is_unknown
 from energymargin.evaluate.scores import capture_probability
 
 LADDER = (8.0, 4.0, 2.0, 1.0, 0.5)  # steps of the scene, and a half
 FINEST = 0.25
-NORMAL = 1.96  # of a 95 % interval
-UNIFORM = Uniform()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,9 +46,9 @@ class TriedStep(Record):
         """Probability of each problem less that of the finest step, shape (P,)."""
         return (self.better - self.worse) / self.pairs
 
-    def interval(self) -> tuple[float, float]:
-        """95 % interval of the mean difference, of pairs (Agresti and Min 2005)."""
-        return _interval(self.better.sum(), self.worse.sum(), self.pairs.sum())
+    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
+        """(low, high) of the mean difference, of pairs (Agresti and Min 2005)."""
+        return _interval(self.better.sum(), self.worse.sum(), self.pairs.sum(), confidence)
 
     def holds(self, error: float) -> bool:
         """Whether the mean is off by no more, and no problem is by its own interval."""
@@ -91,10 +91,12 @@ def longest_step(
     problems: Problem | Sequence[Problem],
     *,
     error: float = 0.02,
-    disturbance: Disturbance = UNIFORM,
+    disturbance: Disturbance | None = None,
     rollouts: int = 400,
     seed: int = 0,
     threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> StepChoice:
     """The longest of 8, 4, 2, 1 and 1/2 steps of the scene whose probabilities are those of a
@@ -107,8 +109,11 @@ def longest_step(
     `problem.with_step(choice.step)` asks with it. A step with which more than one rollout of a
     problem, and more than 1 % of them, diverge is too long. Raises ValueError on no problems,
     different steps, and a problem without a horizon; DivergedError where the finest step diverges;
-    and Cancelled.
+    TimeoutError or Cancelled if the limit comes before the answer. `progress(done, total)` counts
+    probabilities; it may need less than the total.
     """
+    limit = Limit(timeout, cancel)
+    function_or_none("progress", progress, "done", "total")
     asked = [problems] if isinstance(problems, Problem) else list(problems)
     steps = {problem.scene.step for problem in asked}
     if len(steps) != 1:
@@ -124,17 +129,24 @@ def longest_step(
         rollouts=rollouts,
         seed=seed,
         threads=threads,
-        cancel=cancel,
         warn=False,
         undisturbed=False,
         most_diverged=ANY,
     )
     nothing = np.zeros(len(asked), int)
+    done, total = 0, len(asked) * (len(LADDER) + 1)
 
     def exits(step: float) -> NDArray[np.float64]:
         """When each rollout of each problem leaves [s], as `exit_times`, shape (P, rollouts)."""
-        found = [ask(each.with_step(step)) for each in asked]
-        for number, one in enumerate(found):
+        nonlocal done
+        found: list[CaptureProbability] = []
+        for number, each in enumerate(asked):
+            one = ask(each.with_step(step), **limit.rest())
+            if not one.complete:
+                limit.require("the steps were compared")
+            done, found = done + 1, [*found, one]
+            if progress is not None:
+                progress(done, total)
             if is_unknown(one):
                 subject = f"problem {number} with a step of {step:.6g} s"
                 raise DivergedError(subject, one.diverged, rollouts)
@@ -165,9 +177,10 @@ def longest_step(
     return StepChoice(chosen, error, settled, (*found, compared(FINEST * step, finest)))
 
 
-def _interval(better: int, worse: int, pairs: int) -> tuple[float, float]:
+def _interval(better: int, worse: int, pairs: int, confidence: float = 0.95) -> tuple[float, float]:
+    normal = NormalDist().inv_cdf((1 + confidence) / 2)
     middle = (better - worse) / (pairs + 2)
-    half = NORMAL * np.sqrt(better + worse + 1 - (better - worse) ** 2 / (pairs + 2)) / (pairs + 2)
+    half = normal * np.sqrt(better + worse + 1 - (better - worse) ** 2 / (pairs + 2)) / (pairs + 2)
     return float(middle - half), float(middle + half)
 
 

@@ -43,7 +43,7 @@ def score(
     protocol: Protocol | str = "hold",
     *,
     belief: GraspBelief | None = None,
-    disturbance: Disturbance = UNIFORM,
+    disturbance: Disturbance | None = None,
     rollouts: int = ROLLOUTS,
     colliding: str = "lost",
     effort: int | None = None,
@@ -68,7 +68,7 @@ def score(
         object: what is gripped.
         protocol: what is done with it, or a preset: "hold", "lift", "shake", "graspa" or "acronym".
         belief: what is not known; None: everything is.
-        disturbance: of em.disturbances, within the protocol's bounds.
+        disturbance: of em.disturbances, within the protocol's bounds; None: Uniform().
         rollouts: trials of each grasp.
         colliding: what is done with a draw that puts the hand into the object or the table: "lost"
             counts it as lost; "redraw" draws another pose, at most 20 times, and then moves the
@@ -102,7 +102,7 @@ def score(
         object,
         protocol_of(protocol),
         belief,
-        disturbance,
+        UNIFORM if disturbance is None else disturbance,
         colliding,
         seed_number(seed),
         positive_number("step", step),

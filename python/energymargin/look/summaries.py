@@ -158,8 +158,8 @@ def capture_probability(found: CaptureProbability) -> Summary:
         rows["success at the end"] = with_interval(found.success, "success")
     if found.any is not None:
         rows["captured, at least one object"] = with_interval(found.any.captured, "any")
-    for number, each in enumerate(found.by_object):
-        rows[f"captured, object {number}"] = f"{each.captured:.3f}"
+    for name, each in found.by_object.items():
+        rows[f"captured, {name}"] = f"{each.captured:.3f}"
     rows["rollouts"] = rollouts
     curve = Picture("plot_probability", found, "its curve", {"legend": False})
     return Summary("Probability", list(rows.items()), notes=_notes(found), picture=curve)

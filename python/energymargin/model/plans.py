@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Plan
-from energymargin.base.checks import positive_number
+from energymargin._core import Plan, Problem
+from energymargin.base.checks import check_type, positive_number
 
 ROUNDING = 1e-6  # of a step
 
@@ -50,3 +50,13 @@ def in_steps(plan: Plan, step: float) -> Plan:
     if abs(count - round(count)) <= ROUNDING * count:
         return plan
     return plan.fine_rows(step)
+
+
+def with_plan(problem: Problem, plan: Plan) -> Problem:
+    """The problem with a plan in place of its own, whose duration is the horizon; that of the
+    problem stays where the plan reacts, and may go on with its last row."""
+    check_type("plan", plan, Plan, "a Plan")
+    fitting = in_steps(plan, problem.scene.step)
+    ends = fitting.feedback is None or problem.horizon is None
+    horizon = fitting.duration if ends else problem.horizon
+    return problem.replace(plan=fitting, horizon=horizon, effector="coast", start_outside=True)

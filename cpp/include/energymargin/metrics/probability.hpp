@@ -67,7 +67,7 @@ struct CaptureProbability : StepCounts {
   Survival all;           //!< of all objects
   Eigen::VectorXd lost;   //!< probability of having been lost until each time, 1 - all.curve in full precision
   std::optional<Survival> any{};
-  std::vector<Survival> by_object{};  //!< in the scene's order
+  std::vector<std::pair<std::string, Survival>> by_object{};  //!< each object with its name, in the scene's order
   std::optional<double> success{};    //!< probability of being in the success set at the horizon
   bool undisturbed = true;            //!< whether the objects stay captured without a disturbance, if that was asked
   double undisturbed_time = 0.0;      //!< when they leave without one [s]; the horizon if they stay, NaN if not asked
