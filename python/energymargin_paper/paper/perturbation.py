@@ -6,6 +6,7 @@ in one file, state by state: stopped and started again, the study goes on.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -15,16 +16,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin import tasks
 from energymargin.base.checks import whole_number
 from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.datasets import Dataset
 from energymargin.evaluate.executors.threads import Threads
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.records.evaluation.labelled import HORIZON, LabelledScores
+from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.records.datasets.generation import load_or_generate
+from energymargin.records.evaluation.labelled import HORIZON, captured_labels
 from energymargin.records.store.scoring import begin_run, score_run
 from energymargin.store import ScoreStore
 from energymargin_paper.paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
-from energymargin_paper.paper.quality import FRAMES, TASK, interval, pushes, quality
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
@@ -32,7 +35,10 @@ if TYPE_CHECKING:
 
 __all__ = ["PAPER", "STUDY", "Perturbation", "Point", "Settings", "figure_perturbation"]
 
+TASK = "push"
+FRAMES = 10  # of a trajectory
 FORCE = "force"
+CONFIDENCE = 0.95
 
 # The paper's curves, from the source of its figure: AP by scaled largest error.
 PAPER: dict[str, dict[float, float]] = {
@@ -93,8 +99,15 @@ class Point:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Student's 95 % interval of the mean; of draws that do not differ, the mean itself."""
-        return interval(self.ap)
+        """Student's 95 % interval of the mean, within 0..1; of draws that do not differ, the mean
+        itself."""
+        if np.ptp(self.ap) == 0:
+            return self.mean, self.mean
+        from scipy.stats import t
+
+        reach = t.ppf((1 + CONFIDENCE) / 2, len(self.ap) - 1)
+        half = float(reach * self.ap.std(ddof=1) / math.sqrt(len(self.ap)))
+        return max(0.0, self.mean - half), min(1.0, self.mean + half)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +245,7 @@ class PerturbationStudy(Study[Settings, Perturbation]):
     ) -> Perturbation:
         """Scores what the folder's store lacks. Raises ValueError on a folder of other
         trajectories, and on trajectories that all have the same label."""
-        dataset = pushes(folder, settings.trajectories)
+        dataset = _pushes(folder, settings.trajectories)
         jobs = list(product(range(settings.draws), settings.levels, KINDS))
         aps: dict[tuple[str, float], list[float]] = {}
         again = dict.fromkeys(product(KINDS, settings.levels), 0)
@@ -259,6 +272,23 @@ class PerturbationStudy(Study[Settings, Perturbation]):
 STUDY = PerturbationStudy()
 
 
+def _pushes(folder: Path, trajectories: int) -> Dataset:
+    """So many pushes, seed 0, kept in the folder as push.h5.
+
+    Raises ValueError if the file has other trajectories, and unless some states are captured over
+    the next HORIZON frames and some are not, and some pushes succeed and some do not.
+    """
+    path = folder / f"{TASK}.h5"
+    dataset = load_or_generate(path, tasks.make(TASK), trajectories, FRAMES, seed=0)
+    captured = [captured_labels(t.captured, HORIZON) for t in dataset.trajectories]
+    for labels in (dataset.successes, np.concatenate(captured)):
+        if labels.all() or not labels.any():
+            raise ValueError(
+                f"trajectories is {trajectories}, expected so many that some fail and some succeed"
+            )
+    return dataset
+
+
 def _scored(
     store: ScoreStore,
     dataset: Dataset,
@@ -276,9 +306,11 @@ def _scored(
 
 
 def _ap(labelled: LabelledScores) -> float:
-    """Average precision of the one metric that there is."""
-    ((_, ap),) = quality(labelled).values()
-    return ap
+    """Average precision of the one metric that there is; its intervals are not looked at."""
+    (cells,) = evaluate(labelled, frames=(HORIZON,), draws=1).states.values()
+    cell = cells[HORIZON]
+    assert cell is not None  # some states stay captured, and some do not
+    return cell.ap
 
 
 def _cell(point: Point) -> str:
