@@ -23,7 +23,7 @@ EVIDENCE = {
     "foresight": "What each score of a state foresees of the next frames",
     "act": "Plans chosen by the margin, against nominal ones, in worlds held out",
     "guard": "A guard in front of a noisy policy, against a filter in each step",
-    "policies": "Controllers and policies in the loop: known answers, held-out worlds, others",
+    "policies": "Controllers and policies in the loop: in held-out worlds, learned, and of others",
     "contact": "Whether grips hold and towers stand, and what moves keeps its momentum",
     "grasps": "Grasps that others made: beside MuJoCo, a real robot and FleX",
     "engines": "Labels, escapes and probabilities in MuJoCo too",

@@ -38,6 +38,7 @@ LONG = {
     "left_out",
     "mesh_cavities",
     "perturbation",
+    "policies_known",
     "properties_proofs",
     "published",
     "scale",
