@@ -39,7 +39,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(?!energymargin).*"),
     ("py:.*", r"energymargin\._core.*"),
-    ("py:.*", r"energymargin\.\w+\.\w+\.\w+"),  # of a module within a public one
+    ("py:.*", r"energymargin(\.\w+){3,}"),  # of a module within a public one
 ]
 smartquotes = False  # "--option" is one
 default_role = "code"  # `x` is code in docstrings, as in Markdown

@@ -21,24 +21,15 @@ PAPER = {
 }
 EVIDENCE = {
     "foresight": "What each score of a state foresees of the next frames",
-    "early-warning": "Losses announced by an alarm that is seldom false",
-    "filter": "Actions of a noisy policy filtered by their capture probabilities",
     "act": "Plans chosen by the margin, against nominal ones, in worlds held out",
     "guard": "A guard in front of a noisy policy, against a filter in each step",
-    "policies": "Controllers and policies in the loop: known answers, held-out worlds, others",
-    "bowl": "The escape energy of a ball in a bowl (Definition 2)",
-    "audit": "Where the energy of rollouts goes",
-    "closed-forms": "The effort of escape against answers known on paper",
-    "bounds": "Efforts of escape between a lower bound and the best escape; proved cages",
-    "least-efforts": "How near the effort of escape comes to the least work",
+    "policies": "Controllers and policies in the loop: in held-out worlds, learned, and of others",
     "contact": "Whether grips hold and towers stand, and what moves keeps its momentum",
-    "rare": "Rare losses by splitting, against known ones, and the effort of escape behind them",
-    "models": "How many public robots and hands load at the first try, with links in place",
     "grasps": "Grasps that others made: beside MuJoCo, a real robot and FleX",
     "engines": "Labels, escapes and probabilities in MuJoCo too",
 }
 STUDIES = PAPER | EVIDENCE
-"""What each study shows, by name; `closed-forms` is in the module `evidence.closed_forms`."""
+"""What each study shows, by name; `table1` is in the module `paper.table1`."""
 
 
 def load(name: str) -> Study[Any, Any]:

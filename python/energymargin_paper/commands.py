@@ -92,9 +92,8 @@ def make(
             study.show(result)
             _draw(study, result, folder)
     except KeyboardInterrupt:
-        if study.resumes:
-            kept = f"What is done is kept in {escape(str(folder))}"
-            say(f"{kept}; the same command goes on from there.")
+        kept = f"What is done is kept in {escape(str(folder))}"
+        say(f"{kept}; the same command goes on from there.")
         raise
     files = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
     shown = ", ".join(name for name in files if name != MARK)
@@ -160,9 +159,7 @@ def _time(study: Study[Any, Any]) -> str:
     pieces = [piece for piece in PIECES if study.name in (piece.name, piece.study)]
     took = [f"{p.minutes:g} minutes of one processor (`{p.name}` of `all`)" for p in pieces]
     words = [f"It takes {', '.join(took)}."] if took else []
-    if study.resumes:
-        words.append("Stop it with Ctrl-C: the same command goes on from there.")
-    return " ".join(words)
+    return " ".join([*words, "Stop it with Ctrl-C: the same command goes on from there."])
 
 
 def _folder(study: Study[Any, Any]) -> Any:

@@ -1,12 +1,12 @@
 """Pages of results: each block of a page is written by the command in its head, the rest by hand.
 
-    <!-- made: rare
-    command: energymargin reproduce rare
+    <!-- made: guard
+    command: energymargin reproduce guard
     version: 1.0.0
     ...
     -->
     tables and pictures
-    <!-- end: rare -->
+    <!-- end: guard -->
 
 A study writes its head into its folder too (made.txt), before anything is computed.
 """

@@ -56,8 +56,6 @@ class Study(ABC, Generic[SettingsT, ResultT]):
     """What it does, beside the progress bar."""
     unit: str
     """What the progress bar counts."""
-    resumes: bool = True
-    """Whether it goes on with what is in the folder after Ctrl-C."""
     threaded: bool = True
     """Whether it takes a number of threads."""
     improved: bool = False

@@ -12,6 +12,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from cages import (
+    GRAVITY,
+    OBJECTS,
+    corners,
+    log_uniform,
+    mesh_of,
+    random_object,
+)
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -27,14 +35,6 @@ from energymargin._core import (
 )
 from energymargin.model.outlines import body_poses
 from energymargin.model.scenes.corners import shape_parts
-from energymargin_paper.evidence.cages import (
-    GRAVITY,
-    OBJECTS,
-    corners,
-    log_uniform,
-    mesh_of,
-    random_object,
-)
 
 __all__ = ["CASES", "PROJECTILES", "WALLS", "Barrier", "Shot", "depth", "random_shot"]
 

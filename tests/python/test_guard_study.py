@@ -1,11 +1,13 @@
 """The study of the guard: its arms, and that it goes on from what it has."""
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from energymargin._core import Cancel
 from energymargin.cli import app
-from energymargin_paper.evidence import filter as filtering, guard as study
+from energymargin_paper.evidence import guard as study
+from energymargin_paper.evidence.pairs_of_trials import paired
 
 SMALL = study.Settings(episodes=1, watched=3, rollouts=3, horizon=0.2, candidates=2, seed=2)
 WORDS = {"noise": 2.0, "candidates": 2, "spread": 5.0, "rollouts": 3, "horizon": 0.2}
@@ -31,20 +33,21 @@ def test_each_arm_has_an_episode_of_each_seed(made):
 
 def test_it_goes_on_from_the_episodes_that_it_has(made):
     result, folder = made
-    before = (folder / filtering.EPISODES_FILE).read_text()
+    before = (folder / study.EPISODES_FILE).read_text()
     again = study.STUDY.reproduce(SMALL, folder)
-    assert (folder / filtering.EPISODES_FILE).read_text() == before
+    assert (folder / study.EPISODES_FILE).read_text() == before
     assert again.to_csv() == result.to_csv() == (folder / "guard.csv").read_text()
 
 
-@pytest.mark.parametrize(("arm", "there"), [("policy", "policy"), ("filter", "filtered")])
-def test_policy_and_filter_are_those_of_the_study_of_the_filter(made, arm, there):
-    found = made[0].outcomes[arm][0]
-    same = filtering.run(
-        filtering.Episode(there, SMALL.seed, confidence=0.5, **{**WORDS, "candidates": 3}),
-        Cancel(),
+def test_without_actions_that_are_better_for_sure_the_filter_changes_nothing():
+    """Two rollouts show nothing with a confidence of 0.99."""
+    words = {**WORDS, "noise": 0.0, "candidates": 1, "rollouts": 2, "horizon": 0.1}
+    alarm = {"on": 0.7, "off": 0.9, "watched": 2, "confidence": 0.99, "least": 0.0}
+    plain, filtered = (
+        study.run(study.Episode(arm, 3, **words, **alarm), Cancel()) for arm in ("policy", "filter")
     )
-    assert (found.success, found.steps, found.changed) == (same.success, same.steps, same.changed)
+    assert filtered.changed == 0 < filtered.rollouts
+    assert (filtered.success, filtered.steps) == (plain.success, plain.steps)
 
 
 def test_an_alarm_that_is_never_on_leaves_the_policy_as_it_is(made):
@@ -59,6 +62,28 @@ def test_an_alarm_that_is_never_on_leaves_the_policy_as_it_is(made):
         plain.lost,
         plain.steps,
     )
+
+
+@pytest.mark.parametrize(
+    ("gained", "lost", "p"), [(10, 0, 2 * 0.5**10), (5, 5, 1.0), (0, 0, 1.0), (9, 1, 0.02148)]
+)
+def test_mcnemars_test_asks_a_fair_coin(gained, lost, p):
+    difference, low, high, found = paired(gained, lost, 40)
+    assert found == pytest.approx(p, abs=1e-4)
+    assert difference == (gained - lost) / 40
+    assert low < difference < high
+
+
+def test_the_interval_of_the_difference_holds_it():
+    """In at least 93 of 100 draws, of 60 pairs."""
+    random = np.random.default_rng(0)
+    chances = [0.2, 0.1, 0.7]
+    held = [
+        low <= 0.1 <= high
+        for gained, lost, _ in random.multinomial(60, chances, 1000)
+        for _, low, high, _ in [paired(int(gained), int(lost), 60)]
+    ]
+    assert np.mean(held) > 0.93
 
 
 @pytest.mark.parametrize(

@@ -106,7 +106,7 @@ def test_a_file_that_is_there_stays_without_overwrite_and_is_replaced_with_it(sc
         (["grasps", "g.csv", "--hand", "panda", "-o"], "mine.html"),
         (["grasps", "g.csv", "--hand", "panda", "--write"], "mine.csv"),
         (["demo", "--trajectories", 10**6, "-o"], "mine"),
-        (["reproduce", "bowl", "-o"], "mine"),
+        (["reproduce", "contact", "-o"], "mine"),
     ],
 )
 def test_a_place_that_cannot_be_written_is_told_before_anything_is_computed(scored, words, name):
@@ -143,7 +143,7 @@ def test_an_export_never_deletes_what_lies_beside_its_file(scored, tmp_path, ove
     "words",
     [
         ["demo", "--trajectories", 4, "--nodes", 3],
-        ["reproduce", "bowl", "--quick"],
+        ["reproduce", "contact", "--percent", 1],
     ],
 )
 def test_a_folder_with_files_of_others_is_left_alone_without_overwrite(tmp_path, words):
@@ -164,7 +164,7 @@ def test_a_folder_with_files_of_others_is_left_alone_without_overwrite(tmp_path,
 
 def test_a_folder_of_folders_is_taken(tmp_path):
     (tmp_path / "out" / "table1").mkdir(parents=True)
-    done = run_here("reproduce", "bowl", "--quick", "-o", "out", cwd=tmp_path)
+    done = run_here("reproduce", "contact", "--percent", 1, "-o", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 

@@ -194,25 +194,3 @@ def test_the_command_writes_table_numbers_and_picture(tmp_path):
     rows = list(csv.DictReader((tmp_path / "perturbation.csv").read_text().splitlines()))
     assert sum(row["source"] == "ours" for row in rows) == len(KINDS) * 3
     assert sum(row["source"] == "paper" for row in rows) == 18
-
-
-def test_beliefs_regain_some_of_what_errors_cost_and_go_on_from_a_stop(tmp_path):
-    settings = replace(SMALL, levels=(0.0,), draws=1, belief=True, particles=2)
-    settings = replace(settings, reference=2, others=300)
-    done = perturbation.STUDY.reproduce(settings, tmp_path, threads=1)
-    assert [one.kind for one in done.regained] == ["position", "velocity"]
-    for one in done.regained:
-        for ap in (one.wrong, one.estimate, one.even, one.belief, one.reference):
-            assert ap.shape == (1,) and 0 < ap[0] <= 1
-    assert "## With a belief of the errors" in done.to_markdown()
-    sources = [row["source"] for row in csv.DictReader(done.to_csv().splitlines())]
-    for name in ("best state", "belief without a prior", "belief", "reference"):
-        assert sources.count(name) == 2
-    lines = (tmp_path / "beliefs.jsonl").read_text().splitlines()
-    runs = 3 + 4  # of positions a belief without a prior is the belief itself
-    assert len(lines) == runs * settings.trajectories
-    (tmp_path / "beliefs.jsonl").write_text("\n".join(lines[:5]) + "\n")
-    again = perturbation.STUDY.reproduce(settings, tmp_path, threads=1)
-    assert again.to_csv() == done.to_csv()
-    names = [name for name, _ in perturbation.STUDY.figures(done)]
-    assert names == ["perturbation_belief.png"]

@@ -9,7 +9,6 @@ from energymargin._core import Cancel
 from energymargin_paper.evidence import (
     policies,
     policies_fetch as fetch,
-    policies_known as known,
     policies_learned as learned,
     policies_loops as loops,
     policies_lqr as lqr,
@@ -59,14 +58,6 @@ def test_a_part_whose_package_is_missing_says_how_to_install_it(
     settings = policies.Settings(parts=(name,))
     text = policies.STUDY.reproduce(settings, tmp_path).to_markdown()
     assert "Left out" in text and "pip install" in text and package in text
-
-
-def test_the_delay_that_swings_the_loop_up_is_that_of_its_eigenvalues_near_the_margin():
-    for case in ("delay 0", "delay 1"):
-        found = known.run(case, SMALL, Cancel())
-        assert found["found"] == found["known"]
-        assert found["known"] * known.STEP == pytest.approx(found["margin"], abs=2 * known.STEP)
-        assert found["probabilities"][0] > found["probabilities"][-1]
 
 
 def test_an_lqr_of_a_ball_on_a_rail_is_that_of_riccati():

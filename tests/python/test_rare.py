@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import known_losses
 import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin_paper.evidence import known_losses
 
 WEAK = known_losses.Well(known_losses.WEAK, 0.04)
 PUSHED_OUT = 0.00931  # of a block in space: from a million rollouts of its equation of motion

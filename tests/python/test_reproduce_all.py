@@ -11,11 +11,13 @@ import pytest
 from typer.testing import CliRunner
 
 from energymargin.cli import app
+from energymargin_paper import reproduce
 from energymargin_paper.pages import FILE, Head
-from energymargin_paper.pieces import PIECES, QUICK
+from energymargin_paper.pieces import PIECES, QUICK, Piece
 
 COMMAND = [sys.executable, "-c", "from energymargin.cli import main; main()", "reproduce", "all"]
-PAGE = "# Results\n\n<!-- made: bowl\ncommand: a\nversion: 0.1.0\n-->\n\n<!-- end: bowl -->\n"
+PAGE = "# Results\n\n<!-- made: small\ncommand: a\nversion: 0.1.0\n-->\n\n<!-- end: small -->\n"
+SMALL = Piece("small", 0.1, "contact", {"percent": 1, "grasps": 0})
 
 
 def run(*words):
@@ -24,34 +26,35 @@ def run(*words):
 
 def lines(folder):
     """Jobs that are done of a study of many jobs."""
-    path = folder / "bounds" / "runs.jsonl"
+    path = folder / "contact" / "runs.jsonl"
     return path.read_text().splitlines() if path.exists() else []
 
 
-def test_a_piece_is_made_written_into_its_page_and_left_out_the_next_time(tmp_path):
+def test_a_piece_is_made_written_into_its_page_and_left_out_the_next_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(reproduce, "PIECES", (SMALL,))
     pages = tmp_path / "docs"
     pages.mkdir()
     (pages / "results.md").write_text(PAGE)
-    words = ("--only", "bowl", "-o", tmp_path / "all", "--pages", pages)
+    words = ("--only", "small", "-o", tmp_path / "all", "--pages", pages)
     first = run(*words)
     assert first.exit_code == 0, first.output
-    head = Head.of_folder(tmp_path / "all" / "bowl")
-    assert head.date and head.command == "energymargin reproduce bowl"
+    head = Head.of_folder(tmp_path / "all" / "small")
+    assert head.date and head.command == "energymargin reproduce contact --percent 1 --grasps 0"
     text = (pages / "results.md").read_text()
-    assert head.sentence() in text and "bit*" in text and (pages / "bowl.png").exists()
+    assert head.sentence() in text and "| median |" in text
     assert (tmp_path / "all" / "index.html").exists()
-    made = (tmp_path / "all" / "bowl" / "bowl.csv").stat().st_mtime_ns
+    made = (tmp_path / "all" / "small" / "contact.csv").stat().st_mtime_ns
     again = run(*words)
     assert again.exit_code == 0 and "It is there." in again.output
-    assert (tmp_path / "all" / "bowl" / "bowl.csv").stat().st_mtime_ns == made
-    row = next(line for line in again.output.splitlines() if line.startswith("| bowl |"))
+    assert (tmp_path / "all" / "small" / "contact.csv").stat().st_mtime_ns == made
+    row = next(line for line in again.output.splitlines() if line.startswith("| small |"))
     assert f"| {head.version} | 0 days | whole |" in row
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_stopped_or_killed_the_same_command_goes_on(how, tmp_path):
     folder = tmp_path / "all"
-    command = [*COMMAND, "--quick", "--only", "bounds", "--threads", "1", "-o", str(folder)]
+    command = [*COMMAND, "--quick", "--only", "contact", "--threads", "1", "-o", str(folder)]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while len(lines(folder)) < 2 and process.poll() is None:
         time.sleep(0.01)
@@ -59,10 +62,10 @@ def test_stopped_or_killed_the_same_command_goes_on(how, tmp_path):
     process.wait(60)
     kept = lines(folder)
     assert len(kept) >= 2
-    assert not Head.of_folder(folder / "bounds").date
+    assert not Head.of_folder(folder / "contact").date
     subprocess.run(command, check=True, capture_output=True)
     assert lines(folder)[: len(kept) - 1] == kept[: len(kept) - 1]
-    assert Head.of_folder(folder / "bounds").date
+    assert Head.of_folder(folder / "contact").date
 
 
 def test_first_pictures_go_into_no_page(tmp_path):
@@ -77,13 +80,14 @@ def test_the_minutes_end_it_without_an_error(tmp_path):
     assert "not yet" in done.stdout
 
 
-def test_a_folder_of_other_bits_is_refused_and_stays(tmp_path):
-    own = tmp_path / "all" / "bowl"
-    assert run("--quick", "--only", "bowl", "-o", tmp_path / "all").exit_code == 0
+def test_a_folder_of_other_bits_is_refused_and_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(reproduce, "PIECES", (SMALL,))
+    own = tmp_path / "all" / "small"
+    assert run("-o", tmp_path / "all").exit_code == 0
     text = (own / FILE).read_text()
     bits = Head.of_folder(own).bits
     (own / FILE).write_text(text.replace(bits, "01234567"))
-    done = run("--quick", "--only", "bowl", "-o", tmp_path / "all")
+    done = run("-o", tmp_path / "all")
     assert done.exit_code == 2
     assert "(bits 01234567), whose scores are others" in " ".join(done.output.split())
     assert Head.of_folder(own).bits == "01234567"

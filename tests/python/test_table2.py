@@ -17,7 +17,7 @@ def run(*words):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("table2")
-    done = run("all", "--quick", "--only", "table2,bowl", "-o", made, "--threads", 1)
+    done = run("all", "--quick", "--only", "table2,contact", "-o", made, "--threads", 1)
     assert done.exit_code == 0, done.output
     return made
 
@@ -52,14 +52,14 @@ def test_every_place_says_that_the_recordings_are_a_stand_in(folder):
 
 def test_the_page_has_the_studies_that_were_made_with_their_times_and_pictures(folder):
     text = (folder / "index.md").read_text()
-    assert "![table2](table2/table2.png)" in text and "(bowl/bowl.csv)" in text
+    assert "![table2](table2/table2.png)" in text and "(contact/contact.csv)" in text
     rows = [
         [cell.strip() for cell in line.strip("|").split("|")]
         for line in text.splitlines()
         if line.startswith("| ")
     ]
     last = {row[0]: row[-1] for row in rows}
-    assert last["bowl"] == last["table2"] == "whole"
-    assert last["closed-forms"] == "not yet"
+    assert last["contact"] == last["table2"] == "whole"
+    assert last["act"] == "not yet"
     html = (folder / "index.html").read_text()
     assert "<td>not yet</td>" in html and '<img src="table2/table2.png"' in html

@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 
+import cages
 import numpy as np
 import pytest
 from projectiles import CASES, depth, random_shot
 
 import energymargin as em
-from energymargin_paper.evidence import cages
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 

@@ -26,7 +26,7 @@ from energymargin.base.table_text import csv_text, markdown_table
 from energymargin_paper.evidence.act_demo import Demo
 from energymargin_paper.evidence.act_methods import METHODS, Choice, Chosen, choose
 from energymargin_paper.evidence.act_trials import ENGINES, Outcome, Trial, duration, run
-from energymargin_paper.evidence.filter import paired
+from energymargin_paper.evidence.pairs_of_trials import paired
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.study import Progress, Study, setting
 

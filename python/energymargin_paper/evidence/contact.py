@@ -15,11 +15,14 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+import numpy as np
+
 from energymargin._core import Cancel
 from energymargin.base.checks import whole_number
 from energymargin.base.table_text import csv_text, markdown_table
 from energymargin_paper.evidence import contact_mug
 from energymargin_paper.evidence.contact_checks import CHECKS, Bar, Check
+from energymargin_paper.evidence.grasps_numbers import kappa
 from energymargin_paper.jobs import Lines, resumed
 from energymargin_paper.study import Progress, Study, setting
 
@@ -105,7 +108,7 @@ class Contact:
         yield (
             f"{len(grasps)} grasps that begin free of overlap, friction {MUG_FRICTION:g}; MuJoCo "
             f"says the same at both steps and softnesses of {len(pairs)}. Cohen's kappa there is "
-            f"{contact_mug.kappa(pairs) if pairs else math.nan:.2f}."
+            f"{kappa(*np.array(pairs).T) if pairs else math.nan:.2f}."
         )
         yield ""
         rows = [(bar.name, bar.asked, bar.measured) for bar in self._mug_bars()]

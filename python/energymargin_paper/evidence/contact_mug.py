@@ -27,7 +27,7 @@ from energymargin.mujoco.simulation import Simulation
 from energymargin_paper.evidence.contact_traces import GRAVITY, Vector, simulated
 from energymargin_paper.evidence.grasps_data import FOLDER
 
-__all__ = ["FOLDER", "Grasp", "Grasps", "Here", "There", "given", "here", "kappa", "there"]
+__all__ = ["FOLDER", "Grasp", "Grasps", "Here", "There", "given", "here", "there"]
 
 HAND = "franka_gripper_collision_mesh.stl"
 OPEN = 0.0395  # m, way of a finger
@@ -199,13 +199,6 @@ def there(grasp: Grasp) -> There:
     held = answers.pop() if len(answers) == 1 else None
     held_hard, _ = _played(grasp, *HARD)
     return There(held, held_hard, max(speed for _, speed in played))
-
-
-def kappa(pairs: list[tuple[bool, bool]]) -> float:
-    """Cohen's kappa of two judges; NaN if both say the same of all."""
-    one, other = np.array(pairs, dtype=float).T
-    chance = one.mean() * other.mean() + (1 - one.mean()) * (1 - other.mean())
-    return float((np.mean(one == other) - chance) / (1 - chance)) if chance < 1 else float("nan")
 
 
 def _played(grasp: Grasp, step: float, softness: float) -> tuple[bool, float]:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from energymargin._core import Cancel
 from energymargin.base.checks import not_negative_number, one_of, whole_number
 from energymargin.base.plausibility import PlausibilityWarning
 from energymargin.base.table_text import csv_text
@@ -28,9 +27,7 @@ from energymargin_paper.evidence.grasps_engines import (
     Ends,
     Job,
     engines_text,
-    noise_text,
     run_engines,
-    run_noise,
 )
 from energymargin_paper.evidence.grasps_labels import (
     Asked,
@@ -44,7 +41,7 @@ from energymargin_paper.study import Progress, Study, setting
 
 __all__ = ["PARTS", "STUDY", "Grasps", "Settings"]
 
-PARTS = ("a", "b", "c", "d")
+PARTS = ("a", "b", "c")
 
 
 @dataclass(frozen=True)
@@ -53,15 +50,13 @@ class Settings:
 
     data: str = setting("", "Folder with graspa/ and acronym/.", shown=FOLDER)
     parts: tuple[str, ...] = setting(PARTS, "Parts, separated by commas.")
-    objects: tuple[str, ...] = setting(PAIRED, "Objects of a and d, separated by commas.")
+    objects: tuple[str, ...] = setting(PAIRED, "Objects of a, separated by commas.")
     grasps: int = setting(40, "Grasps of each object of a.")
     draws: int = setting(8, "Trials of a grasp with noise, in both engines of a.")
-    friction: float = setting(0.4, "Coefficient of friction of a and d.")
+    friction: float = setting(0.4, "Coefficient of friction of a.")
     protocol: str = setting("shake", "Protocol of a.")
     every: int = setting(1, "Each so manieth recorded grasp of b and c.")
-    rollouts: int = setting(30, "Trials of a grasp of b, c and, here, d.")
-    noisy_grasps: int = setting(60, "Grasps of each object of d.")
-    trials: int = setting(50, "Trials of a grasp of d in MuJoCo.")
+    rollouts: int = setting(30, "Trials of a grasp of b and c.")
     seed: int = setting(0, "Seed of all draws.")
 
     def __post_init__(self) -> None:
@@ -71,7 +66,7 @@ class Settings:
         for name in self.objects:
             one_of("objects", name, (*OF_ROBOT, MUG))
         one_of("protocol", self.protocol, tuple(PRESETS))
-        for name in ("grasps", "draws", "rollouts", "noisy_grasps", "trials", "every"):
+        for name in ("grasps", "draws", "rollouts", "every"):
             whole_number(name, getattr(self, name), 1)
         whole_number("seed", self.seed, 0)
         not_negative_number("friction", self.friction)
@@ -85,19 +80,17 @@ class Grasps:
     engines: dict[Job, Ends] = field(default_factory=dict)
     robot: list[Labelled] = field(default_factory=list)
     engine: tuple[list[Labelled], Contradiction] | None = None
-    noise: dict[Job, Ends] = field(default_factory=dict)
 
     def to_csv(self) -> str:
-        """A line for each grasp of a and d, and for each label of b and c."""
+        """A line for each grasp of a, and for each label of b and c."""
         head = ("part", "object or label", "grasp", "here", "there")
         rows: list[tuple[object, ...]] = []
         for job, end in self.engines.items():
             here, there = (" ".join(str(int(held)) for held in e) for e in (end.here, end.there))
             rows.append(("a", job.object, job.number, here, there))
-        for part, found in (("a", self.engines), ("d", self.noise)):
-            for job, end in found.items():
-                shares = (sum(held[0]) / len(held[0]) for held in (end.drawn, end.drawn_there))
-                rows.append((part, f"{job.object}, with noise", job.number, *shares))
+        for job, end in self.engines.items():
+            shares = (sum(held[0]) / len(held[0]) for held in (end.drawn, end.drawn_there))
+            rows.append(("a", f"{job.object}, with noise", job.number, *shares))
         labelled = [*self.robot, *(self.engine[0] if self.engine else [])]
         for one in labelled:
             for k, probability in enumerate(one.probabilities):
@@ -148,19 +141,11 @@ class Grasps:
                 f"FleX loses {odd.lost}. In {odd.narrow} of them each finger closes on the mug "
                 f"within 2 mm, so it is between them, and {odd.held} of these hold here."
             )
-        if self.noise:
-            yield "\n## d. Success rates under pose noise\n"
-            yield (
-                f"Grasps as in a; protocol `hold`, pose off by 1 cm and 20 degrees, even. "
-                f"{s.rollouts} draws here foresee {s.trials} other trials in MuJoCo at steps of 1 "
-                "ms.\n"
-            )
-            yield noise_text(self.noise)
         yield ""
 
 
 class GraspsStudy(Study[Settings, Grasps]):
-    """Grasps of others: beside MuJoCo (a), a real robot (b), FleX (c), and rates under noise (d).
+    """Grasps of others: beside MuJoCo (a), a real robot (b) and FleX (c).
 
     The data are not in this package: --data is a folder with `graspa/` (grasps.csv, objects.csv,
     meshes/) of GRASPA-test and GRASPA-benchmark, and `acronym/` (mug.h5, mug.obj) of ACRONYM. The
@@ -172,51 +157,39 @@ class GraspsStudy(Study[Settings, Grasps]):
     name = "grasps"
     title, unit = "Grasping", "grasps"
     settings = Settings()
-    quick = Settings(grasps=4, draws=2, every=25, rollouts=4, noisy_grasps=2, trials=8)
+    quick = Settings(grasps=4, draws=2, every=25, rollouts=4)
     packages = ("mujoco",)
     folders = (FOLDER,)
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Grasps:
         """Runs what the folder does not have yet."""
-        data, made = data_folder(settings.data), Grasps(settings)
+        data, made, s = data_folder(settings.data), Grasps(settings), settings
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PlausibilityWarning)  # that each trial would repeat
             if "a" in settings.parts:
-                jobs = _jobs(settings, settings.grasps, settings.protocol, settings.draws, 0)
-                run_of = partial(run_engines, data)
-                made.engines.update(_all(jobs, folder / "engines.jsonl", run_of, threads, progress))
-            every, rollouts, seed = settings.every, settings.rollouts, settings.seed
-            asked = Asked(data, folder, every, rollouts, seed, threads, progress)
+                engine()
+                found = resumed(
+                    *(folder / "engines.jsonl", _jobs(settings), partial(run_engines, data)),
+                    *(threads,),
+                    lines=LINES,
+                    progress=progress,
+                )
+                made = replace(made, engines=found)
+            asked = Asked(data, folder, s.every, s.rollouts, s.seed, threads, progress)
             if "b" in settings.parts:
                 made.robot.extend(of_robot(asked))
             if "c" in settings.parts:
                 made = replace(made, engine=of_engine(asked))
-            if "d" in settings.parts:
-                noisy = (settings.noisy_grasps, "hold", settings.rollouts, settings.trials)
-                jobs = _jobs(settings, *noisy)
-                run_of = partial(run_noise, data)
-                made.noise.update(_all(jobs, folder / "noise.jsonl", run_of, threads, progress))
         return made
 
 
 STUDY = GraspsStudy()
 
 
-def _jobs(s: Settings, grasps: int, protocol: str, draws: int, trials: int) -> list[Job]:
-    numbers = (s.friction, protocol, draws, trials, s.seed)
+def _jobs(s: Settings) -> list[Job]:
+    numbers = (s.friction, s.protocol, s.draws, s.seed)
     program = version("energymargin")
-    return [Job(program, name, k, *numbers) for k in range(grasps) for name in s.objects]
-
-
-def _all(
-    jobs: list[Job],
-    path: Path,
-    run_of: Callable[[Job, Cancel], Ends],
-    threads: int,
-    progress: Progress,
-) -> dict[Job, Ends]:
-    engine()
-    return resumed(path, jobs, run_of, threads, lines=LINES, progress=progress)
+    return [Job(program, name, k, *numbers) for k in range(s.grasps) for name in s.objects]
 
 
 def _to_json(job: Job, ends: Ends) -> str:

@@ -19,7 +19,7 @@ from energymargin.grasps.protocols import protocol_of
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.trials import Grasp, Trials
 
-__all__ = ["FOLDER", "LITTLE", "MUCH", "MUG", "OF_ROBOT", "PAIRED", "Noise", "Posed"]
+__all__ = ["FOLDER", "LITTLE", "MUG", "OF_ROBOT", "PAIRED", "Noise", "Posed"]
 __all__ += ["acronym", "data_folder", "graspa", "robot_objects", "sampled", "trials_of"]
 
 FOLDER = "ENERGYMARGIN_GRASPS"
@@ -51,7 +51,7 @@ class Noise(NamedTuple):
     """[rad]"""
 
 
-LITTLE, MUCH = Noise(0.005, np.radians(10)), Noise(0.01, np.radians(20))
+LITTLE = Noise(0.005, np.radians(10))
 
 
 def data_folder(data: str) -> Path:

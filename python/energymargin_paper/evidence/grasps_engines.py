@@ -1,4 +1,4 @@
-"""Grasps in MuJoCo too: held or lost alike, and success rates under noise of the pose."""
+"""Grasps in MuJoCo too: held or lost alike."""
 
 from __future__ import annotations
 
@@ -11,11 +11,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 from energymargin.base.table_text import markdown_table
-from energymargin_paper.evidence.calibration import brier, calibration_error
 from energymargin_paper.evidence.grasps_data import (
     LITTLE,
-    MUCH,
-    Noise,
     Posed,
     sampled,
     trials_of,
@@ -23,14 +20,12 @@ from energymargin_paper.evidence.grasps_data import (
 from energymargin_paper.evidence.grasps_mujoco import SOFTNESSES, Engine, Trial
 from energymargin_paper.evidence.grasps_numbers import kappa
 
-__all__ = ["Ends", "Job", "engines_text", "noise_text", "run_engines", "run_noise"]
+__all__ = ["Ends", "Job", "engines_text", "run_engines"]
 
 STEPS = (1 / 240, 1 / 960)  # s, of ours
 ENGINES = tuple(Engine(step, *soft) for step in (5e-4, 2.5e-4) for soft in SOFTNESSES)
 DRAWN_THERE = ENGINES[:: len(SOFTNESSES)]
 STRENGTH = 1.0  # of the disturbances, as a share of the protocol's bounds
-OF_NOISE = Engine(1e-3, *SOFTNESSES[0])  # of many trials
-THERE = 1_000_000  # draws of MuJoCo's trials under noise begin here, so that they are others
 
 
 @dataclass(frozen=True)
@@ -44,13 +39,7 @@ class Job:
     protocol: str
     draws: int
     """Trials with noise here."""
-    trials: int
-    """Trials with noise in MuJoCo."""
     seed: int
-
-    def posed(self, noise: Noise) -> Posed:
-        """Its trials."""
-        return Posed(self.object, self.friction, self.protocol, noise, self.seed)
 
 
 @dataclass(frozen=True)
@@ -71,7 +60,9 @@ class Ends:
 
 def run_engines(folder: Path, job: Job, cancel: Cancel) -> Ends:
     """A grasp in all engines, and the same draws of noise and disturbance in both."""
-    grasps, trials = trials_of(folder, job.posed(LITTLE))
+    grasps, trials = trials_of(
+        folder, Posed(job.object, job.friction, job.protocol, LITTLE, job.seed)
+    )
     grasp = sampled(grasps, trials, job.number)
     steps = [replace(trials, step=step) for step in STEPS]
     here = [Trial(each, grasp, -1).here(cancel) for each in steps]
@@ -87,17 +78,6 @@ def run_engines(folder: Path, job: Job, cancel: Cancel) -> Ends:
         tuple(map(tuple, drawn)),
         tuple(map(tuple, drawn_there)),
     )
-
-
-def run_noise(folder: Path, job: Job, cancel: Cancel) -> Ends:
-    """A grasp under other draws of the same noise in both engines."""
-    grasps, trials = trials_of(folder, job.posed(MUCH))
-    grasp = sampled(grasps, trials, job.number)
-    ours, theirs = range(job.draws), range(THERE, THERE + job.trials)
-    steps = [replace(trials, step=step) for step in STEPS]
-    drawn = tuple(tuple(Trial(e, grasp, k).here(cancel).held for k in ours) for e in steps)
-    there = tuple(Trial(trials, grasp, k).there(OF_NOISE, cancel).held for k in theirs)
-    return Ends(drawn=drawn, drawn_there=(there,))
 
 
 def engines_text(found: dict[Job, Ends]) -> str:
@@ -121,26 +101,6 @@ def engines_text(found: dict[Job, Ends]) -> str:
         ["left", *["right"] * (len(head) - 1)],
     )
     return f"{first}\n\n{second}"
-
-
-def noise_text(found: dict[Job, Ends]) -> str:
-    """How well the belief's probabilities foresee MuJoCo's rates, at each of our STEPS."""
-    outcomes = np.array([end.drawn_there[0] for end in found.values()], dtype=float)
-    trials, there = outcomes.shape[1], outcomes.mean(axis=1)
-    # The rate of n trials is off by itself: their own variance is too small by 1/n.
-    oracle = float(np.mean(there * (1 - there))) * trials / max(1, trials - 1)
-    share, rows = float(there.mean()), []
-    for k, step in enumerate(STEPS):
-        here = np.array([np.mean(end.drawn[k]) for end in found.values()])
-        spread = np.repeat(here, trials)
-        row = [f"{1e3 * step:.2g} ms", str(len(found)), str(outcomes.size), f"{share:.3f}"]
-        row += [f"{here.mean():.3f}", f"{brier(spread, outcomes.ravel()):.4f}", f"{oracle:.4f}"]
-        row += [f"{share * (1 - share):.4f}"]
-        row += [f"{calibration_error(spread, outcomes.ravel()):.3f}"]
-        rows.append([*row, f"{np.abs(here - there).mean():.3f}"])
-    head = ["our step", "grasps", "trials there", "held there", "held here", "Brier"]
-    head += ["of the oracle", "of the share", "calibration error", "difference of rates"]
-    return markdown_table(head, rows, ["right"] * len(head))
 
 
 def _alike(name: str, ends: Sequence[Ends]) -> list[str]:

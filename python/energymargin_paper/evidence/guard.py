@@ -1,8 +1,9 @@
 """What a guard does to a policy that pushes a box: episodes in threes by their seeds.
 
-The policy and the seeds are those of the study `filter`. One episode has the policy alone, one has
-the guard before it, one the filter in each step. All three have the same start, friction and noise;
-from the first action that is changed on they go their own ways.
+The policy is the script of the push with noise on its forces, at 24 Hz. One episode has the policy
+alone, one has the guard before it, in one the wrapper filters each action by its capture
+probability. All three have the same start, friction and noise; from the first action that is
+changed on they go their own ways.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +27,17 @@ from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.gym import CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.monitor import Alarm, Monitor
-from energymargin_paper.evidence.filter import EPISODES_FILE, FRAME, TASK, by_seed, noisy, paired
+from energymargin_paper.evidence.pairs_of_trials import paired
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.study import Progress, Study, setting
 
 __all__ = ["ARMS", "STUDY", "Episode", "GuardStudy", "Guarded", "Outcome", "Settings"]
 
+TASK = "push"
+EPISODES_FILE = "episodes.jsonl"
 ARMS = ("policy", "guard", "filter")
+FRAME = 0.04  # s, of 25 Hz
+POLICY_STREAM = 1  # of the noise, beside the environment's
 
 Array = NDArray[np.float64]
 Policy = Callable[[], Array]
@@ -156,6 +162,18 @@ class Guarded:
             f"{more} {name} alone, {fewer} without it alone ({100 * difference:+.1f} points, 95 % "
             f"interval {100 * low:+.1f} to {100 * high:+.1f}; McNemar's test, exact: p = {p:.2g})."
         )
+
+
+def noisy(env: TaskEnv, seed: int, noise: float) -> Policy:
+    """The policy: the script's action, with normal noise of a standard deviation [N] on both."""
+    random = np.random.default_rng([seed, POLICY_STREAM])
+    space: Any = env.action_space
+
+    def action() -> Array:
+        wanted = env.nominal_action() + noise * random.normal(size=2)
+        return np.asarray(np.clip(wanted, space.low, space.high))
+
+    return action
 
 
 def run(job: Episode, cancel: Cancel) -> Outcome:
@@ -315,7 +333,8 @@ class GuardStudy(Study[Settings, Guarded]):
         jobs = {arm: _episodes(arm, settings) for arm in ARMS}
         found = resumed(
             folder / EPISODES_FILE,
-            by_seed(jobs),
+            # by seed, so that a study that is stopped has episodes in threes
+            sorted(chain(*jobs.values()), key=lambda job: job.seed),
             run,
             1,
             lines=pairs(Episode, Outcome),

@@ -1,4 +1,4 @@
-"""Policies in the loop: known answers, open and closed, a learned one, others' environments.
+"""Policies in the loop: open and closed, a learned one, others' environments.
 
 Each part is a module with `cases`, `run` and `report`; the study runs the cases of all parts on a
 pool, keeps a line for each, and puts the reports on one page.
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PARTS", "STUDY", "Found", "Looped", "Settings"]
 
-PARTS = ("known", "loops", "learned", "fetch", "pusht")
+PARTS = ("loops", "learned", "fetch", "pusht")
 CASES_FILE = "cases.jsonl"
 
 Found = dict[str, Any]
@@ -136,13 +136,13 @@ class Looped:
 class PoliciesStudy(Study[Settings, Looped]):
     """How robust controllers and policies are, told with them in the loop.
 
-    Five parts: answers known on paper; open and closed loops on four tasks; a learned policy;
+    Four parts: open and closed loops on four tasks; a learned policy;
     FetchPush of gymnasium-robotics; gym-pusht. The last two need those packages, and say so where
     they are not there.
 
     The folder gets policies.md, policies.csv, policies.png and cases.jsonl, a line for each case.
 
-    Example: `energymargin reproduce policies --parts known,loops`
+    Example: `energymargin reproduce policies --parts loops,learned`
     """
 
     name = "policies"

@@ -6,9 +6,9 @@ in one file, state by state: stopped and started again, the study goes on.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,26 +16,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin import tasks
 from energymargin.base.checks import whole_number
 from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.datasets import Dataset
 from energymargin.evaluate.executors.threads import Threads
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.records.evaluation.labelled import HORIZON, LabelledScores
+from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.records.datasets.generation import load_or_generate
+from energymargin.records.evaluation.labelled import HORIZON, captured_labels
 from energymargin.records.store.scoring import begin_run, score_run
 from energymargin.store import ScoreStore
-from energymargin_paper.paper.perturbation_belief import (
-    INFORMED,
-    KNOWN,
-    LEVEL,
-    Regained,
-    believed_scores,
-    figure_belief,
-    priors,
-    regained_markdown,
-)
 from energymargin_paper.paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
-from energymargin_paper.paper.quality import FRAMES, TASK, interval, pushes, quality
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
@@ -43,7 +35,10 @@ if TYPE_CHECKING:
 
 __all__ = ["PAPER", "STUDY", "Perturbation", "Point", "Settings", "figure_perturbation"]
 
+TASK = "push"
+FRAMES = 10  # of a trajectory
 FORCE = "force"
+CONFIDENCE = 0.95
 
 # The paper's curves, from the source of its figure: AP by scaled largest error.
 PAPER: dict[str, dict[float, float]] = {
@@ -66,10 +61,6 @@ class Settings:
         shown="0,0.1,0.2,0.5,1",
     )
     draws: int = setting(5, "Draws of the errors at each level.")
-    belief: bool = setting(False, "Score beliefs too: what do they regain of the AP?")
-    particles: int = setting(4, "Particles of a belief, which share the nodes.")
-    reference: int = setting(20, "Times the steps that a reference belief has.")
-    others: int = setting(1000, "Other pushes, whose velocities are known beforehand.")
     seed: int = 0
     """Seed of the searches; the errors of draw i have the seed i."""
 
@@ -78,9 +69,6 @@ class Settings:
         _ = self.search
         whole_number("trajectories", self.trajectories, 2)
         whole_number("draws", self.draws, 1)
-        whole_number("particles", self.particles, 1, self.nodes)
-        whole_number("reference", self.reference, 2)
-        whole_number("others", self.others, 2)
         wrong = [level for level in self.levels if not 0 <= level <= 1]
         if wrong:
             raise ValueError(f"levels has {wrong[0]}, expected numbers from 0 to 1")
@@ -111,8 +99,15 @@ class Point:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Student's 95 % interval of the mean; of draws that do not differ, the mean itself."""
-        return interval(self.ap)
+        """Student's 95 % interval of the mean, within 0..1; of draws that do not differ, the mean
+        itself."""
+        if np.ptp(self.ap) == 0:
+            return self.mean, self.mean
+        from scipy.stats import t
+
+        reach = t.ppf((1 + CONFIDENCE) / 2, len(self.ap) - 1)
+        half = float(reach * self.ap.std(ddof=1) / math.sqrt(len(self.ap)))
+        return max(0.0, self.mean - half), min(1.0, self.mean + half)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +120,6 @@ class Perturbation:
     states: int
     """How many there are, in a draw."""
     points: list[Point]
-    regained: tuple[Regained, ...] = ()
-    """By beliefs, with each error whose size is known; none unless that was asked for."""
 
     def curve(self, kind: str) -> list[Point]:
         """The points of one kind of error, by level."""
@@ -144,19 +137,8 @@ class Perturbation:
             for kind in KINDS
             for level, ap in PAPER[kind].items()
         ]
-        believed = [
-            (name, one.kind, LEVEL, p.mean, *p.interval, len(aps), "")
-            for one in self.regained
-            for name, aps in (
-                ("best state", one.estimate),
-                ("belief without a prior", one.even),
-                ("belief", one.belief),
-                ("reference", one.reference),
-            )
-            for p in (Point(one.kind, LEVEL, aps, 0),)
-        ]
         header = ("source", "error", "scaled", "ap", "ap_low", "ap_high", "draws", "again")
-        return csv_text(header, [*ours, *theirs, *believed])
+        return csv_text(header, [*ours, *theirs])
 
     def to_markdown(self) -> str:
         """The table, what it says, and what the errors are."""
@@ -177,7 +159,6 @@ class Perturbation:
                 *self._says(),
                 "",
                 *self._largest(),
-                *self._beliefs(),
             ]
         )
 
@@ -193,12 +174,6 @@ class Perturbation:
             ]
             rows.append([f"{level:g}", *shown])
         return markdown_table(["scaled error", *KINDS], rows, ["right"] * (1 + len(KINDS)))
-
-    def _beliefs(self) -> list[str]:
-        s = self.settings
-        if not self.regained:
-            return []
-        return regained_markdown(self.regained, s.nodes, s.particles, s.reference, s.others)
 
     def _says(self) -> list[str]:
         """How ours stand to the force score, and how often a state was drawn again."""
@@ -255,8 +230,7 @@ class PerturbationStudy(Study[Settings, Perturbation]):
     paper's curves.
 
     The folder gets perturbation.md, perturbation.csv, perturbation.png, the pushes (push.h5) and
-    all scores (scores.db). With --belief also perturbation_belief.png, and the scores of beliefs
-    (beliefs.jsonl).
+    all scores (scores.db).
 
     Example: `energymargin reproduce perturbation --levels 0,0.5,1 --draws 3`
     """
@@ -271,7 +245,7 @@ class PerturbationStudy(Study[Settings, Perturbation]):
     ) -> Perturbation:
         """Scores what the folder's store lacks. Raises ValueError on a folder of other
         trajectories, and on trajectories that all have the same label."""
-        dataset = pushes(folder, settings.trajectories)
+        dataset = _pushes(folder, settings.trajectories)
         jobs = list(product(range(settings.draws), settings.levels, KINDS))
         aps: dict[tuple[str, float], list[float]] = {}
         again = dict.fromkeys(product(KINDS, settings.levels), 0)
@@ -288,22 +262,31 @@ class PerturbationStudy(Study[Settings, Perturbation]):
                 aps.setdefault((kind, level), []).append(_ap(labelled))
                 again[kind, level] += changed.again
             points = [Point(*at, np.array(values), again[at]) for at, values in aps.items()]
-            regained = tuple(
-                _regained(
-                    store, dataset, folder, settings=settings, threads=threads, progress=progress
-                )
-            )
-        return Perturbation(settings, typical(dataset), dataset.size, points, regained)
+        return Perturbation(settings, typical(dataset), dataset.size, points)
 
     def figures(self, result: Perturbation) -> Iterator[tuple[str, Figure]]:
-        """AP against the scaled largest error; with beliefs, what they regain."""
-        if result.regained:
-            yield "perturbation_belief.png", figure_belief(result.regained)
-        else:
-            yield "perturbation.png", figure_perturbation(result)
+        """AP against the scaled largest error."""
+        yield "perturbation.png", figure_perturbation(result)
 
 
 STUDY = PerturbationStudy()
+
+
+def _pushes(folder: Path, trajectories: int) -> Dataset:
+    """So many pushes, seed 0, kept in the folder as push.h5.
+
+    Raises ValueError if the file has other trajectories, and unless some states are captured over
+    the next HORIZON frames and some are not, and some pushes succeed and some do not.
+    """
+    path = folder / f"{TASK}.h5"
+    dataset = load_or_generate(path, tasks.make(TASK), trajectories, FRAMES, seed=0)
+    captured = [captured_labels(t.captured, HORIZON) for t in dataset.trajectories]
+    for labels in (dataset.successes, np.concatenate(captured)):
+        if labels.all() or not labels.any():
+            raise ValueError(
+                f"trajectories is {trajectories}, expected so many that some fail and some succeed"
+            )
+    return dataset
 
 
 def _scored(
@@ -323,63 +306,11 @@ def _scored(
 
 
 def _ap(labelled: LabelledScores) -> float:
-    """Average precision of the one metric that there is."""
-    ((_, ap),) = quality(labelled).values()
-    return ap
-
-
-def _regained(
-    store: ScoreStore,
-    dataset: Dataset,
-    folder: Path,
-    *,
-    settings: Settings,
-    threads: int,
-    progress: Progress,
-) -> Iterator[Regained]:
-    """By beliefs, with each error whose size is known; nothing unless that was asked for."""
-    if not settings.belief:
-        return
-    plain = partial(_scored, store, settings=settings, threads=threads, count=progress)
-    wrong = {
-        (kind, draw): perturbed(dataset, kind, LEVEL, draw)
-        for kind, draw in product(KNOWN, range(settings.draws))
-    }
-    exact = plain(dataset, kind=KNOWN[0])
-    at_errors = {at: _ap(plain(one.dataset, kind=at[0])) for at, one in wrong.items()}
-    for kind in KNOWN:
-        ats = [(kind, draw) for draw in range(settings.draws)]
-        scored = partial(
-            believed_scores,
-            folder,
-            {at: wrong[at] for at in ats},
-            threads=threads,
-            progress=progress,
-        )
-        prior = priors(settings.others) if kind in INFORMED else None
-        search = settings.search
-        more = replace(search, nodes=settings.reference * settings.nodes)
-        found = [
-            scored(0, prior=prior, settings=search),
-            scored(settings.particles, prior=None, settings=search),
-            scored(settings.particles, prior=prior, settings=search),
-            scored(settings.reference * settings.particles, prior=prior, settings=more),
-        ]
-        estimate, even, belief, with_more = (
-            np.array([_ap(replace(exact, scores={"capture": scores[at][0]})) for at in ats])
-            for scores in found
-        )
-        yield Regained(
-            kind,
-            _ap(exact),
-            np.array([at_errors[at] for at in ats]),
-            estimate,
-            even,
-            belief,
-            with_more,
-            float(np.mean([found[-1][at][1] for at in ats])),
-            float(np.mean([found[-1][at][2] for at in ats])),
-        )
+    """Average precision of the one metric that there is; its intervals are not looked at."""
+    (cells,) = evaluate(labelled, frames=(HORIZON,), draws=1).states.values()
+    cell = cells[HORIZON]
+    assert cell is not None  # some states stay captured, and some do not
+    return cell.ap
 
 
 def _cell(point: Point) -> str:

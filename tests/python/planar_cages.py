@@ -7,11 +7,11 @@ import math
 from typing import Any
 
 import numpy as np
+from cages import GRAVITY, OBJECTS, log_uniform, random_object
 from scipy.spatial.transform import Rotation
 
 from energymargin import regions
 from energymargin._core import Box, Problem, Scene
-from energymargin_paper.evidence.cages import GRAVITY, OBJECTS, log_uniform, random_object
 
 __all__ = ["PLANE", "pen", "planar_cage"]
 

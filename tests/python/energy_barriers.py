@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from known_answers import GRAVITY, KnownAnswer, ball_problem, ramp, tray
 from scipy.optimize import minimize_scalar
 
 from energymargin import regions
 from energymargin._core import Box, Capsule, Compound, Part, Problem, Scene, Sphere
-from energymargin_paper.evidence.known_answers import GRAVITY, KnownAnswer, ball_problem, ramp, tray
 
 __all__ = ["BARRIERS"]
 

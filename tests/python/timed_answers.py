@@ -18,10 +18,10 @@ from operator import and_, or_
 from typing import Any
 
 import numpy as np
+from known_answers import FRICTION, GRAVITY, KnownAnswer
 
 from energymargin import regions
 from energymargin._core import Box, Plan, Problem, Scene
-from energymargin_paper.evidence.known_answers import FRICTION, GRAVITY, KnownAnswer
 
 __all__ = ["TIMED"]
 
