@@ -1,22 +1,30 @@
-"""What a surrogate says of features: a value, an interval, and whether it knows such states."""
+"""What a surrogate says of features: a value, an interval, and whether it knows such states.
+
+Some trajectories grow boosted trees, others say how wrong these are, and the rest is the test. The
+interval is that of split conformal prediction for data in groups (Lee, Barber and Willett, 2023):
+each trajectory counts the same, however many states it has, and one more has an infinite error. So
+a random state of a new trajectory that is drawn like them is within the interval with at least the
+stated probability.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from functools import cached_property
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.act.surrogates.trees import Trees
 from energymargin.base.reprs import Record
+from energymargin.model.scenes.features import Vector
 
-Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-FINEST = 1e-3  # m, rad, m/s or rad/s: the least scale of a feature
-NARROWEST = 0.05  # of a probability's spread
+GROW, TEST = 0.6, 0.8  # of the trajectories: before it for the trees, from it on for the test
+LEAST = 50  # trajectories; with fewer there are no intervals of 90 %
+BEYOND = 1e-3  # m, rad, m/s or rad/s: so far a feature may be out of the training's range
 SURE = 0.05  # of 0 or of 1: so near is a probability that is sure
+TESTED = ("features", "trajectory", "scores")
+BINS = 10  # of the calibration error
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,91 +37,121 @@ class Estimates(Record):
     """Lower end of the interval, shape (N,); NaN where it is refused."""
     high: Vector
     """Upper end of the interval, shape (N,); NaN where it is refused."""
-    refused: NDArray[np.bool_]
+    refused: Mask
     """Whether the state is unlike those of the training, shape (N,)."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True)
+class Quality:
+    """What a surrogate is worth on its test trajectories."""
+
+    trajectories: int
+    """Number of test trajectories."""
+    states: int
+    """Number of their states that have a score."""
+    auc: float
+    """AUC of the surrogate against the label "captured over the horizon" of the recording, among
+    states that are captured now; NaN if all labels are alike."""
+    auc_of_scores: float
+    """AUC of the scores that it learned from, on the same states."""
+    calibration_error: float
+    """Mean difference between its values and the scores in ten bins with equal counts."""
+    coverage: float
+    """Share of the scores within their intervals; each trajectory counts the same."""
+    refused: float
+    """Share of the states that are unlike the training."""
+
+
+@dataclass(eq=False, repr=False)
 class Model(Record):
-    """Trees of F features with all that makes an Estimates of their sum."""
+    """Boosted trees of scikit-learn, grown from N states with F features.
 
-    bounded: NDArray[np.bool_]
-    """Whether the score is a probability, and the trees' sum a logit; shape ()."""
-    splits: NDArray[np.int64]
-    """Of the Trees, as `thresholds`, `values` and `constant`."""
-    thresholds: Vector
-    values: Vector
-    constant: Vector
-    linear: Vector
-    """Slope and offset of the sum, by which it is calibrated, shape (2,)."""
-    widths: Vector
-    """Half the interval, as a multiple of the spread: of values that are sure, and of others; shape
-    (2,)."""
-    scale: Vector
-    """Spread of each feature among the training's states, shape (F,)."""
-    neighbours: NDArray[np.float32]
-    """Some of those states, each feature by its scale, shape (A, F)."""
-    reach: Vector
-    """Distance to the nearest of them from which on a state is refused; shape ()."""
-    mirrored: NDArray[np.int64]
-    """Features that change their signs together without a change of the score."""
+    The same fields grow the same trees, so they are all that a file has to hold. Raises ValueError
+    on fewer than 50 trajectories.
+    """
 
-    @cached_property
-    def trees(self) -> Trees:
-        """The trees."""
-        return Trees(self.splits, self.thresholds, self.values, float(self.constant))
+    features: Vector
+    """Shape (N, F)."""
+    scores: Vector
+    """Finite, shape (N,)."""
+    trajectory: NDArray[np.int64]
+    """The trajectory of each state, shape (N,)."""
+    labels: Vector
+    """Whether a captured state stays so, 1 or 0; NaN where that is not known, shape (N,)."""
+    limits: Vector
+    """The least and the greatest score that there may be, shape (2,)."""
+    monotone: NDArray[np.int64]
+    """1 if the score never falls with a feature, -1 if it never rises, else 0, shape (F,)."""
+    coverage: float
+    """Probability with which a score is within its interval."""
+    seed: int
+    """Seed of the choice of trajectories."""
 
-    @cached_property
-    def _squares(self) -> NDArray[np.float32]:
-        return np.asarray((self.neighbours**2).sum(axis=1))
+    def __post_init__(self) -> None:
+        """Grows the trees, and takes the widths of intervals from other trajectories."""
+        from sklearn.ensemble import HistGradientBoostingRegressor
+        from threadpoolctl import threadpool_limits  # of scikit-learn
+
+        _, own, counts = np.unique(self.trajectory, return_inverse=True, return_counts=True)
+        if (found := len(counts)) < LEAST:
+            raise ValueError(f"run has scores of {found} trajectories, expected at least {LEAST}")
+        place = np.random.default_rng(int(self.seed)).permutation(found)[own] / found
+        train, self.test = place < GROW, place >= TEST
+        rest, grown = ~(train | self.test), self.features[train]
+        self.trees = HistGradientBoostingRegressor(
+            monotonic_cst=self.monotone, early_stopping=False, random_state=0
+        )
+        with threadpool_limits(1):  # the same bits on any number of cores
+            self.trees.fit(grown, self.scores[train])
+        self._range = grown.min(axis=0) - BEYOND, grown.max(axis=0) + BEYOND
+        value, of = self.value(self.features[rest]), self.trajectory[rest]
+        errors, unsure = np.abs(value - self.scores[rest]), self._is_unsure(value)
+        self._widths = [conformal(errors[w], of[w], self.coverage) for w in (unsure, ~unsure)]
 
     def __call__(self, features: Vector) -> Estimates:
-        """Of N states' features, shape (N, F)."""
-        table = unmirrored(features, self.mirrored)
-        refused = ~(self.distances(table) <= self.reach)  # and where that is not a number
-        value = np.where(refused, np.nan, self.value(table))
-        return Estimates(value, *self.interval(value), refused)
+        """Estimates of N states by their features, shape (N, F)."""
+        low, high = self._range
+        known = ((features >= low) & (features <= high)).all(axis=1)  # not if one is no number
+        value = np.full(len(features), np.nan)
+        if known.any():
+            value[known] = self.value(features[known])
+        return Estimates(value, *self._interval(value), ~known)
 
-    def interval(self, value: Vector) -> tuple[Vector, Vector]:
+    def value(self, features: Vector) -> Vector:
+        """The values of N states, shape (N,), refused ones too."""
+        found: Vector = self.trees.predict(features)
+        return found.clip(*self.limits)
+
+    def quality(self) -> Quality:
+        """How good it is on the test."""
+        from sklearn.metrics import roc_auc_score
+
+        features, of, scores = (getattr(self, name)[self.test] for name in TESTED)
+        value, labels = self.value(features), self.labels[self.test]
+        (low, high), known = self._interval(value), ~np.isnan(labels)
+        both = len(np.unique(labels[known])) == 2
+        aucs = [roc_auc_score(labels[known], v[known]) if both else np.nan for v in (value, scores)]
+        bins = np.array_split((value - scores)[np.argsort(value, kind="stable")], BINS)
+        calibration = sum(abs(errors.sum()) for errors in bins) / len(scores)
+        weights = 1 / np.bincount(of)[of]
+        inside = np.average((low <= scores) & (scores <= high), weights=weights)
+        shares = map(float, (*aucs, calibration, inside, self(features).refused.mean()))
+        return Quality(len(np.unique(of)), len(scores), *shares)
+
+    def _interval(self, value: Vector) -> tuple[Vector, Vector]:
         """Lower and upper ends for values, shape (N,) each."""
-        half = self.widths[self.is_unsure(value).astype(int)] * self.spread(value)
-        low, high = value - half, value + half
-        return (low.clip(0, 1), high.clip(0, 1)) if self.bounded else (low, high)
+        half = np.where(self._is_unsure(value), *self._widths)
+        return (value - half).clip(*self.limits), (value + half).clip(*self.limits)
 
-    def is_unsure(self, value: Vector) -> NDArray[np.bool_]:
-        """Whether values are probabilities that are not near 0 or 1, shape (N,)."""
-        if not self.bounded:
-            return np.zeros(len(value), dtype=bool)
-        return np.asarray((value > SURE) & (value < 1 - SURE))
-
-    def value(self, table: Vector) -> Vector:
-        """Calibrated values of features that are `unmirrored`, shape (N,)."""
-        found: Vector = self.linear[0] * self.trees(table) + self.linear[1]
-        return 1 / (1 + np.exp(-found)) if self.bounded else found
-
-    def spread(self, value: Vector) -> Vector:
-        """By how much scores differ from such values, but for a factor, shape (N,)."""
-        if not self.bounded:
-            return np.ones_like(value)
-        return np.asarray(np.sqrt(value * (1 - value)) + NARROWEST)
-
-    def distances(self, table: Vector) -> Vector:
-        """To the nearest of the neighbours, shape (N,)."""
-        own = (table / self.scale).astype(np.float32)
-        nearest = (self._squares - 2 * own @ self.neighbours.T).min(axis=1)
-        nearest += (own * own).sum(axis=1)
-        return np.asarray(np.sqrt(np.maximum(nearest, 0)))
-
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """Its fields by name: Model(**arrays) makes it again."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
+    def _is_unsure(self, value: Vector) -> Mask:
+        """Whether values are not near a limit, where errors are smaller."""
+        return np.asarray((value > self.limits[0] + SURE) & (value < self.limits[1] - SURE))
 
 
-def unmirrored(features: Vector, mirrored: NDArray[np.int64]) -> Vector:
-    """Features, shape (N, F), of the states themselves, or of their mirror images: of both the one
-    whose first mirrored feature is positive."""
-    if not len(mirrored):
-        return features
-    table = features.copy()
-    table[:, mirrored] *= np.where(table[:, mirrored[:1]] < 0, -1, 1)
-    return table
+def conformal(errors: Vector, trajectory: NDArray[np.int64], coverage: float) -> float:
+    """The error that a state of a new trajectory does not exceed with this probability; inf if
+    there are too few trajectories to say so."""
+    _, own, counts = np.unique(trajectory, return_inverse=True, return_counts=True)
+    order = np.argsort(errors)
+    level = np.cumsum(1 / counts[own][order]) / (len(counts) + 1)
+    return float(np.append(errors[order], np.inf)[(level < coverage - 1e-12).sum()])

@@ -5,38 +5,32 @@ from __future__ import annotations
 import io
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from energymargin import tasks
 from energymargin._core import Problem
-from energymargin.act.surrogates.facts import Facts, common_facts, facts_of, is_same
-from energymargin.act.surrogates.features import FeaturesOf, Layout
-from energymargin.act.surrogates.fitting import fitted
-from energymargin.act.surrogates.model import Estimates, Model, unmirrored
-from energymargin.act.surrogates.quality import Quality, quality_of
+from energymargin.act.surrogates.model import Estimates, Model, Quality
 from energymargin.base.checks import numbers_of, seed_number, share, shown
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.replacing import replaced
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
+from energymargin.model.facts import Facts, facts_of, same
+from energymargin.model.scenes.features import FeaturesOf, Layout, Vector
 from energymargin.records.datasets import Dataset
+from energymargin.records.evaluation.labelled import HORIZON, compared_states
 from energymargin.records.store import Run
 
-Vector = NDArray[np.float64]
-
 KEPT = ("metric", "names", "given", "coverage", "source", "facts")  # as JSON
-FORMAT, VERSION = "energymargin-surrogate", 1
-TIME = "time"
-PROBABILITY = "probability"
-HORIZON = 2  # frames of the labels of the test, of scores without a horizon
+VERSION = 2
 SOURCE = ("task", "parameters", "settings", "digest")  # of a run
 SAMPLE = 60  # states whose problems tell what never changes
 
@@ -62,14 +56,17 @@ class Surrogate(Record, Summarized):
     algorithm."""
     facts: Facts = field(repr=False)
     """What all problems have in common that it learned from."""
-    quality: Quality
-    """How good it is on trajectories that it did not learn from."""
     layout: Layout = field(repr=False)
-    """Which numbers of a state are whose."""
+    """Where the numbers of bodies and joints stand in a state."""
     model: Model = field(repr=False)
-    """What was fitted."""
+    """Its trees, and what it learned from."""
     features_of: FeaturesOf = field(repr=False)
     """A function of states, shape (N, n), that returns their features."""
+
+    @cached_property
+    def quality(self) -> Quality:
+        """How good it is on trajectories that it did not learn from."""
+        return self.model.quality()
 
     @staticmethod
     def learn(
@@ -79,7 +76,6 @@ class Surrogate(Record, Summarized):
         *,
         features: tuple[FeaturesOf, Sequence[str]] | None = None,
         monotone: Mapping[str, int] | None = None,
-        mirrored: Sequence[str] | None = None,
         coverage: float = 0.9,
         seed: int = 0,
     ) -> Surrogate:
@@ -93,181 +89,119 @@ class Surrogate(Record, Summarized):
                 F), and their F names. By default those of the scene's Layout.
             monotone: by name 1, the score never falls with it, or -1, it never rises. By default
                 what the task says: its attribute `monotone`.
-            mirrored: names of features that change their signs together without a change of the
-                score. By default what the task says: its attribute `mirrored`.
             coverage: of the intervals, below 1.
             seed: of the choice of trajectories. The same seed gives the same bits.
 
-        Of ten trajectories five grow the trees, one calibrates them, two say how wide the intervals
-        are, and two are the test, for `quality`. Scores that are missing or infinite are left out.
-        Raises ValueError on another dataset, on fewer than 50 trajectories with scores, and on
-        names that are not there.
+        Of ten trajectories six grow the trees, two say how wide the intervals are, and two are the
+        test, for `quality`. Scores that are missing or infinite are left out. Raises ValueError on
+        another dataset, on fewer than 50 trajectories with scores, and on names that are not there.
         """
         share("coverage", coverage)
         if why := run.why_not_of(dataset, "dataset", str(run.store.path)):
             raise ValueError(why)
         if not run.up_to_date:
-            raise ValueError(
-                f"run has scores of algorithm {run.algorithm}, expected those of {algorithm()}, "
-                "which this energymargin gives: score the dataset again"
-            )
+            of = f"algorithm {run.algorithm}, expected {algorithm()}"
+            raise ValueError(f"run has scores of {of}: score the dataset again")
         labelled = run.labelled_scores()
-        metric = metric or next(m for m in (PROBABILITY, *run.metrics) if m in run.metrics)
-        if metric not in labelled.scores:
-            raise ValueError(f"metric is {metric!r}, expected one of {', '.join(run.metrics)}")
+        metric = metric or ("probability" if "probability" in run.metrics else run.metrics[0])
+        frames = HORIZON if run.future is None else run.future.frames
+        compared = compared_states(labelled, metric, frames, among="captured")
         scores = labelled.scores[metric]
+        labels = np.full(len(scores), np.nan)
+        labels[compared.number] = compared.labels
         known = np.flatnonzero(np.isfinite(scores))
         sample = known[:: len(known) // SAMPLE + 1].tolist()
-        problems = dataset.problems(sample, future=run.future)
-        if not problems:
+        if not (problems := dataset.problems(sample, future=run.future)):
             raise ValueError(f"run has no finite score of {metric!r}, expected some")
         layout = Layout.of(problems[0].scene)
         features_of, own = features or (layout.features, layout.names)
         states, params = _inputs(dataset, timed=getattr(run.future, "plan", None) == "script")
         names = (*own, *params)
-        task = tasks.make(dataset.task, **dataset.parameters)
-        signs = getattr(task, "monotone", {}) if monotone is None else monotone
-        flipped = getattr(task, "mirrored", ()) if mirrored is None else mirrored
-        if unknown := [name for name in (*signs, *flipped) if name not in names]:
-            raise ValueError(f"{unknown[0]!r} is no feature, expected one of {', '.join(names)}")
+        if monotone is None:
+            monotone = getattr(tasks.make(dataset.task, **dataset.parameters), "monotone", {})
+        if unknown := monotone.keys() - set(names):
+            raise ValueError(f"{min(unknown)!r} is no feature, expected one of {', '.join(names)}")
         table = _table(features_of, states, names, params)
-        model, is_test = fitted(
-            table[known],
-            scores[known],
-            labelled.trajectory[known],
-            bounded=is_likelihood(metric),
-            monotone=[signs.get(name, 0) for name in names],
-            mirrored=[names.index(name) for name in flipped],
-            coverage=coverage,
-            seed=seed_number(seed),
-        )
-        held = np.full(len(scores), np.nan)
-        held[known[is_test]] = model.value(unmirrored(table[known[is_test]], model.mirrored))
-        low, high = model.interval(held)
-        return Surrogate(
-            metric=metric,
-            names=names,
-            given=tuple(params),
-            coverage=coverage,
-            source={
-                **{name: getattr(run, name) for name in SOURCE},
-                "future": str(run.future),
-                "belief": str(run.sampling),
-                "algorithm": algorithm(),
-            },
-            facts=common_facts(problems),
-            quality=quality_of(
-                labelled,
-                metric,
-                values=held,
-                inside=(low <= scores) & (scores <= high),
-                refused=model(table).refused,
-                frames=HORIZON if run.future is None else run.future.frames,
-            ),
-            layout=layout,
-            model=model,
-            features_of=features_of,
-        )
+        signs = np.array([monotone.get(name, 0) for name in names])
+        limits = np.array([0, 1] if is_likelihood(metric) else [-np.inf, np.inf])
+        arrays = (table[known], scores[known], labelled.trajectory[known], labels[known])
+        model = Model(*arrays, limits, signs, coverage, seed_number(seed))
+        source = {name: getattr(run, name) for name in SOURCE}
+        source |= {"future": str(run.future), "belief": str(run.sampling), "algorithm": algorithm()}
+        facts = reduce(same, map(facts_of, problems))
+        about = (metric, names, tuple(params), coverage, source, facts)
+        return Surrogate(*about, layout, model, features_of)
 
     def __call__(
         self, states: ArrayLike, *, params: Mapping[str, ArrayLike] | None = None, **given: Any
     ) -> Estimates:
-        """Of states, shape (N, n), or of one, shape (n,).
+        """Estimates of states, shape (N, n), or of one, shape (n,).
 
         `params`: those of the trajectory that are among `given`, one number each or one a state,
         shape (N,); others are ignored. `time` [s], as a keyword, is that of the state in its
         trajectory. Raises ValueError if one that is needed is missing, and on other shapes.
         """
-        own = numbers_of("states", states)
-        if own.ndim not in (1, 2) or own.shape[-1] != self.layout.dimension:
-            n = self.layout.dimension
-            raise ValueError(f"states has shape {own.shape}, expected (N, {n}) or ({n},)")
-        if not np.isfinite(own).all():
-            raise ValueError(
-                "states has numbers that are not finite, expected poses and velocities"
-            )
-        whole = np.atleast_2d(own)
-        known = {**(params or {}), **given}
+        n, known = self.layout.dimension, {**(params or {}), **given}
+        shape = (*np.shape(states)[:-1], n)[-2:]
+        expected = f"finite numbers, shape (N, {n}) or ({n},)"
+        whole = np.atleast_2d(numbers_of("states", states, expected, shape))
         columns = {}
         for name in self.given:
             if name not in known:
-                way = "time=..." if name == TIME else "params=trajectory.params"
+                way = "time=..." if name == "time" else "params=trajectory.params"
                 raise ValueError(f"{name} is missing, which the score depends on: give {way}")
-            column = numbers_of(name, known[name])
-            if column.shape not in ((), (len(whole),)):
-                raise ValueError(f"{name} has shape {column.shape}, expected () or {(len(whole),)}")
-            columns[name] = np.broadcast_to(column, len(whole))
+            one = np.ndim(known[name]) == 0
+            column = np.repeat(known[name], len(whole)) if one else known[name]
+            columns[name] = numbers_of(name, column, f"one number, or {len(whole)}", (len(whole),))
         found = self.model(_table(self.features_of, whole, self.names, columns))
-        if own.ndim == 2:
-            return found
-        return Estimates(*(getattr(found, f.name)[0] for f in fields(found)))
+        return found if len(shape) == 2 else Estimates(*(each[0] for each in vars(found).values()))
 
     def require(self, problem: Problem) -> None:
         """Raises ValueError unless a problem is of the scene, sets, bounds and horizon that it
         learned from; what differed between them may be anything."""
-        own = facts_of(problem)
-        for name, value in self.facts.items():
-            if not is_same(own.get(name), value):
-                raise ValueError(
-                    f"problem has {name} = {shown(own.get(name))}, but the surrogate learned from "
-                    f"problems with {shown(value)}: learn one for this scene"
-                )
+        facts = facts_of(problem)
+        for name in self.facts.keys() - same(self.facts, facts).keys():
+            raise ValueError(
+                f"problem has {name} = {shown(facts.get(name))}, but the surrogate learned from "
+                f"problems with {shown(self.facts[name])}: learn one for this scene"
+            )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the file, in one go, of numpy's .npz. Raises OSError if it cannot be written."""
-        about = {"format": FORMAT, "version": VERSION, **{n: getattr(self, n) for n in KEPT}}
-        about |= {"quality": asdict(self.quality), "layout": asdict(self.layout)}
-        text = np.array(json.dumps(about))
-        written: dict[str, Any] = {"text": text, **self.model.arrays()}
+        """Writes the file, in one go, of numpy's .npz: what it learned from. Raises OSError if it
+        cannot be written."""
+        about = {name: getattr(self, name) for name in KEPT} | {"layout": asdict(self.layout)}
+        arrays: dict[str, Any] = asdict(self.model)
         with replaced(Path(path)) as file, file.open("wb") as opened:
-            np.savez(opened, **written)
+            np.savez(opened, text=json.dumps(about | {"version": VERSION}), **arrays)
 
     @staticmethod
     def load(path: str | os.PathLike[str], *, features: FeaturesOf | None = None) -> Surrogate:
-        """The surrogate in a file.
+        """The surrogate in a file, whose trees grow again from what it learned from.
 
         `features`: the function of one that learned with features of its own. Raises ValueError on
         another file, on one of another version, or whose scores this energymargin no longer gives,
         and if that function is missing; OSError if it cannot be read.
         """
         content = io.BytesIO(Path(path).read_bytes())
-        with _damage_in_words(path), np.load(content, allow_pickle=False) as file:
-            arrays = dict(file)
+        try:
+            with np.load(content, allow_pickle=False) as file:
+                arrays = dict(file)
             about = json.loads(str(arrays.pop("text")))
-            kind, version = about.pop("format"), about.pop("version")
-            learned = about["source"]["algorithm"] if kind == FORMAT else ""
-        if (kind, version) != (FORMAT, VERSION):
-            raise ValueError(
-                f"{path} is {shown(kind)}, version {shown(version)}, expected {FORMAT!r}, version "
-                f"{VERSION}: learn again"
-            )
-        if learned != algorithm():
-            raise ValueError(
-                f"{path} learned from scores of algorithm {learned}, and this energymargin "
-                f"gives those of {algorithm()}: score the dataset and learn again"
-            )
-        with _damage_in_words(path):
-            layout, quality = Layout(**about.pop("layout")), Quality(**about.pop("quality"))
+            if (version := about.pop("version")) != VERSION:
+                raise ValueError(f"it has version {version}, expected {VERSION}: learn it again")
+            if (learned := about["source"]["algorithm"]) != algorithm():
+                of = f"algorithm {learned}, expected {algorithm()}"
+                raise ValueError(f"its scores are of {of}: score the dataset and learn again")
             about |= {name: tuple(about[name]) for name in ("names", "given")}
-            own = layout.names
-            model = Model(**arrays)
-            model(np.zeros((1, len(about["names"]))))  # so all its arrays belong together
-        if features is None and about["names"] != (*own, *about["given"]):
-            raise ValueError(f"{path} has features of its own: give load(..., features=FUNCTION)")
-        parts: dict[str, Any] = {"layout": layout, "quality": quality, "model": model}
-        with _damage_in_words(path):
-            return Surrogate(**about, **parts, features_of=features or layout.features)
-
-
-@contextmanager
-def _damage_in_words(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Turns whatever numpy, zipfile and wrong fields raise into a ValueError that names the
-    file."""
-    try:
-        yield
-    except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"{path} is no surrogate, or damaged: {text}") from error
+            about |= {"layout": (layout := Layout(**about["layout"])), "model": Model(**arrays)}
+            made = Surrogate(**about, features_of=features or layout.features)
+            _ = made.model(np.zeros((1, len(made.names)))), made.quality  # all fits together
+            if features is None and made.names != (*layout.names, *made.given):
+                raise ValueError("it has features of its own: give load(..., features=FUNCTION)")
+            return made
+        except Exception as error:  # of numpy, zipfile, scikit-learn, and of wrong fields
+            text = " ".join(str(error).split()) or type(error).__name__
+            raise ValueError(f"{path} is no surrogate that can be used: {text}") from error
 
 
 def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]]:
@@ -276,7 +210,7 @@ def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]
     for each in dataset.trajectories:
         states.append(np.asarray(each.states))
         own = {name: np.full(len(each), value) for name, value in each.params.items()}
-        columns.append(own | ({TIME: np.asarray(each.times)} if timed else {}))
+        columns.append(own | ({"time": np.asarray(each.times)} if timed else {}))
     params = {name: np.concatenate([one[name] for one in columns]) for name in columns[0]}
     return np.concatenate(states), {n: v for n, v in params.items() if np.ptp(v) > 0}
 
