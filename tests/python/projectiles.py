@@ -25,8 +25,7 @@ from energymargin._core import (
     Scene,
     World,
 )
-from energymargin.model.outlines import body_poses
-from energymargin.model.scenes.corners import shape_parts
+from energymargin.scenes import body_poses, shape_parts
 from energymargin_paper.evidence.cages import (
     GRAVITY,
     OBJECTS,

@@ -204,7 +204,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         from matplotlib.figure import Figure
 
         from energymargin.look.plots import plot_state
-        from energymargin.model.outlines import view_of
+        from energymargin.look.outlines import view_of
 
         if self._seen is None:
             self._seen = self._driven(self.start, self._script, self.task.steps)

@@ -14,9 +14,9 @@ from energymargin._core import Scene
 from energymargin.base.checks import check_type, whole_number
 from energymargin.grasps.scores import GraspScores, grasp_of
 from energymargin.grasps.trials import NO_GRIP, Closed
+from energymargin.look.outlines import Plan, view_of
 from energymargin.look.plots.scenes import draw_bodies, set_plane
 from energymargin.look.plots.styles import LOST_COLOR, axes_or_new, draw_legend, folded, light_grid
-from energymargin.model.outlines import Plan, view_of
 
 KINDS = {  # by label: words, colour, marker
     "held": ("recorded as held", "#0072B2", "o"),

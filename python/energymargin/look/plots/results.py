@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.base.checks import not_negative_number, yes_or_no
 from energymargin.evaluate.futures import Undisturbed, undisturbed
+from energymargin.look.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.look.plots.scenes import draw_ghost, leaving_objects
 from energymargin.look.plots.states import AROUND, plot_state, state_legend
 from energymargin.look.plots.styles import (
@@ -25,7 +26,6 @@ from energymargin.look.plots.styles import (
     draw_legend,
     nodes_in_words,
 )
-from energymargin.model.outlines import Limits, Plan, object_centers, plane_for, view_of
 
 CURVE_SIZE, FUTURE_SIZE = (6.0, 3.6), (6.0, 4.5)  # inch
 FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}

@@ -14,8 +14,7 @@ from scipy.ndimage import gaussian_filter
 
 from energymargin._core import Plane, Problem, Scene
 from energymargin.evaluate.futures import Undisturbed
-from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR
-from energymargin.model.outlines import (
+from energymargin.look.outlines import (
     Limits,
     Plan,
     axis_numbers,
@@ -24,6 +23,7 @@ from energymargin.model.outlines import (
     placed,
     spring_ends,
 )
+from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.regions import Region
 
 Floats = NDArray[np.float64]

@@ -20,6 +20,7 @@ from energymargin.base.checks import (
     whole_number,
     yes_or_no,
 )
+from energymargin.look.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.look.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
 from energymargin.look.plots.styles import (
     BODY_COLORS,
@@ -43,7 +44,6 @@ from energymargin.look.plots.trees import (
     in_view,
     most_cost,
 )
-from energymargin.model.outlines import Limits, Plan, object_centers, plane_for, view_of
 
 AROUND = 0.25  # of the view's longer side, around what moves
 WIDTH = 6.0  # inch, of a figure made here

@@ -214,7 +214,7 @@ def rendered(name: str, page: Mapping[str, Any]) -> str:
     """A page as HTML, by a template of this package that fills base.html. Whatever comes from files
     is escaped by it."""
     environment = Environment(
-        loader=PackageLoader("energymargin", "report"),
+        loader=PackageLoader("energymargin.look", "report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -21,10 +21,10 @@ from energymargin._core import CaptureProbability, ForceScore, Problem
 from energymargin.base.metrics import with_unit
 from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
 from energymargin.look import plots
+from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
 from energymargin.look.report.subject import Data, Subject, view_command
 from energymargin.model.beliefs.uncertainty import Sampling
-from energymargin.model.outlines import Plan
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation.curves import CAPTURED, Wrongness
 from energymargin.tasks.base import plane_of

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from trimesh.exchange.gltf import export_glb
 
 from energymargin._core import Body, Plane, Scene
+from energymargin.look.outlines import Pose, body_poses, spring_ends
 from energymargin.look.plots.styles import BODY_COLORS
-from energymargin.model.outlines import Pose, body_poses, spring_ends
 from energymargin.model.scenes.corners import shape_parts
 
 Floats = NDArray[np.float64]

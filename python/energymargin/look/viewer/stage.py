@@ -20,6 +20,7 @@ from skimage.measure import marching_cubes
 
 from energymargin._core import Plane, Problem, Scene
 from energymargin.evaluate.futures import Undisturbed
+from energymargin.look.outlines import AXES, object_centers, seen_corners
 from energymargin.look.plots.scenes import inside_at, sets_of
 from energymargin.look.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.look.viewer.bodies import DrawnBodies, Layer, add_surface, draw_ghosts
@@ -32,7 +33,6 @@ from energymargin.look.viewer.trees import (
     draw_nodes,
     draw_path,
 )
-from energymargin.model.outlines import AXES, object_centers, seen_corners
 from energymargin.regions import Region
 
 UNDISTURBED = "undisturbed path"

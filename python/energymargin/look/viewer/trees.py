@@ -18,11 +18,11 @@ from trimesh.exchange.gltf import export_glb
 
 from energymargin._core import Problem
 from energymargin.evaluate.futures import Undisturbed
+from energymargin.look.outlines import object_centers
 from energymargin.look.plots.scenes import leaving_objects
 from energymargin.look.plots.styles import COSTS, LOST_COLOR
 from energymargin.look.viewer.bodies import Layer, add_lines, linear, rgb
 from energymargin.look.viewer.search import Scored
-from energymargin.model.outlines import object_centers
 
 Floats = NDArray[np.float64]
 

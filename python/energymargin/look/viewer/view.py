@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
+
+import rich
+import viser
 
 from energymargin._core import Problem
 from energymargin.act.profile import MarginProfile
 from energymargin.base.checks import whole_number
 from energymargin.base.closing import Closing
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.look.viewer.guard import HOST, Guard, guarded_server, silent
 from energymargin.look.viewer.page import Page
 from energymargin.look.viewer.sources import (
     FrameScores,
@@ -24,21 +27,24 @@ from energymargin.look.viewer.sources import (
 )
 from energymargin.records.datasets import Dataset, Future
 
+HOST, PORT = "127.0.0.1", 8080  # only this machine reaches it
+
+
+class Server(viser.ViserServer):
+    """A server that no browser can ask for a public tunnel."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Refuses it."""
+
 
 class Viewer(Closing):
-    """A page that is served until `close`; browsers may come and go."""
+    """A page that is served to this machine until `close`; browsers may come and go."""
 
-    def __init__(self, source: StateSource, host: str, port: int | None, **options: Any) -> None:
-        """Serves it; `options` are those of Page."""
-        self.host, self._source, self._closed = host, source, False
-        guard = Guard(host)
-        self._token = guard.token
-        try:
-            with silent():
-                self._server = guarded_server(host, port, guard)
-        except (ValueError, RuntimeError):
-            source.close()
-            raise
+    def __init__(self, source: StateSource, port: int = PORT, **options: Any) -> None:
+        """Serves it at the port or the first free one behind it; `options` are those of Page."""
+        self._source, self._closed = source, False
+        with _silent():
+            self._server = Server(HOST, port, verbose=False)
         self.port = self._server.get_port()
         try:
             self.page = Page(self._server, source, **options)
@@ -48,9 +54,8 @@ class Viewer(Closing):
 
     @property
     def url(self) -> str:
-        """Where a browser of this machine finds it: with the token that it needs."""
-        host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
-        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/{self._token}/"
+        """Where a browser of this machine finds it."""
+        return f"http://{HOST}:{self.port}/"
 
     def close(self) -> None:
         """Ends its searches, and no longer serves it."""
@@ -59,7 +64,7 @@ class Viewer(Closing):
         self._stop()
 
     def _stop(self) -> None:
-        with silent():
+        with _silent():
             self._server.stop()
         self._source.close()
 
@@ -84,15 +89,14 @@ def view(
     future: Future | None = None,
     scores: str | os.PathLike[str] | None = None,
     run: int | None = None,
-    host: str = HOST,
-    port: int | None = None,
+    port: int = PORT,
     progress: Callable[[int, int], None] | None = None,
 ) -> Viewer:
     """Serves a page that shows a problem, a dataset, the file of one, a task, or a margin along a
     plan.
 
     `viewer.page.score()` scores the frame that is shown, as the button of the page does. Only
-    who has the whole address, with its token, can use the page.
+    this machine reaches the page; all who can use the machine can use it.
 
     Args:
         what: a problem, a dataset, a path to the file of one, the name of a task, of which
@@ -112,18 +116,17 @@ def view(
             about each state as it is.
         scores: a file of scores of the dataset, to compare with.
         run: which of its runs, if there are several.
-        host: the address to serve at. Other machines reach the page only at an address that they
-            know, or "0.0.0.0".
-        port: None takes a free one.
+        port: where it is served; if it is taken, at the next one that is free.
         progress: progress(done, total) counts the trajectories of a task that are generated.
 
     Returns:
         The viewer, which serves the page until `close`.
 
     Raises:
-        ValueError: on bad input, or a port that is taken.
+        ValueError: on bad input.
         OSError: on files that cannot be read.
     """
+    whole_number("port", port, 1, 65535)
     if run is not None and scores is None:
         raise ValueError(f"run is {run}, but there are no scores that it is of")
     for name, number in {"trajectory": trajectory, "frame": frame}.items():
@@ -140,7 +143,18 @@ def view(
         source.close()
         raise
     start = {"trajectory": trajectory, "frame": frame}
-    return Viewer(source, host, port, stored=stored, settings=settings, **start)
+    return Viewer(source, port, stored=stored, settings=settings, **start)
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Silences viser, which prints where it serves and when it stops and has no option for it."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before
 
 
 def _scores_of(
