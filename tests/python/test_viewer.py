@@ -479,13 +479,13 @@ def test_the_sets_of_another_frame_are_not_shown_while_those_of_this_one_are_com
         page.wait()
         sets = ("/capture_set/surface", "/success_set/surface")
         assert all(drawn(viewer, path) for path in sets)
-        monkeypatch.setattr(page._sets_later, "run", later.append)
+        monkeypatch.setattr(page._sets_later, "start", later.append)
         page._panel.frame.value = 2
         end = time.monotonic() + 30
         while not later and time.monotonic() < end:
             time.sleep(0.01)
         assert not any(drawn(viewer, path) for path in sets)
-        later[-1]()
+        later[-1](em.Cancel())
         assert all(drawn(viewer, path) for path in sets)
 
 

@@ -12,13 +12,12 @@ from itertools import combinations, product
 from typing import Any
 from xml.etree import ElementTree as xml
 
+import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin._core import Scene
+from energymargin import Scene
 from energymargin.base.checks import positive_number
-from energymargin.model.scenes.additions import base_of
-from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.mjcf_bodies import Bodies, add, rigid
 
 START = "start"  # the keyframe's name
@@ -87,9 +86,9 @@ def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None
     """The `mujoco.MjModel` of a scene, from `to_mjcf`.
 
     `mujoco.mj_resetDataKeyframe(model, data, 0)` puts an MjData to the state. Raises ValueError as
-    `to_mjcf`, and on what MuJoCo refuses; ImportError without the extra `mujoco`.
+    `to_mjcf`, and on what MuJoCo refuses.
     """
-    return engine().MjModel.from_xml_string(to_mjcf(scene, state, step=step))
+    return mujoco.MjModel.from_xml_string(to_mjcf(scene, state, step=step))
 
 
 def _add_springs(scene: Scene, bodies: Bodies, tendons: xml.Element) -> None:
@@ -108,9 +107,14 @@ def _add_contacts(scene: Scene, bodies: Bodies, contacts: xml.Element, step: flo
     apart |= {frozenset((joint.parent, joint.child)) for joint in scene.joints}
     carriers = {joint.child: joint.parent for joint in scene.joints if rigid(joint)}
     fixed = {body.name for body in scene.bodies if body.fixed}
-    # What each body is one with; all that is fixed is one.
-    tops = {body.name: base_of(body.name, carriers) for body in scene.bodies}
-    bases = {name: "" if top in fixed else top for name, top in tops.items()}
+
+    def base_of(name: str) -> str:
+        """What a body is one with; all that is fixed is one."""
+        while name in carriers:
+            name = carriers[name]
+        return "" if name in fixed else name
+
+    bases = {body.name: base_of(body.name) for body in scene.bodies}
     for a, b in combinations(bases, 2):
         if frozenset((a, b)) in apart or bases[a] == bases[b]:
             continue

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import (
+from energymargin import (
     Body,
     Box,
     Compound,
@@ -30,11 +30,11 @@ from energymargin._core import (
     Tendon,
     mass_properties,
 )
-from energymargin.model.scenes.mjcf_model import CENTRAL
 
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before
 ALONG = 1 - 1e-9  # cosine between an edge and the axis that is locked
+CENTRAL = 1e-6  # m; a centre of mass so near to a frame's origin is there
 UNLIMITED = 1e6  # [rad] or [m], of one end that has no limit
 EQUALITY_STEPS = 2  # time constant of a mimic, the shortest that MuJoCo has
 

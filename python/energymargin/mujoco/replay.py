@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Cancel, Cancelled, EscapeEffort, Problem, Region, Scene, World
+from energymargin import Cancel, Cancelled, EscapeEffort, Problem, Scene, World
 from energymargin.base.checks import one_of, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.simulation import Instant, Simulation, Ticks
 from energymargin.mujoco.states import Names, servos
+from energymargin.regions import Region
 
 Vector = NDArray[np.float64]
 
@@ -136,7 +137,7 @@ def _require_targets(problem: Problem, model: Any, data: Any) -> None:
     """Raises ValueError unless the controls ask for the scene's targets, or a plan has others."""
     planned = problem.plan.targets if problem.plan else {}
     for name, servo in servos(Names(problem.scene, model), model).items():
-        asked, target = float(data.ctrl[servo.address]), servo.joint.target
+        asked, target = float(data.ctrl[servo.actuator.address]), servo.joint.target
         if name not in planned and abs(asked - servo.control(target)) > SAME:
             raise ValueError(
                 f"data has the control {asked:.6g} for joint {name!r}, expected "

@@ -283,7 +283,8 @@ def _motion(file: Path, options: Mapping[str, Any]) -> float:
         return np.nan
     for name, servo in servos(Names(made, model), model).items():
         if name in aims:
-            data.ctrl[servo.address] = np.clip(servo.control(aims[name]), servo.low, servo.high)
+            of = servo.actuator
+            data.ctrl[of.address] = np.clip(servo.control(aims[name]), of.low, of.high)
     scene = from_mjcf(model, data=data, **given)
     state = World(scene).simulate(em_state(scene, model, data), round(1 / scene.step)).states[-1]
     while data.time < 1 - STEP / 2:

@@ -18,12 +18,12 @@ from energymargin.look.outlines import (
     Limits,
     Plan,
     axis_numbers,
-    body_poses,
     outlines_of,
     placed,
     spring_ends,
 )
 from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR
+from energymargin.model.scenes import body_poses
 from energymargin.regions import Region
 
 Floats = NDArray[np.float64]

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from energymargin.base.checks import check_type
 from energymargin.base.interrupts import remembered_interrupts
 from energymargin.base.replacing import replaced
-from energymargin.base.summary import summary
-from energymargin.evaluate.searches import algorithm
-from energymargin.grasps.scores import GraspScores
+from energymargin.grasps import GraspScores
 from energymargin.look.plots.grasps import figure_grasp, plot_grasps
 from energymargin.look.report.page import Progress, check_suffix, rendered
 from energymargin.look.report.pictures import svg
 from energymargin.look.report.worst import png
+from energymargin.searches import algorithm
+from energymargin.summary import summary
 
 SIZE = (10.0, 4.0)  # inch, of the probabilities by rank
 MOST_ROWS = 2000  # of the table of all grasps

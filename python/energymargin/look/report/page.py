@@ -16,7 +16,7 @@ from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
-from energymargin.base.summary import Summary, summary
+from energymargin.evaluation import Evaluation, evaluate
 from energymargin.look.report.pictures import along, curves, distributions
 from energymargin.look.report.subject import (
     Data,
@@ -27,11 +27,11 @@ from energymargin.look.report.subject import (
     view_command,
 )
 from energymargin.look.report.worst import worst
-from energymargin.records.evaluation import Evaluation, evaluate
 from energymargin.records.evaluation.bootstrap import DRAWS
 from energymargin.records.evaluation.curves import by_trajectory, target_name, wrongness
 from energymargin.records.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.records.evaluation.table import tables_of
+from energymargin.summary import Summary, summary
 
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there

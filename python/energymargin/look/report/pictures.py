@@ -13,10 +13,10 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from energymargin.evaluation import LabelledScores
 from energymargin.look.plots.curves import plot_distribution, plot_precision_recall, plot_roc
 from energymargin.look.plots.trajectories import figure_scores, trajectory_scores
 from energymargin.look.report.subject import Data, Subject
-from energymargin.records.evaluation import LabelledScores
 from energymargin.records.evaluation.curves import TARGETS, Wrongness, metrics_against, target_name
 
 WORST, OTHERS, ALL = "Most wrong first", "A sample of the others", "The others"

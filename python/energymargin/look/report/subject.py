@@ -14,19 +14,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin import datasets
 from energymargin.base.closing import Closing
 from energymargin.base.metrics import ANY, METRICS, TIMED, USUAL
 from energymargin.base.reprs import Record
 from energymargin.base.settings import flag_of
-from energymargin.base.summary import Summary, summary
-from energymargin.evaluate.searches import SearchSettings, algorithm
+from energymargin.datasets import Dataset, Future
+from energymargin.evaluation import LabelledScores
 from energymargin.look.plots.trajectories import BAND
-from energymargin.records import datasets
-from energymargin.records.datasets import Dataset, Future
-from energymargin.records.evaluation import LabelledScores
 from energymargin.records.evaluation.labelled import FORCE
-from energymargin.records.store import ScoreStore
-from energymargin.records.store.run import Run
+from energymargin.searches import SearchSettings, algorithm
+from energymargin.store import Run, ScoreStore
+from energymargin.summary import Summary, summary
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 

@@ -16,17 +16,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from energymargin import tasks
-from energymargin._core import CaptureProbability, ForceScore, Problem
+from energymargin import CaptureProbability, ForceScore, Problem, tasks
 from energymargin.base.metrics import with_unit
-from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
+from energymargin.datasets import Dataset, Future
 from energymargin.look import plots
 from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
 from energymargin.look.report.subject import Data, Subject, view_command
 from energymargin.model.beliefs.uncertainty import Sampling
-from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation.curves import CAPTURED, Wrongness
+from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
 
 RESOLUTION = 130  # dots an inch

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from trimesh.exchange.gltf import export_glb
 
-from energymargin._core import Body, Plane, Scene
-from energymargin.look.outlines import Pose, body_poses, spring_ends
+from energymargin import Body, Plane, Scene
+from energymargin.look.outlines import Pose, spring_ends
 from energymargin.look.plots.styles import BODY_COLORS
-from energymargin.model.scenes.corners import shape_parts
+from energymargin.scenes import body_poses, shape_parts
 
 Floats = NDArray[np.float64]
 

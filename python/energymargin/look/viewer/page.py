@@ -11,10 +11,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.evaluate.futures import Undisturbed, undisturbed
-from energymargin.evaluate.searches import SearchSettings
-from energymargin.look.viewer.background import Debounced, Player, WorkThread, set_value, value_of
+import energymargin as em
+from energymargin.futures import Undisturbed, undisturbed
+from energymargin.look.viewer.background import WAIT, Player, WorkThread, set_value, value_of
 from energymargin.look.viewer.panel import Panel
 from energymargin.look.viewer.search import Scored, ShareProgress, score_state, tree_cache
 from energymargin.look.viewer.sources import Frames, FrameScores, StateSource
@@ -28,6 +27,7 @@ from energymargin.look.viewer.texts import (
     score_table,
     sets_text,
 )
+from energymargin.searches import SearchSettings
 
 NOTIFICATION = 10.0  # s that one is shown
 AMBIENT = 1.3  # light from all sides, beside the lamps
@@ -54,9 +54,10 @@ class Page:
         self._settings = settings
         self._lock = threading.RLock()
         self._searching, self._cache = WorkThread(), tree_cache()
-        self._sets_later, self._nodes_later = Debounced(), Debounced()
-        self._future_later = Debounced()
-        self._closing = Cancel()
+        self._sets_later, self._nodes_later, self._future_later = later = [
+            WorkThread(WAIT) for _ in range(3)
+        ]
+        self._working = (self._searching, *later)
         self._future: Undisturbed | None = None  # of what is shown, once simulated
         self._error: Exception | None = None
         self._trajectory, self._frame = trajectory, frame
@@ -86,16 +87,16 @@ class Page:
 
     def wait(self) -> None:
         """Until nothing runs in the background; raises what a search ended with."""
-        for work in (self._searching, self._nodes_later, self._sets_later, self._future_later):
+        for work in self._working:
             work.join()
         if self._error is not None:
             raise self._error
 
     def close(self) -> None:
         """Ends what runs in the background."""
-        self._closing.set()
-        later = (self._nodes_later, self._sets_later, self._future_later)
-        for work in (*self._players, self._searching, *later):
+        for player in self._players:
+            player.close()
+        for work in self._working:
             work.close()
 
     # What is shown
@@ -107,11 +108,11 @@ class Page:
         self._show_future(None)
         self._show_scored()
         self._stage.clear_sets()
-        self._sets_later.run(self._draw_sets)
+        self._sets_later.start(self._draw_sets)
         if self._problem.horizon is not None:
-            self._future_later.run(self._simulate_future)
+            self._future_later.start(self._simulate_future)
 
-    def _draw_sets(self) -> None:
+    def _draw_sets(self, _: em.Cancel) -> None:
         try:
             drawn = self._stage.draw_sets()
         except Exception as error:  # of a predicate
@@ -119,12 +120,12 @@ class Page:
         else:
             self._panel.sets.content = sets_text(self._problem, drawn)
 
-    def _simulate_future(self) -> None:
+    def _simulate_future(self, cancel: em.Cancel) -> None:
         """The undisturbed future of the problem that is shown, unless it moved on meanwhile."""
         problem, future, why = self._problem, None, ""
         try:
-            future = undisturbed(problem, self._closing)
-        except Cancelled:
+            future = undisturbed(problem, cancel)
+        except em.Cancelled:
             return
         except Exception as error:  # it diverges, or a predicate raises
             why = str(error)
@@ -194,7 +195,7 @@ class Page:
         panel.trajectory.on_update(self._then(self._choose_frame))
         panel.frame.on_update(self._then(self._choose_frame))
         show_nodes = self._then(self._show_nodes)
-        panel.nodes.on_update(lambda event: self._nodes_later.run(lambda: show_nodes(event)))
+        panel.nodes.on_update(lambda _: self._nodes_later.start(show_nodes))
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
         panel.score_all.on_click(lambda _: self._start())
@@ -278,7 +279,7 @@ class Page:
                 rollouts=int(value_of(self._panel.rollouts)),
             )
 
-        def work(cancel: Cancel) -> None:
+        def work(cancel: em.Cancel) -> None:
             self._error = None
             self._panel.searching(True)
             try:
@@ -322,7 +323,7 @@ class Page:
             elif trajectory == self._trajectory:
                 self._show_scores()
 
-    def _problem_of(self, frames: Frames, frame: int) -> Problem | None:
+    def _problem_of(self, frames: Frames, frame: int) -> em.Problem | None:
         """None, and a notification, if the state makes none."""
         try:
             return frames.problem(frame)

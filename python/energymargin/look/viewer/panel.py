@@ -11,13 +11,13 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
-from energymargin._core import Problem
-from energymargin.evaluate.searches import SearchSettings
+from energymargin import Problem
 from energymargin.look.viewer.background import STOP, Player, set_value, value_of
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sources import EFFORT, Frames, StateSource
 from energymargin.look.viewer.stage import SHOWN, UNDISTURBED
 from energymargin.look.viewer.texts import plain
+from energymargin.searches import SearchSettings
 
 BAND = "#56B4E9"
 # Scores along a trajectory; the second are those of problems with a horizon. Of an interval's ends

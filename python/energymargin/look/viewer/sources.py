@@ -5,24 +5,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import tasks as registry
-from energymargin._core import Problem
-from energymargin.act.profile import MarginProfile
-from energymargin.act.trials import Disturbance
+from energymargin import MarginProfile, Problem, datasets, tasks as registry
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record
-from energymargin.evaluate.searches import SETTINGS
-from energymargin.records import datasets
-from energymargin.records.datasets import Dataset, Future
-from energymargin.records.store import ScoreStore
+from energymargin.datasets import Dataset, Future
+from energymargin.searches import SearchSettings
+from energymargin.store import ScoreStore
 
 PROBLEM, DATASET = ".json", ".h5"
 Progress = Callable[[int, int], None]
@@ -55,7 +51,7 @@ class Frames(Record):
     success: bool | None = None
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
-    disturbance: Disturbance | None = None
+    disturbance: Any = None
     """Disturbance of their probabilities; None: that of the settings."""
 
 
@@ -67,10 +63,10 @@ class StateSource(Record):
     what: Problem | MarginProfile | Dataset
     title: str
     """What it is, in a few words."""
-    future: Future | None = None
-    """What is asked of the future of a dataset's states; None: they are asked about as they are."""
     opened: bool = False
     """Whether the dataset's file was opened for this alone."""
+    future: Future | None = None
+    """What is asked of the future of a dataset's states; None: they are asked about as they are."""
 
     @property
     def trajectories(self) -> int:
@@ -85,16 +81,10 @@ class StateSource(Record):
         if isinstance(what, Problem):
             return Frames(np.zeros(1), np.asarray(what.state)[None], lambda _: what)
         if isinstance(what, MarginProfile):
-            return Frames(
-                what.times,
-                what.states,
-                what.problems.__getitem__,
-                numbers=[0] * len(what.times),
-                captured=what.captured,
-                disturbance=what.disturbance,
-            )
-        recorded = what.trajectories[trajectory]
-        first = int(what.lengths[:trajectory].sum())
+            asked: dict[str, Any] = {"captured": what.captured, "disturbance": what.disturbance}
+            asked |= {"problem": what.problems.__getitem__, "numbers": [0] * len(what.times)}
+            return Frames(what.times, what.states, **asked)
+        recorded, first = what.trajectories[trajectory], int(what.lengths[:trajectory].sum())
         return Frames(
             recorded.times,
             recorded.states,
@@ -147,9 +137,8 @@ def source_of(
             f"nor a task: {', '.join(registry.names())}"
         )
     task = registry.make(str(what), **(parameters or {}))
-    made = datasets.generate(
-        task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
-    )
+    size: dict[str, Any] = {"trajectories": trajectories, "frames": frames}
+    made = datasets.generate(task, **size, seed=seed, progress=progress)
     return StateSource(made, f"{task.name}, seed {seed}")
 
 
@@ -162,12 +151,9 @@ def first_frame(source: StateSource, trajectory: int | None, frame: int | None) 
     problem. A frame that is given without a trajectory is the first one's.
     """
     if trajectory is None:
-        trajectory = 0
-        for number in range(min(source.trajectories, MOST) if frame is None else 0):
-            captured = source.frames(number).captured
-            if captured is not None and captured[0] and not captured[-1]:
-                trajectory = number
-                break
+        labels = (source.frames(t).captured for t in range(min(source.trajectories, MOST)))
+        lost = (t for t, own in enumerate(labels) if own is not None and own[0] and not own[-1])
+        trajectory = next(lost, 0) if frame is None else 0
     if frame is not None:
         return trajectory, frame
     if isinstance(source.what, MarginProfile):
@@ -216,10 +202,8 @@ def profile_scores(profile: MarginProfile) -> FrameScores:
     # An effort without a bound has no place in a curve.
     finite = np.where(np.isfinite(profile.efforts), profile.efforts, np.nan)
     curves = scores | {"low": profile.low, "high": profile.high, EFFORT: finite}
-    search = {
-        **{"nodes": profile.nodes, "seed": profile.seed},
-        **{"rollouts": profile.rollouts, "common_random_numbers": True},
-    }
+    search = {name: getattr(profile, name) for name in ("nodes", "seed", "rollouts")}
+    search["common_random_numbers"] = True
     there = {name: values for name, values in curves.items() if not np.isnan(values).all()}
     return FrameScores([("along the plan", scores)], there, search)
 
@@ -238,7 +222,8 @@ def stored_scores(
         lacking = chosen.why_not_of(dataset, name, str(path))
         if lacking:
             raise ValueError(lacking)
-        search = {name: chosen.settings[name] for name in SETTINGS if name in chosen.settings}
+        names = [own.name for own in fields(SearchSettings)]
+        search = {name: chosen.settings[name] for name in names if name in chosen.settings}
         title = str(chosen.settings.get("source", "stored"))
         if "nodes" in search:
             title += f", {search['nodes']:,} nodes"

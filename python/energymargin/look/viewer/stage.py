@@ -18,8 +18,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
-from energymargin._core import Plane, Problem, Scene
-from energymargin.evaluate.futures import Undisturbed
+from energymargin import Plane, Problem, Scene
+from energymargin.futures import Undisturbed
 from energymargin.look.outlines import AXES, object_centers, seen_corners
 from energymargin.look.plots.scenes import inside_at, sets_of
 from energymargin.look.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR

@@ -10,12 +10,11 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex
 
-from energymargin._core import Problem
+from energymargin import Problem
 from energymargin.base.metrics import TIMED, with_unit
-from energymargin.base.summary import Summary
 from energymargin.base.table_text import DASH
 from energymargin.disturbances import Uniform
-from energymargin.evaluate.futures import Undisturbed, future_rows, uniform_in_words
+from energymargin.futures import Undisturbed, future_rows, uniform_in_words
 from energymargin.look.plots.styles import (
     BODY_COLORS,
     CAPTURED_COLOR,
@@ -26,6 +25,7 @@ from energymargin.look.plots.styles import (
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sources import EFFORT, Frames
 from energymargin.look.viewer.trees import FUTURE_COLOR
+from energymargin.summary import Summary
 
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"

@@ -16,8 +16,8 @@ import trimesh
 from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 
-from energymargin._core import Problem
-from energymargin.evaluate.futures import Undisturbed
+from energymargin import Problem
+from energymargin.futures import Undisturbed
 from energymargin.look.outlines import object_centers
 from energymargin.look.plots.scenes import leaving_objects
 from energymargin.look.plots.styles import COSTS, LOST_COLOR

@@ -11,11 +11,10 @@ from typing import Any
 import rich
 import viser
 
-from energymargin._core import Problem
-from energymargin.act.profile import MarginProfile
+from energymargin import MarginProfile, Problem
 from energymargin.base.checks import whole_number
 from energymargin.base.closing import Closing
-from energymargin.evaluate.searches import SearchSettings
+from energymargin.datasets import Dataset, Future
 from energymargin.look.viewer.page import Page
 from energymargin.look.viewer.sources import (
     FrameScores,
@@ -25,7 +24,7 @@ from energymargin.look.viewer.sources import (
     source_of,
     stored_scores,
 )
-from energymargin.records.datasets import Dataset, Future
+from energymargin.searches import SearchSettings
 
 HOST, PORT = "127.0.0.1", 8080  # only this machine reaches it
 
