@@ -16,8 +16,18 @@ from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
-from energymargin.evaluation import Evaluation, evaluate
-from energymargin.look.report.pictures import along, curves, distributions
+from energymargin.evaluation import (
+    DRAWS,
+    HORIZON,
+    LAST_FRAMES,
+    Among,
+    Evaluation,
+    LabelledScores,
+    curves,
+    evaluate,
+    tables_of,
+)
+from energymargin.look.report.pictures import along, both_curves, distributions
 from energymargin.look.report.subject import (
     Data,
     Subject,
@@ -27,10 +37,6 @@ from energymargin.look.report.subject import (
     view_command,
 )
 from energymargin.look.report.worst import worst
-from energymargin.records.evaluation.bootstrap import DRAWS
-from energymargin.records.evaluation.curves import by_trajectory, target_name, wrongness
-from energymargin.records.evaluation.labelled import HORIZON, LAST_FRAMES
-from energymargin.records.evaluation.table import tables_of
 from energymargin.summary import Summary, summary
 
 SUFFIXES = (".html", ".htm")
@@ -134,22 +140,22 @@ def _page(
     subject: Subject, data: Data, options: Options, output: Path, tell: Progress
 ) -> dict[str, Any]:
     """Computes what the template shows, by its names there."""
-    labelled, last, future = subject.labelled, options.last, subject.run.future
-    scored = None if future is None else future.frames
-    frames = options.frames_of(int(subject.ahead.max()), scored)
+    labelled, future = subject.labelled, subject.run.future
+    frames = options.frames_of(int(subject.ahead.max()), None if future is None else future.frames)
 
-    def part(place: int) -> Callable[[int, int], None]:
-        """The progress of one of two tables."""
+    def evaluated(place: int, scores: LabelledScores, among: Among, horizons: Any) -> Evaluation:
         share = (DRAWN - READ) / 2
-        return lambda done, total: tell("AUC and AP", READ + share * (place + done / total))
+        asked: dict[str, Any] = {"among": among, "frames": horizons, "last": options.last}
+        asked |= {"draws": options.draws, "seed": options.seed}
+        asked["progress"] = lambda done, total: tell(
+            "AUC and AP", READ + share * (place + done / total)
+        )
+        return evaluate(scores, **asked)
 
-    asked: dict[str, Any] = {"draws": options.draws, "seed": options.seed, "last": last}
-    results = [
-        evaluate(scores, among=among, frames=horizons, progress=part(place), **asked)
-        for place, (scores, among, horizons) in enumerate(tables_of(labelled, subject.now))
-    ]
-    every = wrongness(labelled, frames, last)
-    wrong = by_trajectory(every, len(subject.members))
+    asked = enumerate(tables_of(labelled, subject.now))
+    results = [evaluated(place, *table) for place, table in asked]
+    every = curves.wrongness(labelled, frames, options.last)
+    wrong = curves.by_trajectory(every, len(subject.members))
     mistakes, lacking = worst(
         *(subject, data, every),
         each=options.pictures,
@@ -157,29 +163,22 @@ def _page(
     )
     return {
         "title": f"Scores of {labelled.task}",
+        "subject": subject,
+        "options": options,
         "notices": notices(subject, data, output),
-        "about": subject.about,
         "labels": summary(labelled).notes[0],
         "algorithm": subject.run.algorithm,
-        "last": last,
-        "draws": options.draws,
         "enough": ENOUGH,
-        "target": target_name(frames=frames),
+        "target": curves.target_name(frames=frames),
         "tables": list(tables(results)),
         "along": along(subject, data, wrong, options.trajectories),
-        "scored": len(subject.scored),
-        "unscored": len(wrong) - len(subject.scored),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
         "view": view_command(subject, data),
-        "curves": curves(labelled, frames, last),
+        "curves": both_curves(labelled, frames, options.last),
         "distributions": distributions(every),
-        "pictures": options.pictures,
         "mistakes": mistakes,
         "lacking": lacking,
-        "several": labelled.captured_any is not None,
         "timed": any(metric in TIMED for metric in subject.metrics),
-        "asks": future,
-        "now": subject.now is not None,
     }
 
 

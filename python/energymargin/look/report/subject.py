@@ -22,7 +22,6 @@ from energymargin.base.settings import flag_of
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
 from energymargin.look.plots.trajectories import BAND
-from energymargin.records.evaluation.labelled import FORCE
 from energymargin.searches import SearchSettings, algorithm
 from energymargin.store import Run, ScoreStore
 from energymargin.summary import Summary, summary
@@ -73,8 +72,7 @@ class Subject(Record):
     def scores(self, metric: str) -> NDArray[np.float64]:
         """Scores of a metric as it is named in tables, shape (N,): there one force score is held
         against two labels."""
-        name = FORCE if metric == FORCE + ANY else metric
-        return self.labelled.scores[name]
+        return self.labelled.scores["force" if metric == "force" + ANY else metric]
 
     @property
     def metrics(self) -> Sequence[str]:

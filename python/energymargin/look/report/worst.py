@@ -19,12 +19,11 @@ from PIL import Image
 from energymargin import CaptureProbability, ForceScore, Problem, tasks
 from energymargin.base.metrics import with_unit
 from energymargin.datasets import Dataset, Future
+from energymargin.evaluation import curves
 from energymargin.look import plots
 from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
 from energymargin.look.report.subject import Data, Subject, view_command
-from energymargin.model.beliefs.uncertainty import Sampling
-from energymargin.records.evaluation.curves import CAPTURED, Wrongness
 from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
 
@@ -58,7 +57,7 @@ class Mistakes(NamedTuple):
 def worst(
     subject: Subject,
     data: Data,
-    every: Sequence[Wrongness],
+    every: Sequence[curves.Wrongness],
     *,
     each: int,
     progress: Callable[[float], None],
@@ -87,14 +86,14 @@ def worst(
 
 
 def _card(
-    subject: Subject, data: Data, repeater: SearchRepeater | None, one: Wrongness, place: int
+    subject: Subject, data: Data, repeater: SearchRepeater | None, one: curves.Wrongness, place: int
 ) -> Card:
     """Card of a state, or of the last state of a trajectory: the score and what happened, which
     contradict each other."""
     compared = one.compared
     score, label = float(compared.scores[place]), bool(compared.labels[place])
     title = f"{one.metric} {with_unit(one.metric, score)}, but {one.words(label)}"
-    if one.target == CAPTURED:
+    if one.target == "captured":
         number = int(compared.number[place])
     else:
         number = int(subject.members[compared.trajectory[place]][-1])
@@ -114,7 +113,7 @@ def _card(
     return Card(title, f"{where}. {_why(one, place)}", images, view, why)
 
 
-def _notes(stored: float, repeated: RepeatedSearch, sampling: Sampling | None) -> str:
+def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> str:
     """What is to be known of a picture, and of the score in the file."""
     warnings = () if repeated.search is None else repeated.search.warnings
     notes = [f"{text[0].upper()}{text[1:]}." for text in warnings]
@@ -134,7 +133,7 @@ def _notes(stored: float, repeated: RepeatedSearch, sampling: Sampling | None) -
     return " ".join(notes)
 
 
-def _why(one: Wrongness, place: int) -> str:
+def _why(one: curves.Wrongness, place: int) -> str:
     label = bool(one.compared.labels[place])
     side = "below" if label else "above"
     if one.ranks.level[place]:
@@ -143,7 +142,7 @@ def _why(one: Wrongness, place: int) -> str:
     return f"Ranked {side} {100 * share:.3g} % of all with the other label."
 
 
-def _none(one: Wrongness) -> str:
+def _none(one: curves.Wrongness) -> str:
     if one.compared.of_both_kinds:
         return "it ranks none on the wrong side"
     return "there are no scores" if not len(one.compared.labels) else "all have the same label"
