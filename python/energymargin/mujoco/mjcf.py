@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin import Scene
+import energymargin as em
 from energymargin.base.checks import positive_number
 from energymargin.mujoco.mjcf_bodies import Bodies, add, rigid
 
@@ -26,7 +26,7 @@ CONTACT_STEPS = 2  # time constant of a contact; MuJoCo makes a shorter one so l
 IMPRATIO = 100  # how much stiffer friction is than contacts: at MuJoCo's own 1, what sticks creeps
 
 
-def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> str:
+def to_mjcf(scene: em.Scene, state: ArrayLike | None = None, *, step: float | None = None) -> str:
     """A scene as MJCF text.
 
     Args:
@@ -82,7 +82,7 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
     return xml.tostring(root, encoding="unicode")
 
 
-def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> Any:
+def model_of(scene: em.Scene, state: ArrayLike | None = None, *, step: float | None = None) -> Any:
     """The `mujoco.MjModel` of a scene, from `to_mjcf`.
 
     `mujoco.mj_resetDataKeyframe(model, data, 0)` puts an MjData to the state. Raises ValueError as
@@ -91,7 +91,7 @@ def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None
     return mujoco.MjModel.from_xml_string(to_mjcf(scene, state, step=step))
 
 
-def _add_springs(scene: Scene, bodies: Bodies, tendons: xml.Element) -> None:
+def _add_springs(scene: em.Scene, bodies: Bodies, tendons: xml.Element) -> None:
     for number, spring in enumerate(scene.springs):
         name = f"spring{number}"
         law = {"stiffness": spring.stiffness, "damping": spring.damping}
@@ -102,7 +102,7 @@ def _add_springs(scene: Scene, bodies: Bodies, tendons: xml.Element) -> None:
             add(tendon, "site", site=site)
 
 
-def _add_contacts(scene: Scene, bodies: Bodies, contacts: xml.Element, step: float) -> None:
+def _add_contacts(scene: em.Scene, bodies: Bodies, contacts: xml.Element, step: float) -> None:
     apart = {frozenset(pair) for pair in scene.disabled_collisions}
     apart |= {frozenset((joint.parent, joint.child)) for joint in scene.joints}
     carriers = {joint.child: joint.parent for joint in scene.joints if rigid(joint)}

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import Plan, Scene
+import energymargin as em
 from energymargin.mujoco.states import States, servos
 
 Vector = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Instant(NamedTuple):
 class Simulation:
     """A copy of some data, step by step, and the work of the wrenches on the objects so far."""
 
-    def __init__(self, scene: Scene, model: Any, data: Any, plan: Plan | None = None) -> None:
+    def __init__(self, scene: em.Scene, model: Any, data: Any, plan: em.Plan | None = None) -> None:
         """`plan` begins where the data are. Raises ValueError if the model lacks what it moves."""
         self.model, self.states, self.data = model, States(scene, model), copy(data)
         self.steps = 0
@@ -130,7 +130,7 @@ class Robot:
     its body to the wanted velocity in one step if nothing but gravity acted on it.
     """
 
-    def __init__(self, plan: Plan, model: Any, states: States) -> None:
+    def __init__(self, plan: em.Plan, model: Any, states: States) -> None:
         """Raises ValueError on a body that the model lacks, a joint without such an actuator, and a
         plan that depends on the state."""
         if plan.feedback is not None:

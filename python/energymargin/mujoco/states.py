@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import Body, Joint, Scene, Tendon
+import energymargin as em
 from energymargin.base.checks import check_shape
 from energymargin.base.plausibility import warn
 from energymargin.mujoco.mjcf_bodies import inertia_of
-from energymargin.scenes import Actuator, actuators
 
 Vector = NDArray[np.float64]
 
@@ -36,7 +35,7 @@ class States:
     """
 
     def __init__(
-        self, scene: Scene, model: Any, *, prefix: str = "", others: ArrayLike | None = None
+        self, scene: em.Scene, model: Any, *, prefix: str = "", others: ArrayLike | None = None
     ) -> None:
         """`model`: a `mujoco.MjModel`. `prefix`: of the scene's names. `others`: a state, shape
         (n,), that says where the bodies and joints are that the model does not have.
@@ -116,7 +115,7 @@ class States:
         for joint, parent, child in self.names.rigid:
             self._require(data, joint.child, child, _welded_at(data, joint, parent), FIXED)
 
-    def _write_body(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
+    def _write_body(self, data: Any, body: em.Body, number: int, now: dict[str, Any]) -> None:
         model = self._model
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         at = [*now["position"], *np.roll(now["orientation"], 1)]
@@ -131,7 +130,7 @@ class States:
             self._write_chain(data, body, number, now, joints)
 
     def _write_chain(
-        self, data: Any, body: Body, number: int, now: dict[str, Any], joints: range
+        self, data: Any, body: em.Body, number: int, now: dict[str, Any], joints: range
     ) -> None:
         """Puts a body with locked axes, or on a ball, to its pose and velocity."""
         model, kinds = self._model, mujoco.mjtJoint
@@ -173,7 +172,7 @@ class States:
             )
 
 
-def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
+def _held_at(data: Any, joint: em.Joint, parent: int, child: int) -> float:
     """Where a joint is that the model welds."""
     of_parent, of_child = _matrix(data, parent), _matrix(data, child)
     frame, axis = of_parent * Rotation.from_quat(joint.orientation), np.array(joint.axis)
@@ -185,7 +184,7 @@ def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
     return float((end - start) @ frame.apply(axis))
 
 
-def _welded_at(data: Any, joint: Joint, parent: int) -> dict[str, Any]:
+def _welded_at(data: Any, joint: em.Joint, parent: int) -> dict[str, Any]:
     """Where the scene has a body that a fixed joint holds."""
     of_parent, of_joint = _matrix(data, parent), Rotation.from_quat(joint.orientation)
     turn = of_parent * of_joint * Rotation.from_quat(joint.child_orientation).inv()
@@ -200,7 +199,7 @@ def _matrix(data: Any, body: int) -> Rotation:
 class Names:
     """The bodies and joints of a scene in a model, with their numbers there."""
 
-    def __init__(self, scene: Scene, model: Any, prefix: str = "") -> None:
+    def __init__(self, scene: em.Scene, model: Any, prefix: str = "") -> None:
         """`prefix`: of the scene's names, which the model's lack."""
         bodies, joints = (
             {prefix + (getattr(model, kind)(k).name or f"{kind}{k}"): k for k in range(count)}
@@ -243,7 +242,7 @@ class Names:
 
 
 def state(
-    scene: Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
+    scene: em.Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
 ) -> Vector:
     """The state of a scene in a `mujoco.MjData`, shape (n,), for `problem.with_state`.
 
@@ -270,7 +269,9 @@ def state(
     return states.read(own)
 
 
-def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: str = "") -> None:
+def set_state(
+    model: Any, data: Any, scene: em.Scene, state: ArrayLike, *, prefix: str = ""
+) -> None:
     """Puts a state, shape (n,), into a `mujoco.MjData`, and brings that forward (mj_forward).
 
     Controls become those that ask for the targets of the scene's joints, so that what the scene
@@ -290,7 +291,7 @@ def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: 
     mujoco.mj_forward(model, data)
 
 
-def targets(scene: Scene, model: Any, data: Any, *, prefix: str = "") -> dict[str, float]:
+def targets(scene: em.Scene, model: Any, data: Any, *, prefix: str = "") -> dict[str, float]:
     """By joint or tendon under position control, the target [rad or m] that the control asks for.
 
     For `Plan(targets=...)`, or a scene whose joints were made at another control. It is that of
@@ -305,8 +306,8 @@ def targets(scene: Scene, model: Any, data: Any, *, prefix: str = "") -> dict[st
 class Servo:
     """A joint or a tendon of the scene, and what drives it in the model."""
 
-    joint: Joint | Tendon
-    actuator: Actuator
+    joint: em.Joint | em.Tendon
+    actuator: em.scenes.Actuator
 
     def control(self, target: float) -> float:
         """That asks for a target [rad or m]; under velocity control for the joint's velocity."""
@@ -339,8 +340,10 @@ class Servo:
 
 def servos(names: Names, model: Any) -> dict[str, Servo]:
     """By joint or tendon that is driven in the scene as in the model, by one actuator there."""
-    driven = {names.prefix + name: actuator for name, actuator in actuators(model).items()}
-    moving: list[Joint | Tendon] = [joint for joint, _ in names.moving if not joint.held]
+    driven = {
+        names.prefix + name: actuator for name, actuator in em.scenes.actuators(model).items()
+    }
+    moving: list[em.Joint | em.Tendon] = [joint for joint, _ in names.moving if not joint.held]
     return {
         of.name: Servo(of, driven[of.name])
         for of in [*moving, *names.tendons]

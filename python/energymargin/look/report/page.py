@@ -12,21 +12,11 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+import energymargin as em
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
-from energymargin.evaluation import (
-    DRAWS,
-    HORIZON,
-    LAST_FRAMES,
-    Among,
-    Evaluation,
-    LabelledScores,
-    curves,
-    evaluate,
-    tables_of,
-)
 from energymargin.look.report.pictures import along, both_curves, distributions
 from energymargin.look.report.subject import (
     Data,
@@ -37,7 +27,6 @@ from energymargin.look.report.subject import (
     view_command,
 )
 from energymargin.look.report.worst import worst
-from energymargin.summary import Summary, summary
 
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
@@ -61,9 +50,9 @@ class Options:
     """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
     as far as the scores do, which is HORIZON for those without one of their own, or as far as the
     longest trajectory goes."""
-    last: int = LAST_FRAMES
+    last: int = em.evaluation.LAST_FRAMES
     """As of `evaluate`; so are the next two."""
-    draws: int = DRAWS
+    draws: int = em.evaluation.DRAWS
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -77,7 +66,7 @@ class Options:
         """Frames to look ahead, of scores that look `scored` frames ahead. Raises ValueError on
         more than `ahead`, the most frames that a state has after its own."""
         if self.frames is None:
-            return min(HORIZON if scored is None else scored, ahead)
+            return min(em.evaluation.HORIZON if scored is None else scored, ahead)
         if self.frames > ahead:
             raise ValueError(
                 f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest "
@@ -143,19 +132,21 @@ def _page(
     labelled, future = subject.labelled, subject.run.future
     frames = options.frames_of(int(subject.ahead.max()), None if future is None else future.frames)
 
-    def evaluated(place: int, scores: LabelledScores, among: Among, horizons: Any) -> Evaluation:
+    def evaluated(
+        place: int, scores: em.evaluation.LabelledScores, among: em.evaluation.Among, horizons: Any
+    ) -> em.evaluation.Evaluation:
         share = (DRAWN - READ) / 2
         asked: dict[str, Any] = {"among": among, "frames": horizons, "last": options.last}
         asked |= {"draws": options.draws, "seed": options.seed}
         asked["progress"] = lambda done, total: tell(
             "AUC and AP", READ + share * (place + done / total)
         )
-        return evaluate(scores, **asked)
+        return em.evaluation.evaluate(scores, **asked)
 
-    asked = enumerate(tables_of(labelled, subject.now))
+    asked = enumerate(em.evaluation.tables_of(labelled, subject.now))
     results = [evaluated(place, *table) for place, table in asked]
-    every = curves.wrongness(labelled, frames, options.last)
-    wrong = curves.by_trajectory(every, len(subject.members))
+    every = em.evaluation.curves.wrongness(labelled, frames, options.last)
+    wrong = em.evaluation.curves.by_trajectory(every, len(subject.members))
     mistakes, lacking = worst(
         *(subject, data, every),
         each=options.pictures,
@@ -166,10 +157,10 @@ def _page(
         "subject": subject,
         "options": options,
         "notices": notices(subject, data, output),
-        "labels": summary(labelled).notes[0],
+        "labels": em.summary.summary(labelled).notes[0],
         "algorithm": subject.run.algorithm,
         "enough": ENOUGH,
-        "target": curves.target_name(frames=frames),
+        "target": em.evaluation.curves.target_name(frames=frames),
         "tables": list(tables(results)),
         "along": along(subject, data, wrong, options.trajectories),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
@@ -199,10 +190,10 @@ def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]
             )
 
 
-def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
+def tables(results: Iterable[em.evaluation.Evaluation]) -> Iterator[em.summary.Summary]:
     """A table of each result, or two if there are several objects: of all, and of at least one."""
     for result in results:
-        table: Summary | None = summary(result)
+        table: em.summary.Summary | None = em.summary.summary(result)
         while table is not None:
             title = f"{table.title or 'AUC/AP of each score'}; {_AMONG[result.among]}"
             yield replace(table, title=title, lead=result.counted)

@@ -13,7 +13,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from energymargin.evaluation import LabelledScores, curves
+import energymargin as em
 from energymargin.look.plots.curves import plot_distribution, plot_precision_recall, plot_roc
 from energymargin.look.plots.trajectories import figure_scores, trajectory_scores
 from energymargin.look.report.subject import Data, Subject
@@ -71,22 +71,24 @@ def _trajectory(subject: Subject, data: Data, t: int, group: str) -> Image:
     return Image(title, svg(figure_scores({title: scores}, width=WIDE)), group)
 
 
-def both_curves(labelled: LabelledScores, frames: int, last: int) -> list[Image]:
+def both_curves(labelled: em.evaluation.LabelledScores, frames: int, last: int) -> list[Image]:
     """ROC and precision over recall of the states, and of whole trajectories."""
     images = []
-    for target in curves.TARGETS:
-        if curves.metrics_against(labelled, target):
+    for target in em.evaluation.curves.TARGETS:
+        if em.evaluation.curves.metrics_against(labelled, target):
             figure = Figure(figsize=CURVES, layout="constrained")
             asked: dict[str, Any] = {"target": target, "frames": frames, "last": last}
             for plot, ax in zip(
                 (plot_roc, plot_precision_recall), figure.subplots(1, 2), strict=True
             ):
                 plot(labelled, ax=ax, **asked)
-            images.append(Image(curves.target_name(target, frames, last), svg(figure)))
+            images.append(
+                Image(em.evaluation.curves.target_name(target, frames, last), svg(figure))
+            )
     return images
 
 
-def distributions(every: Sequence[curves.Wrongness]) -> str:
+def distributions(every: Sequence[em.evaluation.curves.Wrongness]) -> str:
     """A histogram of each metric that has scores, as a data URI; empty if there is none."""
     there = [one for one in every if len(one.compared.scores)]
     rows = math.ceil(len(there) / COLUMNS)

@@ -14,17 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import datasets
+import energymargin as em
 from energymargin.base.closing import Closing
 from energymargin.base.metrics import ANY, METRICS, TIMED, USUAL
 from energymargin.base.reprs import Record
 from energymargin.base.settings import flag_of
-from energymargin.datasets import Dataset, Future
-from energymargin.evaluation import LabelledScores
 from energymargin.look.plots.trajectories import BAND
-from energymargin.searches import SearchSettings, algorithm
-from energymargin.store import Run, ScoreStore
-from energymargin.summary import Summary, summary
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 
@@ -35,14 +30,14 @@ class Subject(Record):
 
     path: Path
     """The file of scores."""
-    run: Run
+    run: em.store.Run
     """What it asks and with which settings. The file is closed: it has no scores any more."""
     runs: int
     """How many the file has."""
-    about: Summary
+    about: em.summary.Summary
     """Rows of the run: its task, what it asked, what it left out."""
-    labelled: LabelledScores
-    now: LabelledScores | None
+    labelled: em.evaluation.LabelledScores
+    now: em.evaluation.LabelledScores | None
     """Of scores with a horizon, those of the states as they are beside them, if there are any."""
     bands: dict[str, NDArray[np.float64]]
     """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
@@ -89,7 +84,7 @@ class Subject(Record):
 class Data(Closing):
     """The dataset of a run, open: its times and states, which a file of scores does not hold."""
 
-    dataset: Dataset | None
+    dataset: em.datasets.Dataset | None
     lacking: str = ""
     """Why there is none."""
     path: Path | None = None
@@ -104,7 +99,7 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
     """A run of a file of scores, as of `ScoreStore.run`. Raises what that does, and ValueError if
     there is no run, or `number` is no whole number."""
     path = Path(path)
-    with ScoreStore(path) as store:
+    with em.store.ScoreStore(path) as store:
         if not store.runs():
             made = f"energymargin score DATASET -o {path}"
             raise ValueError(f"{path} has no scores yet; `{made}` puts some in")
@@ -114,7 +109,7 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             path=path,
             run=run,
             runs=len(store.runs()),
-            about=summary(run),
+            about=em.summary.summary(run),
             labelled=run.labelled_scores(),
             now=None if now is None else now.labelled_scores(),
             bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
@@ -130,7 +125,7 @@ def read_data(subject: Subject, path: str | os.PathLike[str] | None) -> Data:
     if path is None and not place.exists():
         return Data(None, f"there is no {place.name} beside {subject.path.name}")
     try:
-        dataset = datasets.open(place)
+        dataset = em.datasets.open(place)
         lacking = subject.run.why_not_of(dataset, str(place), subject.path.name)
         if lacking:
             dataset.close()
@@ -214,17 +209,17 @@ def _other_algorithm(subject: Subject) -> Iterator[Notice]:
     if not subject.run.up_to_date:
         yield Notice(
             f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
-            f"{algorithm()}: the trees in the pictures are searched again and may differ."
+            f"{em.searches.algorithm()}: the pictures' trees are searched again and may differ."
         )
 
 
 def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str | None:
     """That scores the run's dataset with its settings; None if they are not of that command."""
-    known = {own.name: own for own in fields(SearchSettings)}
+    known = {own.name: own for own in fields(em.searches.SearchSettings)}
     if not set(subject.run.settings) <= set(known):
         return None
     future = subject.run.future
-    if future is not None and future != Future(future.frames, future.plan):
+    if future is not None and future != em.datasets.Future(future.frames, future.plan):
         return None
     words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
     if metrics is None and future is None:

@@ -16,15 +16,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from energymargin import CaptureProbability, ForceScore, Problem, tasks
+import energymargin as em
 from energymargin.base.metrics import with_unit
-from energymargin.datasets import Dataset, Future
-from energymargin.evaluation import curves
 from energymargin.look import plots
 from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
 from energymargin.look.report.subject import Data, Subject, view_command
-from energymargin.searches import SearchSettings, metric_search, value_of
 from energymargin.tasks.base import plane_of
 
 RESOLUTION = 130  # dots an inch
@@ -57,7 +54,7 @@ class Mistakes(NamedTuple):
 def worst(
     subject: Subject,
     data: Data,
-    every: Sequence[curves.Wrongness],
+    every: Sequence[em.evaluation.curves.Wrongness],
     *,
     each: int,
     progress: Callable[[float], None],
@@ -86,7 +83,11 @@ def worst(
 
 
 def _card(
-    subject: Subject, data: Data, repeater: SearchRepeater | None, one: curves.Wrongness, place: int
+    subject: Subject,
+    data: Data,
+    repeater: SearchRepeater | None,
+    one: em.evaluation.curves.Wrongness,
+    place: int,
 ) -> Card:
     """Card of a state, or of the last state of a trajectory: the score and what happened, which
     contradict each other."""
@@ -133,7 +134,7 @@ def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> 
     return " ".join(notes)
 
 
-def _why(one: curves.Wrongness, place: int) -> str:
+def _why(one: em.evaluation.curves.Wrongness, place: int) -> str:
     label = bool(one.compared.labels[place])
     side = "below" if label else "above"
     if one.ranks.level[place]:
@@ -142,7 +143,7 @@ def _why(one: curves.Wrongness, place: int) -> str:
     return f"Ranked {side} {100 * share:.3g} % of all with the other label."
 
 
-def _none(one: curves.Wrongness) -> str:
+def _none(one: em.evaluation.curves.Wrongness) -> str:
     if one.compared.of_both_kinds:
         return "it ranks none on the wrong side"
     return "there are no scores" if not len(one.compared.labels) else "all have the same label"
@@ -151,8 +152,8 @@ def _none(one: curves.Wrongness) -> str:
 class RepeatedSearch(NamedTuple):
     """A state's problem, the search for one of its scores, and that score."""
 
-    problem: Problem
-    search: Result | CaptureProbability | None
+    problem: em.Problem
+    search: Result | em.CaptureProbability | None
     """None for the force score, which needs no search."""
     score: float
 
@@ -161,27 +162,30 @@ class SearchRepeater:
     """Repeats the searches of a dataset's states."""
 
     def __init__(
-        self, dataset: Dataset, settings: dict[str, Any], future: Future | None = None
+        self,
+        dataset: em.datasets.Dataset,
+        settings: dict[str, Any],
+        future: em.datasets.Future | None = None,
     ) -> None:
         """`settings` and `future`: of the run. Raises ValueError if the settings are not those of a
         search, or if the task cannot be made."""
         try:
-            self._settings = SearchSettings(**settings)
+            self._settings = em.searches.SearchSettings(**settings)
         except TypeError:
             raise ValueError(
                 f"the run's settings are those of another program: {settings}"
             ) from None
         self._dataset, self._future = dataset, future
-        self.plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
+        self.plane = plane_of(em.tasks.make(dataset.task, **dataset.parameters))
         """In which pictures show the task."""
 
     def repeat(self, number: int, metric: str) -> RepeatedSearch:
         """The search behind a metric of the state of this number. Raises ValueError if its problem
         cannot be made."""
         (problem,) = self._dataset.problems([number], future=self._future)
-        found = metric_search(problem, metric, self._settings, number, warn=False)
-        shown = None if isinstance(found, ForceScore) else found
-        return RepeatedSearch(problem, shown, value_of(metric, found))
+        found = em.searches.metric_search(problem, metric, self._settings, number, warn=False)
+        shown = None if isinstance(found, em.ForceScore) else found
+        return RepeatedSearch(problem, shown, em.searches.value_of(metric, found))
 
 
 def pictures(repeated: RepeatedSearch, plane: Plan) -> list[str]:
@@ -189,7 +193,7 @@ def pictures(repeated: RepeatedSearch, plane: Plan) -> list[str]:
     curve."""
     problem, search = repeated.problem, repeated.search
     with pyplot.ioff():
-        if isinstance(search, CaptureProbability):
+        if isinstance(search, em.CaptureProbability):
             which = "captured" if search.any is None else "any"
             future = plots.plot_future(problem, plane=plane)
             return [_png(future), _png(plots.plot_probability(search, which=which))]

@@ -21,7 +21,6 @@ import energymargin as em
 from energymargin.base.metrics import TIMED
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost
-from energymargin.searches import SearchSettings, metric_search
 
 MOMENTS = 25  # a second of a replay, about what the eye sees
 MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
@@ -132,7 +131,7 @@ class Scored:
 
 def score_state(
     problem: em.Problem,
-    settings: SearchSettings,
+    settings: em.searches.SearchSettings,
     number: int | None = None,
     cancel: em.Cancel | None = None,
     progress: ShareProgress | None = None,
@@ -148,14 +147,16 @@ def score_state(
     def search(metric: str, begin: float, most: int, **others: Any) -> Any:
         if progress is not None:
             others["progress"] = lambda done: progress(begin + 0.5 * done / most)
-        return metric_search(problem, metric, settings, number, cancel=cancel, warn=False, **others)
+        return em.searches.metric_search(
+            problem, metric, settings, number, cancel=cancel, warn=False, **others
+        )
 
     disturbance = disturbance or settings.disturbance
     capture = force = probability = None
     if problem.horizon is None:
         capture = search("capture", 0.0, settings.nodes)
         if any(body.role == "effector" for body in problem.scene.bodies):
-            force = metric_search(problem, "force", settings)
+            force = em.searches.metric_search(problem, "force", settings)
     else:
         asked: dict[str, Any] = {"disturbance": disturbance}
         asked["success"] = problem.succeeded is not None

@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import energymargin as em
 from energymargin import MarginProfile, Problem, datasets, tasks as registry
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record
-from energymargin.datasets import Dataset, Future
-from energymargin.searches import SearchSettings
-from energymargin.store import ScoreStore
 
 PROBLEM, DATASET = ".json", ".h5"
 Progress = Callable[[int, int], None]
@@ -60,18 +58,18 @@ class StateSource(Record):
     """What is looked at: a problem is one trajectory of one frame, a margin along a plan one with a
     frame for each moment of the nominal motion."""
 
-    what: Problem | MarginProfile | Dataset
+    what: Problem | MarginProfile | em.datasets.Dataset
     title: str
     """What it is, in a few words."""
     opened: bool = False
     """Whether the dataset's file was opened for this alone."""
-    future: Future | None = None
+    future: em.datasets.Future | None = None
     """What is asked of the future of a dataset's states; None: they are asked about as they are."""
 
     @property
     def trajectories(self) -> int:
         """How many there are."""
-        return len(self.what.trajectories) if isinstance(self.what, Dataset) else 1
+        return len(self.what.trajectories) if isinstance(self.what, em.datasets.Dataset) else 1
 
     def frames(self, trajectory: int) -> Frames:
         """The frames of one of them; raises ValueError unless 0 <= trajectory < trajectories."""
@@ -98,12 +96,12 @@ class StateSource(Record):
 
     def close(self) -> None:
         """Lets go of the file that was opened for it, if there is one."""
-        if self.opened and isinstance(self.what, Dataset):
+        if self.opened and isinstance(self.what, em.datasets.Dataset):
             self.what.close()
 
 
 def source_of(
-    what: Problem | Dataset | MarginProfile | str | os.PathLike[str],
+    what: Problem | em.datasets.Dataset | MarginProfile | str | os.PathLike[str],
     parameters: Mapping[str, Any] | None = None,
     *,
     trajectories: int = 6,
@@ -120,7 +118,7 @@ def source_of(
         return StateSource(what, "along a plan")
     if isinstance(what, Problem):
         return StateSource(what, "a problem")
-    if isinstance(what, Dataset):
+    if isinstance(what, em.datasets.Dataset):
         return StateSource(what, what.task)
     expected = "a Problem, a Dataset, the file of one, a MarginProfile, or the name of a task"
     check_type("what", what, (str, os.PathLike), expected)
@@ -185,7 +183,7 @@ class FrameScores(Record):
     of the first."""
     search: dict[str, Any]
     """Settings with which a search gives the same scores."""
-    future: Future | None = None
+    future: em.datasets.Future | None = None
     """Horizon and plan of each state; None: the scores have no clock."""
 
     def at(self, number: int) -> list[tuple[str, dict[str, float]]]:
@@ -209,7 +207,10 @@ def profile_scores(profile: MarginProfile) -> FrameScores:
 
 
 def stored_scores(
-    path: str | os.PathLike[str], dataset: Dataset, run: int | None = None, name: str = "DATASET"
+    path: str | os.PathLike[str],
+    dataset: em.datasets.Dataset,
+    run: int | None = None,
+    name: str = "DATASET",
 ) -> FrameScores:
     """The scores of a dataset's states in a file. `name` is the dataset's, in errors.
 
@@ -217,12 +218,12 @@ def stored_scores(
     no scores, if they are another dataset's, or if there are several runs and none is chosen;
     OSError if it cannot be read.
     """
-    with ScoreStore(path) as store:
+    with em.store.ScoreStore(path) as store:
         chosen = store.run(run)
         lacking = chosen.why_not_of(dataset, name, str(path))
         if lacking:
             raise ValueError(lacking)
-        names = [own.name for own in fields(SearchSettings)]
+        names = [own.name for own in fields(em.searches.SearchSettings)]
         search = {name: chosen.settings[name] for name in names if name in chosen.settings}
         title = str(chosen.settings.get("source", "stored"))
         if "nodes" in search:

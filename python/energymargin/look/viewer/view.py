@@ -11,20 +11,11 @@ from typing import Any
 import rich
 import viser
 
-from energymargin import MarginProfile, Problem
+import energymargin as em
 from energymargin.base.checks import whole_number
 from energymargin.base.closing import Closing
-from energymargin.datasets import Dataset, Future
+from energymargin.look.viewer import sources
 from energymargin.look.viewer.page import Page
-from energymargin.look.viewer.sources import (
-    FrameScores,
-    StateSource,
-    first_frame,
-    profile_scores,
-    source_of,
-    stored_scores,
-)
-from energymargin.searches import SearchSettings
 
 HOST, PORT = "127.0.0.1", 8080  # only this machine reaches it
 
@@ -39,7 +30,7 @@ class Server(viser.ViserServer):
 class Viewer(Closing):
     """A page that is served to this machine until `close`; browsers may come and go."""
 
-    def __init__(self, source: StateSource, port: int = PORT, **options: Any) -> None:
+    def __init__(self, source: sources.StateSource, port: int = PORT, **options: Any) -> None:
         """Serves it at the port or the first free one behind it; `options` are those of Page."""
         self._source, self._closed = source, False
         with _silent():
@@ -78,14 +69,14 @@ class Viewer(Closing):
 
 
 def view(
-    what: Problem | Dataset | MarginProfile | str | os.PathLike[str],
+    what: em.Problem | em.datasets.Dataset | em.MarginProfile | str | os.PathLike[str],
     *,
     parameters: Mapping[str, Any] | None = None,
     trajectory: int | None = None,
     frame: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
-    future: Future | None = None,
+    future: em.datasets.Future | None = None,
     scores: str | os.PathLike[str] | None = None,
     run: int | None = None,
     port: int = PORT,
@@ -132,12 +123,12 @@ def view(
         if number is not None:
             whole_number(name, number, 0)
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
-    source = source_of(what, parameters, seed=seed or 0, progress=progress)
+    source = sources.source_of(what, parameters, seed=seed or 0, progress=progress)
     try:
         stored = _scores_of(source, scores, run, future)
         source = _asked(source, future if scores is None or stored is None else stored.future)
-        settings = SearchSettings(**({} if stored is None else stored.search) | given)
-        trajectory, frame = first_frame(source, trajectory, frame)
+        settings = em.searches.SearchSettings(**({} if stored is None else stored.search) | given)
+        trajectory, frame = sources.first_frame(source, trajectory, frame)
     except BaseException:
         source.close()
         raise
@@ -157,19 +148,23 @@ def _silent() -> Iterator[None]:
 
 
 def _scores_of(
-    source: StateSource,
+    source: sources.StateSource,
     scores: str | os.PathLike[str] | None,
     run: int | None,
-    future: Future | None,
-) -> FrameScores | None:
+    future: em.datasets.Future | None,
+) -> sources.FrameScores | None:
     """Scores of a file, or of a MarginProfile; ValueError if they are about another question."""
     if scores is None:
-        return profile_scores(source.what) if isinstance(source.what, MarginProfile) else None
-    if not isinstance(source.what, Dataset):
-        kind = "a MarginProfile" if isinstance(source.what, MarginProfile) else "a problem"
+        return (
+            sources.profile_scores(source.what)
+            if isinstance(source.what, em.MarginProfile)
+            else None
+        )
+    if not isinstance(source.what, em.datasets.Dataset):
+        kind = "a MarginProfile" if isinstance(source.what, em.MarginProfile) else "a problem"
         raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
     name = source.title if source.opened else "DATASET"
-    stored = stored_scores(scores, source.what, run, name)
+    stored = sources.stored_scores(scores, source.what, run, name)
     if future is not None and future != stored.future:
         asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
         raise ValueError(
@@ -179,9 +174,9 @@ def _scores_of(
     return stored
 
 
-def _asked(source: StateSource, future: Future | None) -> StateSource:
+def _asked(source: sources.StateSource, future: em.datasets.Future | None) -> sources.StateSource:
     """The source whose states are asked about this future; ValueError on what is no dataset."""
-    if future is not None and not isinstance(source.what, Dataset):
+    if future is not None and not isinstance(source.what, em.datasets.Dataset):
         raise ValueError(
             f"the horizon is {future.frames} frames, but there is no dataset that has them: give a "
             "problem its horizon in seconds, problem.replace(horizon=...)"
