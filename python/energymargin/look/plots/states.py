@@ -62,7 +62,7 @@ def plot_state(
         plane: the two axes of the picture, such as ("x", "z"). None takes the plane across the axis
             along which nothing can move, else, of the planes in which the robot covers little of
             the objects, that of the two axes along which the objects of the tree move most, or
-            along which the moving bodies are longest. `tasks.base.plane_of(task)` is a task's own.
+            along which the moving bodies are longest. `em.tasks.plane_of(task)` is a task's own.
         limits: (low, high) of both axes [m]. None shows where the bodies move; a fixed or jointed
             effector that is far from them, such as a mast, is left out.
         most: the cost at the end of the colours [J]. None takes that of the costliest node in the

@@ -209,7 +209,8 @@ def _other_algorithm(subject: Subject) -> Iterator[Notice]:
     if not subject.run.up_to_date:
         yield Notice(
             f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
-            f"{em.searches.algorithm()}: the pictures' trees are searched again and may differ."
+            f"{em.searches.algorithm()}: the trees in the pictures are searched again and may "
+            "differ."
         )
 
 

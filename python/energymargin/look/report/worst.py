@@ -22,7 +22,6 @@ from energymargin.look import plots
 from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
 from energymargin.look.report.subject import Data, Subject, view_command
-from energymargin.tasks.base import plane_of
 
 RESOLUTION = 130  # dots an inch
 COLORS = 256
@@ -176,7 +175,7 @@ class SearchRepeater:
                 f"the run's settings are those of another program: {settings}"
             ) from None
         self._dataset, self._future = dataset, future
-        self.plane = plane_of(em.tasks.make(dataset.task, **dataset.parameters))
+        self.plane = em.tasks.plane_of(em.tasks.make(dataset.task, **dataset.parameters))
         """In which pictures show the task."""
 
     def repeat(self, number: int, metric: str) -> RepeatedSearch:
