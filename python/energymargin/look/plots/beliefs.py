@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import axis_label, is_likelihood, value_text
 from energymargin.evaluate.belief_scores import BeliefScore
-from energymargin.look import outlines
+from energymargin.look.outlines import Plan, plane_for, view_of
 from energymargin.look.plots.scenes import draw_bodies, draw_outlines, set_plane
 from energymargin.look.plots.styles import draw_legend, light_grid
 from energymargin.model.beliefs.belief import Belief
@@ -25,11 +25,7 @@ LOW = 0.1  # the quantile that is marked
 
 
 def figure_belief(
-    belief: Belief,
-    score: BeliefScore,
-    *,
-    plane: outlines.Plan | None = None,
-    known: float | None = None,
+    belief: Belief, score: BeliefScore, *, plane: Plan | None = None, known: float | None = None
 ) -> Figure:
     """The particles of a belief in a plane, coloured by their scores; how many have at most which
     score, with the mean and, but for probabilities, the quantile of 10 % and the worst; and the
@@ -52,17 +48,13 @@ def figure_belief(
 
 
 def _draw_particles(
-    ax: Axes,
-    belief: Belief,
-    score: BeliefScore,
-    plane: outlines.Plan | None,
-    colors: ScalarMappable,
+    ax: Axes, belief: Belief, score: BeliefScore, plane: Plan | None, colors: ScalarMappable
 ) -> None:
     """The outlines of what moves in each particle, over the problem's own state."""
     problem = belief.problem
     states = np.array([problem.state, *(p.state for p in score.particles.problems)])
-    plane = outlines.plane_for(problem.scene, states) if plane is None else plane
-    limits = outlines.view_of(problem.scene, states, plane, AROUND)
+    plane = plane_for(problem.scene, states) if plane is None else plane
+    limits = view_of(problem.scene, states, plane, AROUND)
     draw_bodies(ax, problem.scene, np.asarray(problem.state), plane, limits)
     moving = {body.name for body in problem.scene.bodies if body.role != "none"}
     look: dict[str, Any] = {"fill": False, "linewidth": 0.8, "alpha": 0.7, "zorder": 5}

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from energymargin import tasks
 from energymargin._core import CaptureScore, Problem, capture_score, stream
 from energymargin.base.checks import whole_number
-from energymargin.look import outlines
+from energymargin.look.outlines import Limits, Plan, view_of
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.states import plot_state, score_title, state_legend
 from energymargin.look.plots.styles import LEGEND_SIZE
@@ -102,9 +102,7 @@ def figure_qualitative(
             score = capture_score(problem, warn=False, **settings)
             panels[-1].append(_Panel(float(trajectory.times[k]), problem, score))
     states = np.concatenate([trajectory.states for trajectory in trajectories.values()])
-    return _figure(
-        panels, list(trajectories), plane, outlines.view_of(problem.scene, states, plane)
-    )
+    return _figure(panels, list(trajectories), plane, view_of(problem.scene, states, plane))
 
 
 class _Panel(NamedTuple):
@@ -114,10 +112,7 @@ class _Panel(NamedTuple):
 
 
 def _figure(
-    rows: Sequence[Sequence[_Panel]],
-    names: Sequence[str],
-    plane: outlines.Plan,
-    limits: outlines.Limits,
+    rows: Sequence[Sequence[_Panel]], names: Sequence[str], plane: Plan, limits: Limits
 ) -> Figure:
     """Panels without gaps between them, and a colour bar and a legend for all."""
     panels = [panel for row in rows for panel in row]

@@ -16,14 +16,14 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
-from energymargin.look import outlines
-from energymargin.look.plots import styles
+from energymargin.look.outlines import Limits, Plan, object_centers
 from energymargin.look.plots.scenes import draw_lost, lost_objects, sets_of
+from energymargin.look.plots.styles import COSTS, LOST_COLOR, nodes_in_words
 
 LEAST = 1e-9  # J, at the end of a colour bar
 ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the object is lost
     **{"color": "black", "linewidth": 1.8, "zorder": 8, "gid": "escape"},
-    **{"marker": "s", "markersize": 6, "markevery": [-1], "markerfacecolor": styles.LOST_COLOR},
+    **{"marker": "s", "markersize": 6, "markevery": [-1], "markerfacecolor": LOST_COLOR},
     **{"markeredgecolor": "white", "markeredgewidth": 0.8},
     "path_effects": [patheffects.Stroke(linewidth=3.4, foreground="white"), patheffects.Normal()],
 }
@@ -32,29 +32,24 @@ Result = CaptureScore | EscapeEffort
 
 
 def draw_tree(
-    ax: Axes, problem: Problem, tree: Tree, plane: outlines.Plan, costs: Normalize
+    ax: Axes, problem: Problem, tree: Tree, plane: Plan, costs: Normalize
 ) -> NDArray[np.float64]:
     """Edges, nodes by cost, and a cross at each object that is lost; where these are, (N, 2)."""
-    points = outlines.object_centers(problem.scene, tree.states, plane)
+    points = object_centers(problem.scene, tree.states, plane)
     edges = np.stack([points[tree.parents[1:]], points[1:]], axis=2).reshape(-1, 2, 2)
     ax.add_collection(
         LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
     )
     (x, y), costs_each = points.reshape(-1, 2).T, np.repeat(tree.costs, points.shape[1])
-    look: dict[str, Any] = {
-        "cmap": styles.COSTS,
-        "norm": costs,
-        "linewidths": 0.2,
-        "edgecolors": "white",
-    }
+    look: dict[str, Any] = {"cmap": COSTS, "norm": costs, "linewidths": 0.2, "edgecolors": "white"}
     ax.scatter(x, y, c=costs_each, s=9, **look, zorder=6, gid="nodes")
     outside = points[lost_objects(problem, tree.states)]
-    look = {"marker": "x", "linewidths": 0.5, "color": styles.LOST_COLOR}
+    look = {"marker": "x", "linewidths": 0.5, "color": LOST_COLOR}
     ax.scatter(outside[:, 0], outside[:, 1], s=9, **look, zorder=7, gid="outside")
     return outside
 
 
-def in_view(points: NDArray[np.float64], limits: outlines.Limits) -> NDArray[np.bool_]:
+def in_view(points: NDArray[np.float64], limits: Limits) -> NDArray[np.bool_]:
     """Which points, shape (..., 2), are in the view, shape (...)."""
     low, high = np.transpose(limits)
     return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
@@ -74,7 +69,7 @@ def draw_color_bar(
 ) -> None:
     """What the nodes' colours mean, beside the axes; open if the costliest, `most`, is beyond."""
     figure.colorbar(
-        ScalarMappable(costs, styles.COSTS),
+        ScalarMappable(costs, COSTS),
         ax=axes,
         label="cost of reaching a node [J]",
         extend="max" if most > (costs.vmax or 0.0) else "neither",
@@ -107,14 +102,14 @@ def escape_in_words(of: Result, escape: Escape | None = None) -> str:
     """The effort, for a title; also that there is no escape, or nothing to escape from."""
     effort = of.effort if isinstance(of, EscapeEffort) else escape.effort if escape else math.inf
     if math.isinf(effort):
-        return f"no escape found with {styles.nodes_in_words(of.nodes)}"
+        return f"no escape found with {nodes_in_words(of.nodes)}"
     if escape is not None and len(escape.states) == 1:
         return "the start is outside of the capture set"
     kind = "effort of escape" if isinstance(of, EscapeEffort) else "cheapest escape of the tree"
     return f"{kind} {effort:.3g} J" + (", by itself" if effort == 0.0 else "")
 
 
-def draw_escape(ax: Axes, problem: Problem, escape: Escape, plane: outlines.Plan) -> None:
+def draw_escape(ax: Axes, problem: Problem, escape: Escape, plane: Plan) -> None:
     """The way of each object that has left at its end, and its outline there."""
     if not len(escape.states):
         return
@@ -123,6 +118,6 @@ def draw_escape(ax: Axes, problem: Problem, escape: Escape, plane: outlines.Plan
     lost = lost_objects(problem, escape.states[-1:])[0]
     gone = [number for number in range(len(names)) if lost[number] or not lost.any()]
     draw_lost(ax, scene, escape.states[-1], plane, {names[number] for number in gone})
-    centers = outlines.object_centers(scene, escape.states, plane)
+    centers = object_centers(scene, escape.states, plane)
     for number in gone:
         ax.add_line(Line2D(*centers[:, number].T, **ESCAPE, label="_nolegend_"))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin import MarginProfile, Problem, datasets, tasks as registry
+from energymargin import MarginProfile, Problem, datasets
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record
@@ -129,12 +129,12 @@ def source_of(
         return StateSource(Problem.load(path), path.name)
     if path.suffix == DATASET:
         return StateSource(datasets.open(path), path.name, opened=True)
-    if str(what) not in registry.names():
+    if str(what) not in em.tasks.names():
         raise ValueError(
             f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET}), "
-            f"nor a task: {', '.join(registry.names())}"
+            f"nor a task: {', '.join(em.tasks.names())}"
         )
-    task = registry.make(str(what), **(parameters or {}))
+    task = em.tasks.make(str(what), **(parameters or {}))
     size: dict[str, Any] = {"trajectories": trajectories, "frames": frames}
     made = datasets.generate(task, **size, seed=seed, progress=progress)
     return StateSource(made, f"{task.name}, seed {seed}")
