@@ -18,14 +18,7 @@ from energymargin.base.interrupts import raise_if_interrupted, remembered_interr
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
 from energymargin.look.report.pictures import along, both_curves, distributions
-from energymargin.look.report.subject import (
-    Data,
-    Subject,
-    notices,
-    read_data,
-    read_subject,
-    view_command,
-)
+from energymargin.look.report.subject import Subject, notices, read_subject, view_command
 from energymargin.look.report.worst import worst
 
 SUFFIXES = (".html", ".htm")
@@ -117,17 +110,14 @@ def write(
             if progress is not None:
                 progress(what, share)
 
-        subject = read_subject(scores, run)
-        with read_data(subject, data) as found:
-            page = _page(subject, found, chosen, output, tell)
+        with read_subject(scores, run, data) as subject:
+            page = _page(subject, chosen, output, tell)
         file.write_text(rendered("page.html", page), encoding="utf-8")
         raise_if_interrupted()
     return [" ".join(filter(None, notice)) for notice in page["notices"]]
 
 
-def _page(
-    subject: Subject, data: Data, options: Options, output: Path, tell: Progress
-) -> dict[str, Any]:
+def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> dict[str, Any]:
     """Computes what the template shows, by its names there."""
     labelled, future = subject.labelled, subject.run.future
     frames = options.frames_of(int(subject.ahead.max()), None if future is None else future.frames)
@@ -148,7 +138,7 @@ def _page(
     every = em.evaluation.curves.wrongness(labelled, frames, options.last)
     wrong = em.evaluation.curves.by_trajectory(every, len(subject.members))
     mistakes, lacking = worst(
-        *(subject, data, every),
+        *(subject, every),
         each=options.pictures,
         progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
     )
@@ -156,15 +146,15 @@ def _page(
         "title": f"Scores of {labelled.task}",
         "subject": subject,
         "options": options,
-        "notices": notices(subject, data, output),
+        "notices": notices(subject, output),
         "labels": em.summary.summary(labelled).notes[0],
         "algorithm": subject.run.algorithm,
         "enough": ENOUGH,
         "target": em.evaluation.curves.target_name(frames=frames),
         "tables": list(tables(results)),
-        "along": along(subject, data, wrong, options.trajectories),
+        "along": along(subject, wrong, options.trajectories),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
-        "view": view_command(subject, data),
+        "view": view_command(subject),
         "curves": both_curves(labelled, frames, options.last),
         "distributions": distributions(every),
         "mistakes": mistakes,

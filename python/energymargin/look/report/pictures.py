@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import energymargin as em
 from energymargin.look.plots.curves import plot_distribution, plot_precision_recall, plot_roc
 from energymargin.look.plots.trajectories import figure_scores, trajectory_scores
-from energymargin.look.report.subject import Data, Subject
+from energymargin.look.report.subject import Subject
 
 WORST, OTHERS, ALL = "Most wrong first", "A sample of the others", "The others"
 WIDE = 8.0  # inch, of the axes of scores along a trajectory
@@ -35,13 +35,13 @@ class Image(NamedTuple):
     """Title of the list that it is chosen from."""
 
 
-def along(subject: Subject, data: Data, wrong: NDArray[np.float64], most: int) -> list[Image]:
+def along(subject: Subject, wrong: NDArray[np.float64], most: int) -> list[Image]:
     """At most so many trajectories: half those whose scores are most wrong, `wrong` (T,), and of
     the others some that are evenly spaced."""
     worst, others = chosen(np.array(subject.scored, int), wrong, most)
     rest = ALL if len(worst) + len(others) == len(subject.scored) else OTHERS
     groups = {**dict.fromkeys(worst, WORST), **dict.fromkeys(others, rest)}
-    return [_trajectory(subject, data, t, group) for t, group in groups.items()]
+    return [_trajectory(subject, t, group) for t, group in groups.items()]
 
 
 def chosen(
@@ -57,10 +57,10 @@ def chosen(
     return worst.tolist(), others.tolist()
 
 
-def _trajectory(subject: Subject, data: Data, t: int, group: str) -> Image:
+def _trajectory(subject: Subject, t: int, group: str) -> Image:
     own, labelled = subject.members[t], subject.labelled
     number = int(labelled.trajectory[own[0]])
-    times = None if data.dataset is None else data.dataset.trajectories[t].times
+    times = None if subject.dataset is None else subject.dataset.trajectories[t].times
     bands = {metric: ends[own] for metric, ends in subject.bands.items()}
     scores = trajectory_scores(labelled, number, times=times)._replace(bands=bands)
     end = "successful" if labelled.success[own[-1]] else "failed"

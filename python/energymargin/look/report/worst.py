@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable, Sequence
+from itertools import count
 from typing import Any, NamedTuple
 
 from matplotlib import pyplot
@@ -21,7 +22,7 @@ from energymargin.base.metrics import with_unit
 from energymargin.look import plots
 from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
-from energymargin.look.report.subject import Data, Subject, view_command
+from energymargin.look.report.subject import Subject, view_command
 
 RESOLUTION = 130  # dots an inch
 COLORS = 256
@@ -52,7 +53,6 @@ class Mistakes(NamedTuple):
 
 def worst(
     subject: Subject,
-    data: Data,
     every: Sequence[em.evaluation.curves.Wrongness],
     *,
     each: int,
@@ -60,30 +60,27 @@ def worst(
 ) -> tuple[list[Mistakes], str]:
     """Up to `each` states of each metric and label; and why there are no pictures, empty if there
     are. progress(share) has the share that is done."""
-    repeater, lacking = None, data.lacking
-    if data.dataset is not None:
+    repeater, lacking = None, subject.lacking
+    if subject.dataset is not None:
         try:
-            repeater = SearchRepeater(data.dataset, subject.run.settings, subject.run.future)
+            repeater = SearchRepeater(subject.dataset, subject.run.settings, subject.run.future)
         except ValueError as error:
             lacking = str(error)
     chosen = [
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
     ]
-    total, done = max(1, sum(len(places) for _, places in chosen)), 0
-    found = []
-    for one, places in chosen:
-        cards = []
-        for place in places:
-            progress(done / total)
-            cards.append(_card(subject, data, repeater, one, place))
-            done += 1
-        found.append(Mistakes(one.metric, cards, _none(one)))
+    total, done = max(1, sum(len(places) for _, places in chosen)), count()
+
+    def card(one: em.evaluation.curves.Wrongness, place: int) -> Card:
+        progress(next(done) / total)
+        return _card(subject, repeater, one, place)
+
+    found = [Mistakes(one.metric, [card(one, p) for p in ps], _none(one)) for one, ps in chosen]
     return found, lacking
 
 
 def _card(
     subject: Subject,
-    data: Data,
     repeater: SearchRepeater | None,
     one: em.evaluation.curves.Wrongness,
     place: int,
@@ -98,9 +95,9 @@ def _card(
     else:
         number = int(subject.members[compared.trajectory[place]][-1])
     t, frame = int(subject.labelled.trajectory[number]), int(subject.frames[number])
-    where, view = f"Trajectory {t}, frame {frame}", view_command(subject, data)
-    if data.dataset is not None:
-        where += f" ({data.dataset.trajectories[t].times[frame]:.3g} s)"
+    where, view = f"Trajectory {t}, frame {frame}", view_command(subject)
+    if subject.dataset is not None:
+        where += f" ({subject.dataset.trajectories[t].times[frame]:.3g} s)"
         view += f" --trajectory {t} --frame {frame}"
     images, why = [], ""
     if repeater is not None:
