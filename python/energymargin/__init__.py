@@ -66,6 +66,7 @@ if typing.TYPE_CHECKING:
         datasets as datasets,
         evaluation as evaluation,
         executors as executors,
+        futures as futures,
         grasps as grasps,
         gym as gym,
         monitor as monitor,
@@ -75,6 +76,7 @@ if typing.TYPE_CHECKING:
         recordings as recordings,
         report as report,
         scenes as scenes,
+        searches as searches,
         store as store,
         surrogates as surrogates,
         tasks as tasks,
@@ -108,8 +110,8 @@ if typing.TYPE_CHECKING:
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.
 PLAIN = (
-    *("actions", "beliefs", "datasets", "evaluation", "executors", "grasps", "monitor", "motions"),
-    "recordings",
+    *("actions", "beliefs", "datasets", "evaluation", "executors", "futures", "grasps", "monitor"),
+    *("motions", "recordings", "searches"),
 )
 EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra of its name
 SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)

@@ -33,8 +33,7 @@ from energymargin._core import (
     Scene,
     World,
 )
-from energymargin.model.outlines import body_poses
-from energymargin.model.scenes.corners import shape_parts
+from energymargin.scenes import body_poses, shape_parts
 
 __all__ = ["CASES", "PROJECTILES", "WALLS", "Barrier", "Shot", "depth", "random_shot"]
 

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 import energymargin as em
 from energymargin import report
 from energymargin.base.replacing import replace_figure, replace_text
-from energymargin.plots import write_rerun
 
 
 @pytest.fixture(scope="module")
@@ -56,19 +55,6 @@ def test_the_old_file_stays_and_the_error_names_it(folder, tmp_path, name, left)
     assert path.read_bytes() == b"old" and os.listdir(tmp_path) == [name]
     OUTPUTS[name](folder, path)
     assert path.stat().st_size > 300
-
-
-def test_a_file_of_rerun_is_whole_or_as_it_was(folder, tmp_path):
-    pytest.importorskip("rerun", reason="rerun-sdk is of the extra [rerun]")
-    path = tmp_path / "push.rrd"
-    path.write_bytes(b"old")
-    write_rerun(folder / "push-scores.db", folder / "push.h5", tmp_path / "whole.rrd")
-    size = (tmp_path / "whole.rrd").stat().st_size
-    for left in (0, 100, size // 2):
-        with full_disk(left), pytest.raises(OSError, match=r"push\.rrd"):
-            write_rerun(folder / "push-scores.db", folder / "push.h5", path)
-        assert path.read_bytes() == b"old"
-        assert sorted(os.listdir(tmp_path)) == ["push.rrd", "whole.rrd"]
 
 
 def test_a_new_store_is_gone_and_the_same_call_goes_on(folder, tmp_path):

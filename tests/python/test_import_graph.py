@@ -29,13 +29,14 @@ def imported(path):
 
 
 def import_graph(modules):
-    """By module, the modules that it imports."""
+    """By module, the modules that it imports: of the root, which is lazy, what is named."""
     return {
         name: {
             member if member in modules else module
             for module, member in imported(path)
-            if module in modules or member in modules
+            if (module in modules or member in modules)
         }
+        - {PACKAGE.name}
         for name, path in modules.items()
     }
 

@@ -7,7 +7,7 @@ import pytest
 import energymargin as em
 from energymargin import report
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.look.viewer import guard, view
+from energymargin.look.viewer import view
 from energymargin.look.viewer.search import score_state
 from energymargin.store import score_dataset
 from energymargin.tasks.base import inside
@@ -231,15 +231,16 @@ def test_objects_in_loops_have_the_same_bits_on_any_thread_and_with_a_plan():
         em.capture_probability(ahead, rollouts=40, seed=1, threads=threads, by_object=True)
         for threads in (1, 2)
     )
-    assert [each.captured for each in one.by_object.values()] == [each.captured for each in two.by_object.values()]
+    assert [each.captured for each in one.by_object.values()] == [
+        each.captured for each in two.by_object.values()
+    ]
     assert 0 < one.captured < 1
     assert one.unconverged == 0
     efforts = [em.escape_effort(problem, nodes=150, seed=2).effort for _ in range(2)]
     assert efforts[0] == efforts[1] > 0
 
 
-def test_the_viewer_draws_objects_in_loops(monkeypatch):
-    monkeypatch.setattr(guard, "PORT", 9340)  # other tests look for ports at the same time
+def test_the_viewer_draws_objects_in_loops():
     problem = linkage()
     with view(problem, nodes=60) as viewer:
         viewer.page.wait()

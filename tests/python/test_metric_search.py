@@ -10,7 +10,7 @@ from energymargin.act.gym.wrapper import score_of
 from energymargin.datasets import Future
 from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
 from energymargin.look.report.worst import SearchRepeater
-from energymargin.look.viewer import guard, view
+from energymargin.look.viewer import view
 from energymargin.monitor import Monitor
 from energymargin.store import ScoreStore, score_dataset
 
@@ -27,12 +27,6 @@ SETTINGS = SearchSettings(
 CLOCKLESS = ("capture", "success", "effort", "force")
 TIMED = ("probability", "probability/success", "effort")
 LATER = Future(3, "hold")
-
-
-@pytest.fixture(autouse=True)
-def ports_of_its_own(monkeypatch):
-    """Other tests look for ports at the same time."""
-    monkeypatch.setattr(guard, "PORT", 9700)
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,7 @@ from energymargin import (
     regions,
     tasks,
 )
-from energymargin.look.plots.scenes import sets_of
-from energymargin.model.outlines import (
+from energymargin.look.outlines import (
     REACH,
     axis_numbers,
     object_centers,
@@ -28,6 +27,7 @@ from energymargin.model.outlines import (
     plane_for,
     view_of,
 )
+from energymargin.look.plots.scenes import sets_of
 from energymargin.tasks.base import plane_of
 
 

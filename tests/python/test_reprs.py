@@ -106,7 +106,9 @@ def test_each_object_of_a_probability_shows_its_own():
         horizon=0.1,
     )
     found = em.capture_probability(problem, rollouts=10, by_object=True)
-    assert repr(next(iter(found.by_object.values()))).startswith("Survival(captured=1.0, curve=array(7,), mean_time=")
+    assert repr(next(iter(found.by_object.values()))).startswith(
+        "Survival(captured=1.0, curve=array(7,), mean_time="
+    )
 
 
 def modules():

@@ -4,6 +4,7 @@ import asyncio
 import dataclasses
 import io
 import json
+import socket
 import struct
 import threading
 import time
@@ -14,10 +15,11 @@ import pytest
 import trimesh
 from grippers import gripper
 from scipy.spatial.transform import Rotation
+from viser import _messages
 
 import energymargin as em
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.look.viewer import Viewer, guard, view
+from energymargin.look.viewer import Viewer, view
 from energymargin.look.viewer.bodies import shape_surface
 from energymargin.look.viewer.page import Page
 from energymargin.look.viewer.search import (
@@ -36,12 +38,6 @@ def problem_of(name, seed=1, frame=3):
     task = em.tasks.make(name)
     trajectory = task.rollout(seed)
     return task.problem(trajectory.states[frame], trajectory.params, trajectory.contacts[frame])
-
-
-@pytest.fixture(autouse=True)
-def ports_of_its_own(monkeypatch):
-    """Other tests look for ports at the same time."""
-    monkeypatch.setattr(guard, "PORT", 9100)
 
 
 @pytest.fixture(scope="module")
@@ -345,10 +341,24 @@ def test_what_a_file_of_scores_says_is_text_on_the_page(tmp_path):
 def test_viewers_side_by_side_take_ports_of_their_own(problem):
     with view(problem) as first, view(problem) as second:
         assert first.port != second.port
-        with pytest.raises(ValueError, match=f"port {first.port} of 127.0.0.1 is taken"):
-            view(problem, port=first.port)
     with view(problem, port=first.port) as third:  # free again
-        assert third.url.startswith(f"http://127.0.0.1:{first.port}/")
+        assert third.url == f"http://127.0.0.1:{first.port}/"
+
+
+def test_only_this_machine_reaches_the_page(problem):
+    with view(problem) as viewer:
+        socket.create_connection(("127.0.0.1", viewer.port), timeout=5).close()
+        with pytest.raises(ConnectionRefusedError):  # another of its addresses
+            socket.create_connection(("127.0.0.2", viewer.port), timeout=5)
+
+
+def test_no_browser_can_ask_for_a_public_tunnel(problem):
+    with view(problem) as viewer:
+        server = viewer._server
+        (ask,) = server._websock_server._incoming_handlers[_messages.ShareUrlRequest]
+        ask(0, _messages.ShareUrlRequest())
+        server._thread_executor.shutdown(wait=True)
+        assert server._share_tunnel is None
 
 
 def test_a_search_ends_when_its_viewer_does(problem):
@@ -384,16 +394,13 @@ def test_what_cannot_be_viewed_is_said(arguments, message):
         ({"nodes": 10**10}, "nodes is 10000000000"),
         ({"frame": 1.5}, "frame is 1.5"),
         ({"run": 1}, "run is 1, but there are no scores that it is of"),
-        ({"port": 70000}, "port is 70000, expected 1 to 65535"),
-        ({"host": "nowhere.invalid"}, "host is 'nowhere.invalid'"),
-        ({"host": "192.0.2.1"}, "host is '192.0.2.1', expected an address of this machine"),
+        ({"port": 70000}, "port is 70000, expected a whole number from 1 to 65535"),
     ],
 )
-def test_options_that_cannot_be_are_refused_and_no_port_is_kept(options, message):
+def test_options_that_cannot_be_are_refused(options, message):
     dataset = em.datasets.generate("push", trajectories=1, frames=4, seed=1)
     with pytest.raises(ValueError, match=message):
         view(dataset, **options)
-    guard.require_free("127.0.0.1", guard.PORT)
 
 
 def test_a_problem_has_no_stored_scores(problem):
@@ -405,7 +412,7 @@ def test_a_problem_has_no_stored_scores(problem):
 def test_every_task_can_be_viewed(name):
     source = source_of(name, trajectories=1, frames=3)
     settings = SearchSettings(nodes=20)
-    with Viewer(source, "127.0.0.1", None, frame=1, settings=settings) as viewer:
+    with Viewer(source, frame=1, settings=settings) as viewer:
         assert isinstance(viewer.page, Page)
         viewer.page.score()
         viewer.page.wait()
@@ -472,13 +479,13 @@ def test_the_sets_of_another_frame_are_not_shown_while_those_of_this_one_are_com
         page.wait()
         sets = ("/capture_set/surface", "/success_set/surface")
         assert all(drawn(viewer, path) for path in sets)
-        monkeypatch.setattr(page._sets_later, "run", later.append)
+        monkeypatch.setattr(page._sets_later, "start", later.append)
         page._panel.frame.value = 2
         end = time.monotonic() + 30
         while not later and time.monotonic() < end:
             time.sleep(0.01)
         assert not any(drawn(viewer, path) for path in sets)
-        later[-1]()
+        later[-1](em.Cancel())
         assert all(drawn(viewer, path) for path in sets)
 
 

@@ -11,19 +11,13 @@ import energymargin as em
 from energymargin.datasets import Future
 from energymargin.evaluate.futures import undisturbed
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.look.viewer import guard, view
+from energymargin.look.viewer import view
 from energymargin.look.viewer.search import replay, score_state
 from energymargin.look.viewer.sources import profile_scores
 from energymargin.look.viewer.texts import NAMES, escape_text, future_text, score_table
 from energymargin.store import score_dataset
 
 SUCCESS = "probability/success"
-
-
-@pytest.fixture(autouse=True)
-def ports_of_its_own(monkeypatch):
-    """Other tests look for ports at the same time."""
-    monkeypatch.setattr(guard, "PORT", 9500)
 
 
 def strong(problem):

@@ -18,7 +18,6 @@ def export(
     run: int | None = None,
     lerobot: Path | None = None,
     data: Path | None = None,
-    trajectory: int | None = None,
     overwrite: bool = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
@@ -28,36 +27,25 @@ def export(
     Back into a LeRobot dataset: `energymargin export P-recorded-scores.db --lerobot pusht -o
     pusht-scored`
 
-    A trajectory for the viewer rerun: `energymargin export push-scores.db -o push.rrd`
-
     Args:
-        output: A .csv or .parquet file; without it, the runs are listed. A .rrd file has one
-            trajectory for rerun. With --lerobot it is a new folder.
+        output: A .csv or .parquet file; without it, the runs are listed. With --lerobot it is a
+            new folder.
     With the dataset:
-        data: The dataset, for .rrd and --lerobot; if not given, the one beside the scores: push.h5
-            of push-scores.db.
-        trajectory: Of a .rrd file, from 0; the first that is lost at its end if not given.
         lerobot: The LeRobot dataset that was imported: a copy of it gets each score as a column.
+        data: The dataset, for --lerobot; if not given, the one beside the scores: push.h5 of
+            push-scores.db.
     """
     from energymargin import store
     from energymargin.records.store.export import curves_path
 
-    beside = data or scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
     if lerobot is not None:
         if output is None:
             raise ValueError(f"--lerobot is {lerobot}, expected -o with the name of a new folder")
+        beside = data or scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
         names = store.export_lerobot(scores, beside, lerobot, output, run=run)
         say(f"Wrote {escape(str(output))}, a copy with {', '.join(names)}")
         return
-    if output is not None and output.suffix == ".rrd":
-        require_free(output, overwrite=overwrite)
-        from energymargin import plots
-
-        number = plots.write_rerun(scores, beside, output, trajectory=trajectory, run=run)
-        written = escape(str(output))
-        say(f"Wrote trajectory {number} to {written}. Next: [bold]rerun {written}[/]")
-        return
-    require_beside("lerobot", lerobot, data=data, trajectory=trajectory)
+    require_beside("lerobot", lerobot, data=data)
     with store.ScoreStore(scores) as opened:
         if output is None:
             for listed in opened.runs():

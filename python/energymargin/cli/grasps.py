@@ -401,7 +401,7 @@ def _view(scores: GraspScores, which: str) -> None:
         say(escape(f"{why}: what you see is the open hand, where the grasp says"))
     shown = trials.open_problem(grasp) if closed.ending else trials.problem(closed, draw)
     with view(shown) as viewer:
-        serve(viewer, "127.0.0.1", open_browser=False, score=not closed.ending)
+        serve(viewer, open_browser=False, score=not closed.ending)
 
 
 def _markdown(scores: GraspScores) -> str:

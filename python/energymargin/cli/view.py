@@ -14,7 +14,7 @@ from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
 from energymargin.cli.options import PlanWord, chosen_future, parsed
 from energymargin.cli.places import require_free
-from energymargin.cli.terminal import err, leave, loading, say, warn
+from energymargin.cli.terminal import err, leave, loading, say
 
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
@@ -34,8 +34,7 @@ def view_command(
     plan: PlanWord | None = None,
     scores: Path | None = None,
     run: int | None = None,
-    host: str = "127.0.0.1",
-    port: int | None = None,
+    port: int = 8080,
     open_browser: bool = False,
     output: Path | None = None,
     size: str = SIZE,
@@ -64,8 +63,7 @@ def view_command(
             hold, it goes on as it moves; none, it coasts.
         scores: Scores of the dataset, from `score`, which are shown too.
     How the page is served:
-        host: The address to serve at; 0.0.0.0 lets other machines see it, and use it.
-        port: The port; the first free one from 8080 on if not given.
+        port: Where this machine finds it; the next free port if that is taken.
         open_browser: Open the page in your browser.
     A picture instead:
         output: Draw the page into this PNG file instead of serving it.
@@ -90,29 +88,21 @@ def view_command(
             future=chosen_future(frames, plan),
             scores=scores,
             run=run,
-            host=host,
             port=port,
             progress=progress,
         )
     with viewer:
         if output is None:
-            serve(viewer, host, open_browser=open_browser)
+            serve(viewer, open_browser=open_browser)
         else:
             _draw(viewer, output, pixels)
             return
     leave(0)
 
 
-def serve(viewer: Viewer, host: str, *, open_browser: bool, score: bool = True) -> None:
+def serve(viewer: Viewer, *, open_browser: bool, score: bool = True) -> None:
     """Serves the page until Ctrl-C, which is the usual way to end it, and so no error; with `score`
     it scores what it shows first."""
-    from energymargin.look.viewer.guard import is_local
-
-    if not is_local(host):
-        warn(
-            f"Everyone who reaches {host} and has the address of this page can see it and start "
-            "searches on this machine; the connection is not encrypted."
-        )
     if score:
         viewer.page.score()
     say(f"Open [bold]{viewer.url}[/] in a browser. Ctrl-C ends it.")

@@ -1,9 +1,14 @@
 """MuJoCo: states from its data, and a second opinion: scenes as its models, escapes replayed.
 
-The functions need MuJoCo: pip install 'energymargin[mujoco]'.
+Needs the extra [mujoco].
 """
 
 from energymargin.base.doors import check_doors
+from energymargin.base.errors import needs_extra
+
+with needs_extra("a model of MuJoCo", "mujoco"):
+    import mujoco  # noqa: F401
+
 from energymargin.mujoco.mjcf import model_of, to_mjcf
 from energymargin.mujoco.replay import Replay, replay
 from energymargin.mujoco.states import set_state, state, targets

@@ -12,13 +12,12 @@ from itertools import combinations, product
 from typing import Any
 from xml.etree import ElementTree as xml
 
+import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin._core import Scene
+import energymargin as em
 from energymargin.base.checks import positive_number
-from energymargin.model.scenes.additions import base_of
-from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.mjcf_bodies import Bodies, add, rigid
 
 START = "start"  # the keyframe's name
@@ -27,7 +26,7 @@ CONTACT_STEPS = 2  # time constant of a contact; MuJoCo makes a shorter one so l
 IMPRATIO = 100  # how much stiffer friction is than contacts: at MuJoCo's own 1, what sticks creeps
 
 
-def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> str:
+def to_mjcf(scene: em.Scene, state: ArrayLike | None = None, *, step: float | None = None) -> str:
     """A scene as MJCF text.
 
     Args:
@@ -83,16 +82,16 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
     return xml.tostring(root, encoding="unicode")
 
 
-def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> Any:
+def model_of(scene: em.Scene, state: ArrayLike | None = None, *, step: float | None = None) -> Any:
     """The `mujoco.MjModel` of a scene, from `to_mjcf`.
 
     `mujoco.mj_resetDataKeyframe(model, data, 0)` puts an MjData to the state. Raises ValueError as
-    `to_mjcf`, and on what MuJoCo refuses; ImportError without the extra `mujoco`.
+    `to_mjcf`, and on what MuJoCo refuses.
     """
-    return engine().MjModel.from_xml_string(to_mjcf(scene, state, step=step))
+    return mujoco.MjModel.from_xml_string(to_mjcf(scene, state, step=step))
 
 
-def _add_springs(scene: Scene, bodies: Bodies, tendons: xml.Element) -> None:
+def _add_springs(scene: em.Scene, bodies: Bodies, tendons: xml.Element) -> None:
     for number, spring in enumerate(scene.springs):
         name = f"spring{number}"
         law = {"stiffness": spring.stiffness, "damping": spring.damping}
@@ -103,14 +102,19 @@ def _add_springs(scene: Scene, bodies: Bodies, tendons: xml.Element) -> None:
             add(tendon, "site", site=site)
 
 
-def _add_contacts(scene: Scene, bodies: Bodies, contacts: xml.Element, step: float) -> None:
+def _add_contacts(scene: em.Scene, bodies: Bodies, contacts: xml.Element, step: float) -> None:
     apart = {frozenset(pair) for pair in scene.disabled_collisions}
     apart |= {frozenset((joint.parent, joint.child)) for joint in scene.joints}
     carriers = {joint.child: joint.parent for joint in scene.joints if rigid(joint)}
     fixed = {body.name for body in scene.bodies if body.fixed}
-    # What each body is one with; all that is fixed is one.
-    tops = {body.name: base_of(body.name, carriers) for body in scene.bodies}
-    bases = {name: "" if top in fixed else top for name, top in tops.items()}
+
+    def base_of(name: str) -> str:
+        """What a body is one with; all that is fixed is one."""
+        while name in carriers:
+            name = carriers[name]
+        return "" if name in fixed else name
+
+    bases = {body.name: base_of(body.name) for body in scene.bodies}
     for a, b in combinations(bases, 2):
         if frozenset((a, b)) in apart or bases[a] == bases[b]:
             continue

@@ -14,27 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import (
-    Body,
-    Box,
-    Compound,
-    ConvexHull,
-    Cylinder,
-    Inertial,
-    Joint,
-    Loop,
-    MassProperties,
-    Plane,
-    Scene,
-    Sphere,
-    Tendon,
-    mass_properties,
-)
-from energymargin.model.scenes.mjcf_model import CENTRAL
+import energymargin as em
 
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before
 ALONG = 1 - 1e-9  # cosine between an edge and the axis that is locked
+CENTRAL = 1e-6  # m; a centre of mass so near to a frame's origin is there
 UNLIMITED = 1e6  # [rad] or [m], of one end that has no limit
 EQUALITY_STEPS = 2  # time constant of a mimic, the shortest that MuJoCo has
 
@@ -44,7 +29,7 @@ Vector = NDArray[np.float64]
 class Bodies:
     """All bodies of a scene at a state, as elements of a document."""
 
-    def __init__(self, scene: Scene, state: Vector, root: xml.Element, step: float) -> None:
+    def __init__(self, scene: em.Scene, state: Vector, root: xml.Element, step: float) -> None:
         """Adds them to the document's root; `step` [s] is MuJoCo's."""
         self.elements: dict[str, xml.Element] = {}
         self.geoms: dict[str, list[str]] = {}
@@ -63,7 +48,7 @@ class Bodies:
                 self._add(body)
         self._add_forces()
 
-    def _add(self, body: Body) -> None:
+    def _add(self, body: em.Body) -> None:
         """One that hangs on no other, and its links."""
         linear, angular = _axes(body.linear_factor), _axes(body.angular_factor)
         if len(angular) == 2 and not body.fixed:
@@ -82,7 +67,7 @@ class Bodies:
         self._add_links(element, body)
 
     def _add_chain(
-        self, element: xml.Element, body: Body, linear: tuple[int, ...], angular: tuple[int, ...]
+        self, element: xml.Element, body: em.Body, linear: tuple[int, ...], angular: tuple[int, ...]
     ) -> None:
         now, center = self._now[body.name], np.array(inertia_of(body).center)
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
@@ -104,12 +89,12 @@ class Bodies:
             add(element, "joint", name=name, **hinge)
             self._begin([0.0], [spin[axis]])
 
-    def _add_links(self, parent: xml.Element, body: Body) -> None:
+    def _add_links(self, parent: xml.Element, body: em.Body) -> None:
         for joint in self._scene.joints:
             if joint.parent == body.name:
                 self._add_link(parent, joint)
 
-    def _add_link(self, parent: xml.Element, joint: Joint) -> None:
+    def _add_link(self, parent: xml.Element, joint: em.Joint) -> None:
         body = self._by_name[joint.child]
         turn, shift = Rotation.from_quat(joint.orientation), np.array(joint.origin)
         position, velocity = motion_of(joint, self._now.get("joints", {}))
@@ -137,7 +122,7 @@ class Bodies:
                 self._control(joint, joint=joint.name)
         self._add_links(element, body)
 
-    def _control(self, of: Joint | Tendon, **transmission: str) -> None:
+    def _control(self, of: em.Joint | em.Tendon, **transmission: str) -> None:
         stiffness, damping = of.stiffness, of.damping
         if not (stiffness or damping):
             return
@@ -148,7 +133,7 @@ class Bodies:
         add(self._actuators, "general", name=of.name, **transmission, **law, **limit)
         self.start["ctrl"].append(of.target)
 
-    def add_tendon(self, tendon: Tendon, section: xml.Element) -> None:
+    def add_tendon(self, tendon: em.Tendon, section: xml.Element) -> None:
         """A fixed tendon, and what drives it."""
         loss = {"frictionloss": tendon.friction} if tendon.friction else {}
         element = add(section, "fixed", name=tendon.name, **_limits(tendon), **loss)
@@ -156,7 +141,7 @@ class Bodies:
             add(element, "joint", joint=of.joint, coef=of.coefficient)
         self._control(tendon, tendon=tendon.name)
 
-    def add_loop(self, loop: Loop, number: int) -> None:
+    def add_loop(self, loop: em.Loop, number: int) -> None:
         """A connection or a weld of two sites."""
         sites = {}
         for end, body, point, turn in (
@@ -182,7 +167,7 @@ class Bodies:
             self.start["ctrl"].append(0.0)
 
     def _place(
-        self, parent: xml.Element, body: Body, position: Any, orientation: Any
+        self, parent: xml.Element, body: em.Body, position: Any, orientation: Any
     ) -> xml.Element:
         at = _pose(position, orientation)
         if body.name != "world":
@@ -205,7 +190,7 @@ class Bodies:
             add(element, "geom", name=name, **self._solid(solid, name, thinner), **at, **off)
         return element
 
-    def _thinner(self, body: Body, turn: Rotation) -> Vector:
+    def _thinner(self, body: em.Body, turn: Rotation) -> Vector:
         """Shares of the edges of a body's boxes, shape (3,): in a plane no two are equally thick.
 
         Where the faces of two boxes lie in one plane, MuJoCo 3.11 finds contacts that are not
@@ -222,18 +207,18 @@ class Bodies:
         return shares
 
     def _solid(self, solid: Any, name: str, thinner: Vector) -> dict[str, Any]:
-        if isinstance(solid, Plane):
+        if isinstance(solid, em.Plane):
             normal = np.array(solid.normal)
             at = {"pos": solid.offset * normal, "zaxis": normal}
             return {"type": "plane", "size": "0 0 1", **at}
-        if isinstance(solid, ConvexHull):
+        if isinstance(solid, em.ConvexHull):
             add(self._assets, "mesh", name=name, vertex=solid.points)
             return {"type": "mesh", "mesh": name}
-        if isinstance(solid, Box):
+        if isinstance(solid, em.Box):
             return {"type": "box", "size": thinner * np.array(solid.size) / 2}
-        if isinstance(solid, Sphere):
+        if isinstance(solid, em.Sphere):
             return {"type": "sphere", "size": solid.radius}
-        kind = "cylinder" if isinstance(solid, Cylinder) else "capsule"
+        kind = "cylinder" if isinstance(solid, em.Cylinder) else "capsule"
         return {"type": kind, "size": (solid.radius, solid.length / 2)}
 
     def _begin(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
@@ -241,19 +226,19 @@ class Bodies:
         self.start["qvel"].extend(velocities)
 
 
-def _alike_damped(body: Body) -> bool:
+def _alike_damped(body: em.Body) -> bool:
     """Whether one number says how a free joint is damped: that of a body about its frame."""
     slides, turns = body.linear_damping, body.angular_damping
     central = np.abs(inertia_of(body).center).max() <= CENTRAL
     return bool(slides == turns and (central or not slides))
 
 
-def rigid(joint: Joint) -> bool:
+def rigid(joint: em.Joint) -> bool:
     """Whether its two bodies move as one."""
     return bool(joint.held) or joint.type == "fixed"
 
 
-def motion_of(joint: Joint, joints: dict[str, Any]) -> tuple[float, float]:
+def motion_of(joint: em.Joint, joints: dict[str, Any]) -> tuple[float, float]:
     """Its position and velocity, from those of the joints in a state."""
     if joint.type == "fixed":
         return 0.0, 0.0
@@ -264,9 +249,9 @@ def motion_of(joint: Joint, joints: dict[str, Any]) -> tuple[float, float]:
     return mimic.multiplier * now["position"] + mimic.offset, mimic.multiplier * now["velocity"]
 
 
-def inertia_of(body: Body) -> Inertial | MassProperties:
+def inertia_of(body: em.Body) -> em.Inertial | em.MassProperties:
     """Its own, or that of its shape."""
-    return body.inertial or mass_properties(body.shape, body.mass)
+    return body.inertial or em.mass_properties(body.shape, body.mass)
 
 
 def add(parent: xml.Element, tag: str, **attributes: Any) -> xml.Element:
@@ -278,7 +263,7 @@ def add(parent: xml.Element, tag: str, **attributes: Any) -> xml.Element:
     return element
 
 
-def _limits(joint: Joint | Tendon) -> dict[str, Any]:
+def _limits(joint: em.Joint | em.Tendon) -> dict[str, Any]:
     low, high = joint.limits
     if getattr(joint, "mimic", None) or not (np.isfinite(low) or np.isfinite(high)):
         return {}
@@ -289,7 +274,7 @@ def _limits(joint: Joint | Tendon) -> dict[str, Any]:
 
 def _parts(shape: Any) -> Iterator[tuple[Any, dict[str, Any]]]:
     """Solids, each with its pose in the body's frame."""
-    if isinstance(shape, Compound):
+    if isinstance(shape, em.Compound):
         for part in shape.parts:
             yield part.shape, _pose(part.position, part.orientation)
     else:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Cancel, Cancelled, EscapeEffort, Problem, Region, Scene, World
+import energymargin as em
 from energymargin.base.checks import one_of, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.simulation import Instant, Simulation, Ticks
@@ -50,12 +50,12 @@ class Replay(Record):
 def replay(
     model: Any,
     data: Any,
-    problem: Problem,
-    escape: EscapeEffort | None = None,
+    problem: em.Problem,
+    escape: em.EscapeEffort | None = None,
     *,
     captured: str = "all",
     largest_scale: float = 1.2,
-    cancel: Cancel | None = None,
+    cancel: em.Cancel | None = None,
 ) -> Replay:
     """Plays an escape, or the robot's plan alone, in MuJoCo.
 
@@ -98,7 +98,7 @@ def replay(
     return Replay(first.escaped, *first.last, distance, angle, *least)
 
 
-def _path(escape: EscapeEffort) -> tuple[list[Edge], Vector]:
+def _path(escape: em.EscapeEffort) -> tuple[list[Edge], Vector]:
     """Its edges, and the state to which they lead here."""
     if not len(escape.path):
         raise ValueError("escape has no path, expected one that leads out")
@@ -107,18 +107,18 @@ def _path(escape: EscapeEffort) -> tuple[list[Edge], Vector]:
     return [Edge(row, float(duration)) for row, duration in rows], tree.states[escape.path[-1]]
 
 
-def _undisturbed(problem: Problem) -> tuple[list[Edge], Vector]:
+def _undisturbed(problem: em.Problem) -> tuple[list[Edge], Vector]:
     """The whole future, and where it ends here."""
     if problem.horizon is None:
         raise ValueError("escape is None, expected one for a problem without horizon and plan")
     scene, horizon = problem.scene, problem.horizon
     none = np.zeros((sum(body.role == "object" for body in scene.bodies), 6))
     steps = round(horizon / scene.step)
-    here = World(scene, problem.plan).simulate(problem.state, steps, record=[steps])
+    here = em.World(scene, problem.plan).simulate(problem.state, steps, record=[steps])
     return [Edge(none, horizon)], here.states[-1]
 
 
-def _require_same(problem: Problem, state: Vector) -> None:
+def _require_same(problem: em.Problem, state: Vector) -> None:
     """Raises ValueError unless the data are at the problem's state."""
     found, wanted = problem.scene.unpack(state), problem.scene.unpack(problem.state)
     for name in wanted.keys() - {"joints"}:
@@ -132,11 +132,11 @@ def _require_same(problem: Problem, state: Vector) -> None:
             )
 
 
-def _require_targets(problem: Problem, model: Any, data: Any) -> None:
+def _require_targets(problem: em.Problem, model: Any, data: Any) -> None:
     """Raises ValueError unless the controls ask for the scene's targets, or a plan has others."""
     planned = problem.plan.targets if problem.plan else {}
     for name, servo in servos(Names(problem.scene, model), model).items():
-        asked, target = float(data.ctrl[servo.address]), servo.joint.target
+        asked, target = float(data.ctrl[servo.actuator.address]), servo.joint.target
         if name not in planned and abs(asked - servo.control(target)) > SAME:
             raise ValueError(
                 f"data has the control {asked:.6g} for joint {name!r}, expected "
@@ -146,7 +146,7 @@ def _require_targets(problem: Problem, model: Any, data: Any) -> None:
             )
 
 
-def _apart(scene: Scene, state: Vector, other: Vector) -> tuple[float, float]:
+def _apart(scene: em.Scene, state: Vector, other: Vector) -> tuple[float, float]:
     """How far the objects are apart: distance [m] and angle [rad], the most of each."""
     one, two = scene.unpack(state), scene.unpack(other)
     objects = [body.name for body in scene.bodies if body.role == "object"]
@@ -196,11 +196,11 @@ class Player:
 
     def __init__(
         self,
-        problem: Problem,
-        captured: Region,
+        problem: em.Problem,
+        captured: em.regions.Region,
         model: Any,
         data: Any,
-        cancel: Cancel | None = None,
+        cancel: em.Cancel | None = None,
     ) -> None:
         """`captured`: the set that is left. Raises ValueError as `Simulation`."""
         self._cancel = cancel
@@ -234,7 +234,7 @@ class Player:
     def _go_to_look(self, simulation: Simulation, until: float) -> bool:
         """To the next look, or to a time [s]; False if it is there already."""
         if self._cancel and self._cancel.is_set:
-            raise Cancelled("cancelled while an escape was played in MuJoCo")
+            raise em.Cancelled("cancelled while an escape was played in MuJoCo")
         last = round(until / self._timestep)
         steps = min(self._looks.next(simulation.steps), last) - simulation.steps
         simulation.advance(steps)

@@ -6,11 +6,11 @@ import math
 from copy import copy
 from typing import Any, NamedTuple
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Plan, Scene
-from energymargin.model.scenes.mjcf_model import engine
+import energymargin as em
 from energymargin.mujoco.states import States, servos
 
 Vector = NDArray[np.float64]
@@ -32,9 +32,8 @@ class Instant(NamedTuple):
 class Simulation:
     """A copy of some data, step by step, and the work of the wrenches on the objects so far."""
 
-    def __init__(self, scene: Scene, model: Any, data: Any, plan: Plan | None = None) -> None:
+    def __init__(self, scene: em.Scene, model: Any, data: Any, plan: em.Plan | None = None) -> None:
         """`plan` begins where the data are. Raises ValueError if the model lacks what it moves."""
-        self._mujoco = engine()
         self.model, self.states, self.data = model, States(scene, model), copy(data)
         self.steps = 0
         self.effort = 0.0
@@ -94,7 +93,7 @@ class Simulation:
         if self._pushes:
             self._step_working(steps)
         else:
-            self._mujoco.mj_step(self.model, self.data, steps)
+            mujoco.mj_step(self.model, self.data, steps)
         if not self.data.time > before:  # then it has begun anew
             raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
         self.steps += steps
@@ -104,7 +103,7 @@ class Simulation:
         half = self.model.opt.timestep / 2
         before = self._powers()
         for _ in range(steps):
-            self._mujoco.mj_step(self.model, self.data)
+            mujoco.mj_step(self.model, self.data)
             after = self._powers()
             for one, other in zip(before, after, strict=True):
                 work = half * (one + other)
@@ -115,7 +114,7 @@ class Simulation:
     def _powers(self) -> list[float]:
         """Power of the wrench on each object, at its centre of mass [W]."""
         self.states.refresh(self.data)
-        at_mass = self._mujoco.mjtObj.mjOBJ_BODY
+        at_mass = mujoco.mjtObj.mjOBJ_BODY
         twists = (self.states.twist(self.data, body, at_mass) for body in self.objects)
         return [float(w @ twist) for w, twist in zip(self._turned, twists, strict=True)]
 
@@ -131,12 +130,12 @@ class Robot:
     its body to the wanted velocity in one step if nothing but gravity acted on it.
     """
 
-    def __init__(self, plan: Plan, model: Any, states: States) -> None:
+    def __init__(self, plan: em.Plan, model: Any, states: States) -> None:
         """Raises ValueError on a body that the model lacks, a joint without such an actuator, and a
         plan that depends on the state."""
         if plan.feedback is not None:
             raise ValueError(f"plan is {plan!r}, expected one of rows alone: MuJoCo follows those")
-        self._mujoco, self._plan, self._model, self._states = engine(), plan, model, states
+        self._plan, self._model, self._states = plan, model, states
         self._wrenches = [(states.body_id(b), rows) for b, rows in plan.wrenches.items()]
         found = servos(states.names, model)
         lacking = [joint for joint in plan.targets if joint not in found]
@@ -162,7 +161,7 @@ class Robot:
         nearest to its time."""
         row, last = self._rows.last(step), self._plan.rows - 1
         for servo, targets in self._targets:
-            data.ctrl[servo.address] = servo.control(float(targets[min(row, last)]))
+            data.ctrl[servo.actuator.address] = servo.control(float(targets[min(row, last)]))
         if row > last:
             return
         for body, wrenches in self._wrenches:
@@ -174,7 +173,7 @@ class Robot:
     def _motor(self, data: Any, body: int, wanted: Vector) -> Vector:
         """The wrench of a motor without limits, shape (6,)."""
         model, step = self._model, self._model.opt.timestep
-        twist = self._states.twist(data, body, self._mujoco.mjtObj.mjOBJ_BODY)
+        twist = self._states.twist(data, body, mujoco.mjtObj.mjOBJ_BODY)
         axes = data.ximat[body].reshape(3, 3)
         inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
         speed = wanted[:3]

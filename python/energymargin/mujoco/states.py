@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Body, Joint, Scene, Tendon
+import energymargin as em
 from energymargin.base.checks import check_shape
 from energymargin.base.plausibility import warn
-from energymargin.model.scenes.mjcf_couplings import couplings
-from energymargin.model.scenes.mjcf_drives import Drive, drives
-from energymargin.model.scenes.mjcf_model import (
-    Features,
-    Selection,
-    control_address,
-    disabled,
-    engine,
-    name_of,
-    start_of,
-    word,
-)
-from energymargin.model.scenes.poses import place, pose
 from energymargin.mujoco.mjcf_bodies import inertia_of
 
 Vector = NDArray[np.float64]
@@ -48,14 +35,14 @@ class States:
     """
 
     def __init__(
-        self, scene: Scene, model: Any, *, prefix: str = "", others: ArrayLike | None = None
+        self, scene: em.Scene, model: Any, *, prefix: str = "", others: ArrayLike | None = None
     ) -> None:
         """`model`: a `mujoco.MjModel`. `prefix`: of the scene's names. `others`: a state, shape
         (n,), that says where the bodies and joints are that the model does not have.
 
         Raises ValueError on such if there is no `others`.
         """
-        self._mujoco, self._scene, self._model = engine(), scene, model
+        self._scene, self._model = scene, model
         self.names = names = Names(scene, model, prefix)
         self._free = [(body, at, scene.slice(body.name)) for body, at in names.free]
         self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving]
@@ -66,14 +53,14 @@ class States:
             )
         self._rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
         check_shape("others", self._rest, (scene.dimension,))
-        self._twist, self._ball = np.zeros(6), self._mujoco.mjtJoint.mjJNT_BALL
+        self._twist, self._ball = np.zeros(6), mujoco.mjtJoint.mjJNT_BALL
 
     def read(self, data: Any) -> Vector:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
         self.refresh(data)
         state, model = self._rest.copy(), self._model
         for _, body, at in self._free:
-            row, twist = state[at], self.twist(data, body, self._mujoco.mjtObj.mjOBJ_XBODY)
+            row, twist = state[at], self.twist(data, body, mujoco.mjtObj.mjOBJ_XBODY)
             row[:3], row[3:7] = data.xpos[body], np.roll(data.xquat[body], -1)
             row[7:10], row[10:] = twist[3:], twist[:3]
         for joint, number, at in self._own:
@@ -103,14 +90,14 @@ class States:
 
     def refresh(self, data: Any) -> None:
         """Poses and velocities from `qpos` and `qvel`."""
-        self._mujoco.mj_kinematics(self._model, data)
-        self._mujoco.mj_comPos(self._model, data)
-        self._mujoco.mj_comVel(self._model, data)
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        mujoco.mj_comVel(self._model, data)
 
     def twist(self, data: Any, body: int, point: Any) -> Vector:
         """Angular and linear velocity along the world's axes, shape (6,): of a body's frame
         (mjOBJ_XBODY) or centre of mass (mjOBJ_BODY)."""
-        self._mujoco.mj_objectVelocity(self._model, data, point, body, self._twist, 0)
+        mujoco.mj_objectVelocity(self._model, data, point, body, self._twist, 0)
         return self._twist
 
     def body_id(self, name: str) -> int:
@@ -128,7 +115,7 @@ class States:
         for joint, parent, child in self.names.rigid:
             self._require(data, joint.child, child, _welded_at(data, joint, parent), FIXED)
 
-    def _write_body(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
+    def _write_body(self, data: Any, body: em.Body, number: int, now: dict[str, Any]) -> None:
         model = self._model
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         at = [*now["position"], *np.roll(now["orientation"], 1)]
@@ -137,16 +124,16 @@ class States:
         kinds = [model.jnt_type[joint] for joint in joints]
         if mocap >= 0:
             data.mocap_pos[mocap], data.mocap_quat[mocap] = at[:3], at[3:]
-        elif kinds == [self._mujoco.mjtJoint.mjJNT_FREE]:
+        elif kinds == [mujoco.mjtJoint.mjJNT_FREE]:
             self._put(data, first, at, [*now["velocity"], *turn.inv().apply(spin)])
         elif not all([*body.linear_factor, *body.angular_factor]) or self._ball in kinds:
             self._write_chain(data, body, number, now, joints)
 
     def _write_chain(
-        self, data: Any, body: Body, number: int, now: dict[str, Any], joints: range
+        self, data: Any, body: em.Body, number: int, now: dict[str, Any], joints: range
     ) -> None:
         """Puts a body with locked axes, or on a ball, to its pose and velocity."""
-        model, kinds = self._model, self._mujoco.mjtJoint
+        model, kinds = self._model, mujoco.mjtJoint
         turn, spin = Rotation.from_quat(now["orientation"]), now["angular_velocity"]
         for joint in joints:
             at = model.jnt_qposadr[joint]
@@ -154,7 +141,7 @@ class States:
             data.qpos[at : at + size] = model.qpos0[at : at + size]
         self.refresh(data)
         parent = int(model.body_parentid[number])
-        spin = spin - self.twist(data, parent, self._mujoco.mjtObj.mjOBJ_XBODY)[:3]
+        spin = spin - self.twist(data, parent, mujoco.mjtObj.mjOBJ_XBODY)[:3]
         center = np.array(inertia_of(body).center)
         base, arm = _matrix(data, number), turn.apply(center)
         way = now["position"] + arm - data.xpos[number] - base.apply(center)
@@ -185,7 +172,7 @@ class States:
             )
 
 
-def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
+def _held_at(data: Any, joint: em.Joint, parent: int, child: int) -> float:
     """Where a joint is that the model welds."""
     of_parent, of_child = _matrix(data, parent), _matrix(data, child)
     frame, axis = of_parent * Rotation.from_quat(joint.orientation), np.array(joint.axis)
@@ -197,12 +184,12 @@ def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
     return float((end - start) @ frame.apply(axis))
 
 
-def _welded_at(data: Any, joint: Joint, parent: int) -> dict[str, Any]:
+def _welded_at(data: Any, joint: em.Joint, parent: int) -> dict[str, Any]:
     """Where the scene has a body that a fixed joint holds."""
-    outer = np.eye(4)
-    outer[:3, :3], outer[:3, 3] = data.xmat[parent].reshape(3, 3), data.xpos[parent]
-    inner = np.linalg.inv(pose(joint.child_origin, joint.child_orientation))
-    return place(outer @ pose(joint.origin, joint.orientation) @ inner)
+    of_parent, of_joint = _matrix(data, parent), Rotation.from_quat(joint.orientation)
+    turn = of_parent * of_joint * Rotation.from_quat(joint.child_orientation).inv()
+    start = data.xpos[parent] + of_parent.apply(joint.origin)
+    return {"position": start - turn.apply(joint.child_origin), "orientation": turn.as_quat()}
 
 
 def _matrix(data: Any, body: int) -> Rotation:
@@ -212,10 +199,10 @@ def _matrix(data: Any, body: int) -> Rotation:
 class Names:
     """The bodies and joints of a scene in a model, with their numbers there."""
 
-    def __init__(self, scene: Scene, model: Any, prefix: str = "") -> None:
+    def __init__(self, scene: em.Scene, model: Any, prefix: str = "") -> None:
         """`prefix`: of the scene's names, which the model's lack."""
         bodies, joints = (
-            {prefix + name_of(model, kind, number): number for number in range(count)}
+            {prefix + (getattr(model, kind)(k).name or f"{kind}{k}"): k for k in range(count)}
             for kind, count in (("body", model.nbody), ("joint", model.njnt))
         )
         self.prefix = prefix
@@ -255,7 +242,7 @@ class Names:
 
 
 def state(
-    scene: Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
+    scene: em.Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
 ) -> Vector:
     """The state of a scene in a `mujoco.MjData`, shape (n,), for `problem.with_state`.
 
@@ -282,7 +269,9 @@ def state(
     return states.read(own)
 
 
-def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: str = "") -> None:
+def set_state(
+    model: Any, data: Any, scene: em.Scene, state: ArrayLike, *, prefix: str = ""
+) -> None:
     """Puts a state, shape (n,), into a `mujoco.MjData`, and brings that forward (mj_forward).
 
     Controls become those that ask for the targets of the scene's joints, so that what the scene
@@ -298,90 +287,65 @@ def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: 
     States(scene, model, prefix=prefix, others=scene.pack()).write(own, state)
     for servo in servos(Names(scene, model, prefix), model).values():
         servo.write(own)
-    engine().mj_copyData(data, model, own)
-    engine().mj_forward(model, data)
+    mujoco.mj_copyData(data, model, own)
+    mujoco.mj_forward(model, data)
 
 
-def targets(scene: Scene, model: Any, data: Any, *, prefix: str = "") -> dict[str, float]:
+def targets(scene: em.Scene, model: Any, data: Any, *, prefix: str = "") -> dict[str, float]:
     """By joint or tendon under position control, the target [rad or m] that the control asks for.
 
     For `Plan(targets=...)`, or a scene whose joints were made at another control. It is that of
     `em.scenes.from_mjcf` for joints that one actuator drives, also by a tendon or beside a spring.
     Raises ImportError without MuJoCo.
     """
-    found = servos(Names(scene, model, prefix), model)
-    control = start_of(model, data, None).control
-    return {
-        name: servo.target(float(control[servo.address]))
-        for name, servo in found.items()
-        if servo.drive.stiffness > 0
-    }
-
-
-FILTERS = ("filter", "filterexact")  # activations that follow the control
+    found = servos(Names(scene, model, prefix), model).items()
+    return {name: servo.target(data) for name, servo in found if servo.actuator.stiffness > 0}
 
 
 @dataclass(frozen=True)
 class Servo:
-    """The one actuator that drives a joint or a tendon by position or velocity control."""
+    """A joint or a tendon of the scene, and what drives it in the model."""
 
-    joint: Joint | Tendon
-    """The scene's."""
-    address: int
-    """Place of its control in `ctrl`."""
-    slope: float
-    rest: float
-    drive: Drive
-    activation: int
-    """Place of a filter's state in `act`; -1 without one."""
-    low: float
-    high: float
-    """To which MuJoCo clips the control."""
+    joint: em.Joint | em.Tendon
+    actuator: em.scenes.Actuator
 
     def control(self, target: float) -> float:
         """That asks for a target [rad or m]; under velocity control for the joint's velocity."""
-        force = self.drive.stiffness * target + self.drive.damping * self.joint.target_velocity
-        return (force - self.rest) / self.slope
+        force = self.actuator.stiffness * target + self._damping
+        return (force - self.actuator.rest) / self.actuator.slope
 
-    def target(self, control: float) -> float:
-        """That a control asks for [rad or m], under position control."""
-        force = self.rest + self.slope * control - self.drive.damping * self.joint.target_velocity
-        return force / self.drive.stiffness
+    def target(self, data: Any) -> float:
+        """That the control in a `mujoco.MjData` asks for [rad or m], under position control."""
+        of = self.actuator
+        control = float(np.clip(data.ctrl[of.address], of.low, of.high))
+        return (of.rest + of.slope * control - self._damping) / of.stiffness
 
     def write(self, data: Any) -> None:
         """Sets the control in a `mujoco.MjData` to that of the scene's target."""
-        control = self.control(self.joint.target)
-        if not self.low <= control <= self.high:
+        control, of = self.control(self.joint.target), self.actuator
+        if not of.low <= control <= of.high:
             about = f"joint {self.joint.name!r}: control"
-            clipped = f"MuJoCo clips it to [{self.low:.6g}, {self.high:.6g}]."
+            clipped = f"MuJoCo clips it to [{of.low:.6g}, {of.high:.6g}]."
             text = f"{about} {control:.6g} would ask for its target, and {clipped}"
-            warn([(about, text)], repr((control, (self.low, self.high))))
-        data.ctrl[self.address] = control
-        if self.activation >= 0:
-            data.act[self.activation] = control
+            warn([(about, text)], repr((control, (of.low, of.high))))
+        data.ctrl[of.address] = control
+        if of.activation >= 0:
+            data.act[of.activation] = control
+
+    @property
+    def _damping(self) -> float:
+        """Force that the damping adds at the joint's target velocity."""
+        return self.actuator.damping * self.joint.target_velocity
 
 
 def servos(names: Names, model: Any) -> dict[str, Servo]:
     """By joint or tendon that is driven in the scene as in the model, by one actuator there."""
-    features = Features(())
-    selection = Selection(model, None, "fixed", start_of(model, None, None), features)
-    found, tendons = drives(selection, couplings(selection, features), (), features)
-    driven = {names.prefix + tendon.name: tendon.drive for tendon in tendons}
-    driven |= {of.name: found[k] for of, k in names.moving if k in found and not of.held}
-    moving = (joint for joint, _ in names.moving if not joint.held)
-    ends: list[Joint | Tendon] = [*moving, *names.tendons]
-    clamps, result = not disabled(model, "CLAMPCTRL"), {}
-    for joint in [of for of in ends if of.name in driven]:
-        drive = driven[joint.name]
-        if len(drive.controls) != 1 or (drive.stiffness > 0) != (joint.stiffness > 0):
-            continue
-        ((actuator, slope),) = drive.controls.items()
-        address = control_address(model, actuator)
-        rest = drive.force - slope * float(selection.start.control[address])
-        filtered = word("mjtDyn", model.actuator_dyntype[actuator]) in FILTERS
-        activation = int(model.actuator_actadr[actuator]) if filtered else -1
-        limited = clamps and model.actuator_ctrllimited[actuator]
-        low, high = model.actuator_ctrlrange[actuator] if limited else (-math.inf, math.inf)
-        known = (joint, address, slope, rest, drive, activation)
-        result[joint.name] = Servo(*known, float(low), float(high))
-    return result
+    driven = {
+        names.prefix + name: actuator for name, actuator in em.scenes.actuators(model).items()
+    }
+    moving: list[em.Joint | em.Tendon] = [joint for joint, _ in names.moving if not joint.held]
+    return {
+        of.name: Servo(of, driven[of.name])
+        for of in [*moving, *names.tendons]
+        if of.name in driven and (driven[of.name].stiffness > 0) == (of.stiffness > 0)
+    }

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from energymargin._core import Problem, World as Simulated
+from energymargin.look.outlines import view_of
 from energymargin.look.plots.scenes import draw_bodies, draw_lost
-from energymargin.model.outlines import view_of
 from energymargin_paper.evidence.act_demo import HOLD, Demo, Values
 from energymargin_paper.evidence.act_trials import met
 

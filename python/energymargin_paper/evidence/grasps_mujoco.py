@@ -10,6 +10,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +19,7 @@ from energymargin.grasps.belief import Draw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
 from energymargin.grasps.trials import LEVER, Closed, Grasp, Trials
-from energymargin.model.scenes.mjcf_model import engine, name_of
+from energymargin.model.scenes.mjcf_model import name_of
 from energymargin.mujoco import model_of
 from energymargin.mujoco.replay import Edge, Player
 from energymargin.mujoco.simulation import Simulation
@@ -206,14 +207,14 @@ class Moved(Simulation):
         first = model.jnt_dofadr[model.body_jntadr[self._base]]
         self._free = slice(first, first + 6)
         model.dof_armature[self._free] = HEAVY
-        self._mujoco.mj_setConst(model, copy(data))
+        mujoco.mj_setConst(model, copy(data))
 
     @property
     def pressed(self) -> set[str]:
         """Bodies that press on the object or on which it presses."""
         bodies, force = set(), np.zeros(6)
         for k, contact in enumerate(self.data.contact[: self.data.ncon]):
-            self._mujoco.mj_contactForce(self.model, self.data, k, force)
+            mujoco.mj_contactForce(self.model, self.data, k, force)
             ends = self.model.geom_bodyid[[contact.geom1, contact.geom2]]
             if force[0] > 0 and set(ends) & set(self.objects):
                 bodies |= {name_of(self.model, "body", int(end)) for end in ends}
@@ -234,7 +235,7 @@ class Moved(Simulation):
             wanted[:3] = velocities[row, :3]
             wanted[3:] = velocities[row, 3:] @ turn  # in the body's frame
             force[:] = gain * (wanted - velocity)
-            self._mujoco.mj_step(model, data)
+            mujoco.mj_step(model, data)
         if steps and not data.time > before:
             raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
         self.steps += steps
@@ -242,7 +243,7 @@ class Moved(Simulation):
 
 def _twin(scene: Scene, state: NDArray[np.float64], how: Engine) -> tuple[Any, Any]:
     """The scene's model, as stiff as is asked for, and the data at a state."""
-    mujoco, model = engine(), model_of(scene, state, step=how.step)
+    model = model_of(scene, state, step=how.step)
     model.opt.impratio = how.impratio
     model.pair_solimp[:, :3] = how.solimp
     data = mujoco.MjData(model)

@@ -203,8 +203,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
+        from energymargin.look.outlines import view_of
         from energymargin.look.plots import plot_state
-        from energymargin.model.outlines import view_of
 
         if self._seen is None:
             self._seen = self._driven(self.start, self._script, self.task.steps)

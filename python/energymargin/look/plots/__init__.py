@@ -1,6 +1,6 @@
 """Pictures of scores (matplotlib): a state with its search tree, scores along a trajectory, how
 well they tell labels apart, how an effort falls with the nodes, and how a probability falls over
-its horizon. `write_rerun` makes a file of rerun of a trajectory.
+its horizon.
 
 Each `plot_...` takes and returns an Axes; without one it makes a figure of pyplot. Each
 `figure_...` makes a whole Figure.
@@ -18,7 +18,6 @@ from energymargin.look.plots.curves import plot_precision_recall, plot_roc
 from energymargin.look.plots.datasets import figure_qualitative
 from energymargin.look.plots.grasps import figure_grasp, plot_grasps
 from energymargin.look.plots.profile import figure_margin_profile, plot_margin_profile
-from energymargin.look.plots.rerun_file import write_rerun
 from energymargin.look.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.look.plots.states import plot_state, state_legend
 from energymargin.look.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
@@ -52,7 +51,6 @@ __all__ = [
     "plot_state",
     "state_legend",
     "trajectory_scores",
-    "write_rerun",
 ]
 
 check_doors(globals(), __all__)

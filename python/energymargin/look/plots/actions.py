@@ -14,15 +14,7 @@ from energymargin.act.improvement import Improvement
 from energymargin.act.ranking import Ranking, Standing
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import axis_label, is_likelihood
-from energymargin.look.plots.styles import (
-    axes_or_new,
-    curve_style,
-    draw_bounded,
-    draw_legend,
-    folded,
-    light_grid,
-    room_for_infinity,
-)
+from energymargin.look.plots import styles
 
 BEST, ALIKE, WORSE = "tab:blue", "0.25", "0.7"
 DISTURBANCE_COLOR = "tab:orange"
@@ -40,10 +32,10 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     the axes of a new figure. Raises ValueError on another thing than a Ranking.
     """
     check_type("ranking", ranking, Ranking, "a Ranking, as of em.rank")
-    names = [folded(name) for name in ranking.names]
+    names = [styles.folded(name) for name in ranking.names]
     lines = [line for name in names for line in name.split("\n")]
     width = 4.2 + LETTER * max(map(len, lines))
-    ax = axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
+    ax = styles.axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
     colors = [
         BEST if row == 0 else ALIKE if standing.name in ranking.confidence_set else WORSE
         for row, standing in enumerate(ranking)
@@ -54,7 +46,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(ranking) - 0.5, -0.5)
     ax.set_xlabel(axis_label(ranking.metric))
-    light_grid(ax)
+    styles.light_grid(ax)
     _explain(ax, ranking, colors)
     return ax
 
@@ -82,7 +74,7 @@ def _scale(ax: Axes, ranking: Ranking) -> float:
     if is_likelihood(ranking.metric):
         ax.set_xlim(-0.02, 1.02)
         return 1.0
-    edge, _ = room_for_infinity(
+    edge, _ = styles.room_for_infinity(
         ax.xaxis, np.array([(s.low, s.score, s.high) for s in ranking]).ravel()
     )
     return np.inf if np.isnan(edge) else edge
@@ -117,7 +109,7 @@ def _explain(ax: Axes, ranking: Ranking, colors: list[str]) -> None:
     if any(np.isposinf(standing.high) for standing in ranking):
         ax.plot([], [], color=ALIKE, label=ENDLESS, **dot | {"marker": ">"})
     ax.plot([], [], color=ALIKE, linewidth=1.6, label="95 % interval")
-    draw_legend(ax, "below")
+    styles.draw_legend(ax, "below")
 
 
 # How a plan was improved
@@ -131,12 +123,12 @@ def _draw_scores(ax: Axes, improvement: Improvement) -> None:
     scores = np.concatenate([one.scores for one in generations])
     best = np.array([one.scores[one.best] for one in generations])
     median = np.array([_median(one.scores) for one in generations])
-    height, _ = room_for_infinity(ax.yaxis, scores)
+    height, _ = styles.room_for_infinity(ax.yaxis, scores)
     plans: dict[str, Any] = {"linestyle": "", "endless": ENDLESS}
     line: dict[str, Any] = {"linewidth": 1.4, "markersize": 3}
-    draw_bounded(ax, every, scores, "each plan", height, color="0.75", marker=".", **plans)
-    draw_bounded(ax, numbers, median, "median", height, color=ALIKE, marker="s", **line)
-    draw_bounded(ax, numbers, best, "best", height, color=BEST, marker="o", **line)
+    styles.draw_bounded(ax, every, scores, "each plan", height, color="0.75", marker=".", **plans)
+    styles.draw_bounded(ax, numbers, median, "median", height, color=ALIKE, marker="s", **line)
+    styles.draw_bounded(ax, numbers, best, "best", height, color=BEST, marker="o", **line)
     ax.set_ylabel(axis_label(improvement.ranking.metric))
     _count_generations(ax, len(numbers))
     factors = [one.factor for one in generations]
@@ -145,7 +137,7 @@ def _draw_scores(ax: Axes, improvement: Improvement) -> None:
         beside.step(numbers, factors, where="mid", color=DISTURBANCE_COLOR, linewidth=1.2)
         beside.set_ylabel("disturbance, times the stated one", color=DISTURBANCE_COLOR)
         beside.set_ylim(bottom=0.0)
-    draw_legend(ax, "below")
+    styles.draw_legend(ax, "below")
 
 
 def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
@@ -154,20 +146,20 @@ def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
     numbers = np.arange(1, len(points) + 1)
     ranges = improvement.ranges.items()
     for k, ((name, (low, high)), column) in enumerate(zip(ranges, points.T, strict=True)):
-        look = curve_style(k).look(color=PARAMETER_COLORS[k % len(PARAMETER_COLORS)])
+        look = styles.curve_style(k).look(color=PARAMETER_COLORS[k % len(PARAMETER_COLORS)])
         last = low + column[-1] * (high - low)
-        label = f"{folded(name)}: {last:.3g} of {low:g} to {high:g}"
+        label = f"{styles.folded(name)}: {last:.3g} of {low:g} to {high:g}"
         ax.plot(numbers, column, label=label, **look)
     ax.set(ylabel="share of the parameter's range", ylim=(-0.02, 1.02))
     _count_generations(ax, len(points))
-    draw_legend(ax, "below", ncols=1, title="last value")
+    styles.draw_legend(ax, "below", ncols=1, title="last value")
 
 
 def _count_generations(ax: Axes, count: int) -> None:
     """The axis of their numbers."""
     ax.set(xlabel="generation", xlim=(0.5, count + 0.5))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    light_grid(ax)
+    styles.light_grid(ax)
 
 
 def _median(scores: NDArray[np.float64]) -> float:

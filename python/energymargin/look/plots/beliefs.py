@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import axis_label, is_likelihood, value_text
 from energymargin.evaluate.belief_scores import BeliefScore
+from energymargin.look.outlines import Plan, plane_for, view_of
 from energymargin.look.plots.scenes import draw_bodies, draw_outlines, set_plane
 from energymargin.look.plots.styles import draw_legend, light_grid
 from energymargin.model.beliefs.belief import Belief
-from energymargin.model.outlines import Plan, plane_for, view_of
 
 COLORS = "viridis"
 AROUND = 0.15  # of the view's longer side

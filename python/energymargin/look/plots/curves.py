@@ -13,32 +13,16 @@ from numpy.typing import NDArray
 
 from energymargin.base.metrics import ANY, axis_label, is_likelihood
 from energymargin.base.table_text import short
-from energymargin.look.plots.styles import (
-    CHANCE_COLOR,
-    LOST_COLOR,
-    PALETTE,
-    curve_axes,
-    draw_legend,
-    light_grid,
-    metric_style,
-)
+from energymargin.look.plots import styles
 from energymargin.look.plots.trajectories import Scores, labelled_scores
 from energymargin.records.evaluation import Among, LabelledScores, curves
-from energymargin.records.evaluation.curves import (
-    CAPTURED,
-    OneLabelError,
-    Target,
-    Wrongness,
-    metrics_against,
-    target_name,
-)
 from energymargin.records.evaluation.labelled import HORIZON, LAST_FRAMES
 
 Curve = curves.Roc | curves.PrecisionRecall
 SIZE = (6.0, 4.0)  # inch
 BINS = 20
 FAR = 1  # percent of the scores at either end that may lie outside of the bins' range
-LABEL_STYLES = {True: (PALETTE[0].color, ""), False: (LOST_COLOR, "///")}
+LABEL_STYLES = {True: (styles.PALETTE[0].color, ""), False: (styles.LOST_COLOR, "///")}
 
 
 def plot_roc(
@@ -46,7 +30,7 @@ def plot_roc(
     *,
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
-    target: Target = CAPTURED,
+    target: curves.Target = curves.CAPTURED,
     frames: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
@@ -83,7 +67,7 @@ def plot_precision_recall(
     *,
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
-    target: Target = CAPTURED,
+    target: curves.Target = curves.CAPTURED,
     frames: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
@@ -116,7 +100,7 @@ def plot_precision_recall(
     return _plot(curves.precision_recall, **locals())
 
 
-def plot_distribution(one: Wrongness, ax: Axes) -> None:
+def plot_distribution(one: curves.Wrongness, ax: Axes) -> None:
     """Histograms of a metric's scores with either label, in percent of those with that label.
 
     Infinite scores have a bar of their own at the right end; a few scores far away are in the
@@ -145,8 +129,8 @@ def plot_distribution(one: Wrongness, ax: Axes) -> None:
         ax.set_xticks([*ticks, edges[-1] + 2 * width], [*(f"{t:.3g}" for t in ticks), "∞"])
     ax.set_xlim(edges[0] - width, edges[-1] + width * (3.0 if np.isposinf(scores).any() else 1.0))
     ax.set(xlabel=axis_label(one.metric), ylabel="share of that label [%]")
-    light_grid(ax)
-    draw_legend(ax)
+    styles.light_grid(ax)
+    styles.draw_legend(ax)
 
 
 def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
@@ -159,11 +143,11 @@ def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _chosen(
-    labelled: LabelledScores, metrics: Sequence[str] | None, target: Target
+    labelled: LabelledScores, metrics: Sequence[str] | None, target: curves.Target
 ) -> Sequence[str]:
     if isinstance(metrics, str):
         raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
-    chosen = metrics_against(labelled, target) if metrics is None else metrics
+    chosen = curves.metrics_against(labelled, target) if metrics is None else metrics
     if not chosen:
         there = ", ".join(labelled.scores) or "none"
         raise ValueError(f"metrics is empty, expected some that have scores: {there}")
@@ -185,12 +169,12 @@ def _plot(
     for metric in _chosen(labelled, metrics, terms["target"]):
         try:
             found[metric] = curve(labelled, metric, **terms)
-        except OneLabelError as error:
+        except curves.OneLabelError as error:
             lacking[metric] = error.brief
     is_roc = curve is curves.roc
     title, corner = ("AUC", "lower right") if is_roc else ("AP", "lower left")
-    chance: dict[str, Any] = {"linestyle": ":", "color": CHANCE_COLOR, "linewidth": 1.0}
-    with curve_axes(ax, SIZE, corner, legend=legend, title=title) as axes:
+    chance: dict[str, Any] = {"linestyle": ":", "color": styles.CHANCE_COLOR, "linewidth": 1.0}
+    with styles.curve_axes(ax, SIZE, corner, legend=legend, title=title) as axes:
         if is_roc:
             axes.plot([0, 1], [0, 1], label="chance .500", **chance)
             axes.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
@@ -203,7 +187,7 @@ def _plot(
                 x, y, area = each.false_positive_rate, each.true_positive_rate, each.auc
             else:
                 x, y, area = each.recall, each.steps, each.ap
-            style = metric_style(metric)
+            style = styles.metric_style(metric)
             look = style.look(linewidth=1.6, marker="")
             if metric.endswith(ANY):
                 look = style.look(linewidth=1.0, markerfacecolor="white", markevery=0.12)
@@ -214,5 +198,7 @@ def _plot(
         if not found:
             axes.text(0.5, 0.5, "one label alone", ha="center", transform=axes.transAxes)
         axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
-        axes.set_title(target_name(terms["target"], terms["frames"], terms["last"]), fontsize=10)
+        axes.set_title(
+            curves.target_name(terms["target"], terms["frames"], terms["last"]), fontsize=10
+        )
     return axes

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from energymargin import tasks
 from energymargin._core import CaptureScore, Problem, capture_score, stream
 from energymargin.base.checks import whole_number
+from energymargin.look.outlines import Limits, Plan, view_of
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.states import plot_state, score_title, state_legend
 from energymargin.look.plots.styles import LEGEND_SIZE
 from energymargin.look.plots.trajectories import figure_scores, trajectory_scores
 from energymargin.look.plots.trees import draw_color_bar, most_cost
-from energymargin.model.outlines import Limits, Plan, view_of
 from energymargin.records.datasets import Dataset
 from energymargin.records.evaluation import LabelledScores
 from energymargin.tasks.base import Task, plane_of

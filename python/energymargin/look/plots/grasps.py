@@ -14,13 +14,13 @@ from energymargin._core import Scene
 from energymargin.base.checks import check_type, whole_number
 from energymargin.grasps.scores import GraspScores, grasp_of
 from energymargin.grasps.trials import NO_GRIP, Closed
+from energymargin.look.outlines import Plan, view_of
+from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import draw_bodies, set_plane
-from energymargin.look.plots.styles import LOST_COLOR, axes_or_new, draw_legend, folded, light_grid
-from energymargin.model.outlines import Plan, view_of
 
 KINDS = {  # by label: words, colour, marker
     "held": ("recorded as held", "#0072B2", "o"),
-    "lost": ("recorded as lost", LOST_COLOR, "X"),
+    "lost": ("recorded as lost", styles.LOST_COLOR, "X"),
     "": ("no label", "0.45", "D"),
 }
 NAMED = 40  # grasps whose names stand below them
@@ -38,7 +38,7 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     GraspScores.
     """
     check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
-    axes = axes_or_new(ax, *SIZE)
+    axes = styles.axes_or_new(ax, *SIZE)
     scored = scores.ranked
     ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
     low, high = scores.interval()[scored].T
@@ -55,12 +55,12 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     axes.set(xlim=(0.5, max(len(scored), 1) + 0.5), ylim=(-0.03, 1.03))
     axes.set(xlabel="rank", ylabel="probability that it holds")
     if len(scored) <= NAMED:
-        names = [folded(scores.grasps.names[k]) for k in scored]
+        names = [styles.folded(scores.grasps.names[k]) for k in scored]
         axes.set_xticks(ranks, names, rotation=90, fontsize=8)
         axes.set_xlabel("grasp")
-    light_grid(axes)
+    styles.light_grid(axes)
     if set(kinds) - {""}:
-        draw_legend(axes)
+        styles.draw_legend(axes)
     return axes
 
 
@@ -92,7 +92,7 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
         names = {**AXES, "z": "height [m]"} if trials.protocol.table else AXES
         ax.set(xlabel=names[plane[0]], ylabel=names[plane[1]])
         ax.locator_params(nbins=4)
-    figure.suptitle(f"{folded(scores.grasps.names[number])}: {what}", fontsize=10)
+    figure.suptitle(f"{styles.folded(scores.grasps.names[number])}: {what}", fontsize=10)
     return figure
 
 

@@ -9,17 +9,7 @@ from matplotlib.figure import Figure
 from energymargin.act.profile import EFFORT, MarginProfile
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import KINDS, value_text, with_unit
-from energymargin.look.plots.styles import (
-    CAPTURED_COLOR,
-    LineStyle,
-    axes_or_new,
-    draw_bounded,
-    draw_legend,
-    light_grid,
-    metric_style,
-    room_for_infinity,
-    shade_frames,
-)
+from energymargin.look.plots import styles
 
 WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
 LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
@@ -34,9 +24,9 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
     thing than a MarginProfile.
     """
     check_type("profile", profile, MarginProfile, "a MarginProfile, as of em.margin_profile")
-    ax = axes_or_new(ax, WIDTH, HEIGHT)
+    ax = styles.axes_or_new(ax, WIDTH, HEIGHT)
     ends = profile.low, profile.high
-    ax.fill_between(profile.times, *ends, color=CAPTURED_COLOR, alpha=0.35, linewidth=0)
+    ax.fill_between(profile.times, *ends, color=styles.CAPTURED_COLOR, alpha=0.35, linewidth=0)
     at = f"{value_text('probability', profile.weakest.probability)} at {profile.weakest.time:.3g} s"
     _draw(ax, profile, "probability", f"captured for {_ahead(profile)}", f"weakest: {at}")
     ax.set_ylim(-0.05, 1.05)
@@ -72,18 +62,18 @@ def _draw(ax: Axes, profile: MarginProfile, metric: str, label: str, weakest: st
     """A score at each moment, with a diamond at the weakest; shades, labels and the legend."""
     values = profile.efforts if metric == EFFORT else profile.probabilities
     axis = KINDS["effort" if metric == EFFORT else "probability"].axis
-    style, (height, _) = metric_style(metric), room_for_infinity(ax.yaxis, values)
+    style, (height, _) = styles.metric_style(metric), styles.room_for_infinity(ax.yaxis, values)
     look = style.look(linestyle="-", endless="no escape found")
-    draw_bounded(ax, profile.times, values, label, height, **look)
+    styles.draw_bounded(ax, profile.times, values, label, height, **look)
     time, value = profile.weakest.time, values[profile.weakest.number]
     if np.isfinite(value):
         ax.axvline(time, color=WEAKEST_COLOR, linewidth=0.8, linestyle=":")
-        mark = LineStyle(WEAKEST_COLOR, "", "D").look(markersize=6, markeredgecolor="white")
+        mark = styles.LineStyle(WEAKEST_COLOR, "", "D").look(markersize=6, markeredgecolor="white")
         ax.plot(time, value, label=weakest, zorder=5, **mark)
-    shade_frames(ax, profile.times, ~profile.captured, "nominal motion not captured")
+    styles.shade_frames(ax, profile.times, ~profile.captured, "nominal motion not captured")
     ax.set(xlabel="time of the plan [s]", ylabel=axis)
-    light_grid(ax)
-    draw_legend(ax)
+    styles.light_grid(ax)
+    styles.draw_legend(ax)
 
 
 def _ahead(profile: MarginProfile) -> str:

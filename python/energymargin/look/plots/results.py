@@ -13,24 +13,15 @@ from matplotlib.lines import Line2D
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.base.checks import not_negative_number, yes_or_no
 from energymargin.evaluate.futures import Undisturbed, undisturbed
+from energymargin.look import outlines
+from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import draw_ghost, leaving_objects
 from energymargin.look.plots.states import AROUND, plot_state, state_legend
-from energymargin.look.plots.styles import (
-    CHANCE_COLOR,
-    LOST_COLOR,
-    LineStyle,
-    axes_or_new,
-    curve_axes,
-    curve_style,
-    draw_legend,
-    nodes_in_words,
-)
-from energymargin.model.outlines import Limits, Plan, object_centers, plane_for, view_of
 
 CURVE_SIZE, FUTURE_SIZE = (6.0, 3.6), (6.0, 4.5)  # inch
 FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}
 EXIT_MARK: dict[str, Any] = {
-    **{"color": LOST_COLOR, "marker": "D", "markersize": 6, "linestyle": ""},
+    **{"color": styles.LOST_COLOR, "marker": "D", "markersize": 6, "linestyle": ""},
     **{"markeredgecolor": "white", "zorder": 9},
 }
 
@@ -59,11 +50,13 @@ def plot_effort(
     searches = _by_name(results, EscapeEffort, alone="search")
     known = None if known is None else not_negative_number("known", known)
     most = max(2, *(result.nodes for result in searches.values()))
-    with curve_axes(ax, CURVE_SIZE, "best", legend=legend) as axes:
+    with styles.curve_axes(ax, CURVE_SIZE, "best", legend=legend) as axes:
         for number, (name, result) in enumerate(searches.items()):
-            _draw_effort(axes, name, result, curve_style(number))
+            _draw_effort(axes, name, result, styles.curve_style(number))
         if known is not None:
-            axes.axhline(known, linestyle=":", color=CHANCE_COLOR, label=f"known: {known:.3g} J")
+            axes.axhline(
+                known, linestyle=":", color=styles.CHANCE_COLOR, label=f"known: {known:.3g} J"
+            )
         if all(math.isinf(result.effort) for result in searches.values()):
             axes.text(0.5, 0.5, "no escape found", ha="center", transform=axes.transAxes)
             if known is None:
@@ -74,11 +67,11 @@ def plot_effort(
     return axes
 
 
-def _draw_effort(ax: Axes, name: str, result: EscapeEffort, style: LineStyle) -> None:
+def _draw_effort(ax: Axes, name: str, result: EscapeEffort, style: styles.LineStyle) -> None:
     """Steps from the first escape on, which go on to the last node."""
     stopped = "" if result.complete else ", stopped early"
     if not result.history:
-        label = f"{name}: no escape in {nodes_in_words(result.nodes)}{stopped}"
+        label = f"{name}: no escape in {styles.nodes_in_words(result.nodes)}{stopped}"
         ax.plot([], [], linestyle="", marker=style.marker, color=style.color, label=label)
         return
     nodes, efforts = np.array(result.history, dtype=float).T
@@ -110,9 +103,9 @@ def plot_probability(
     named = _by_name(results, CaptureProbability, alone="captured")
     bands = {name: result.band(confidence, which) for name, result in named.items()}
     most = max(float(result.times[-1]) for result in named.values())
-    with curve_axes(ax, CURVE_SIZE, "best", legend=legend) as axes:
+    with styles.curve_axes(ax, CURVE_SIZE, "best", legend=legend) as axes:
         for number, (name, result) in enumerate(named.items()):
-            style, (low, high) = curve_style(number), bands[name]
+            style, (low, high) = styles.curve_style(number), bands[name]
             shade: dict[str, Any] = {"color": style.color, "alpha": BAND, "linewidth": 0}
             axes.fill_between(result.times, low, high, step="post", **shade)
             label = f"{name}: {_survival(result, which).captured:.2f}"
@@ -131,7 +124,7 @@ def _survival(result: CaptureProbability, which: str) -> CaptureProbability | Su
 
 
 def _draw_survival(
-    ax: Axes, result: CaptureProbability, which: str, style: LineStyle, label: str
+    ax: Axes, result: CaptureProbability, which: str, style: styles.LineStyle, label: str
 ) -> None:
     """The curve, its mean time, and where it ends undisturbed."""
     survival = _survival(result, which)
@@ -175,8 +168,8 @@ def plot_future(
     problem: Problem,
     *,
     ax: Axes | None = None,
-    plane: Plan | None = None,
-    limits: Limits | None = None,
+    plane: outlines.Plan | None = None,
+    limits: outlines.Limits | None = None,
     legend: bool | None = None,
 ) -> Axes:
     """The state of a problem with a horizon, and the undisturbed future from there.
@@ -190,13 +183,13 @@ def plot_future(
     RuntimeError if the simulation diverges.
     """
     future = undisturbed(problem)
-    plane = plane_for(problem.scene, future.states) if plane is None else plane
+    plane = outlines.plane_for(problem.scene, future.states) if plane is None else plane
     if limits is None:
-        limits = view_of(problem.scene, future.states, plane, AROUND)
+        limits = outlines.view_of(problem.scene, future.states, plane, AROUND)
     new = ax is None
     legend = new if legend is None else yes_or_no("legend", legend)
     ax = plot_state(
-        problem, ax=axes_or_new(ax, *FUTURE_SIZE), plane=plane, limits=limits, legend=False
+        problem, ax=styles.axes_or_new(ax, *FUTURE_SIZE), plane=plane, limits=limits, legend=False
     )
     lines = _draw_future(ax, problem, future, plane)
     title = f"undisturbed it stays captured for {future.times[-1]:.3g} s"
@@ -204,15 +197,17 @@ def plot_future(
         title = f"undisturbed it leaves at {future.exit:.3g} s"
     ax.set_title(title, fontsize=10)
     if legend:
-        draw_legend(ax, "below", [*state_legend(problem, tree=False), *lines])
+        styles.draw_legend(ax, "below", [*state_legend(problem, tree=False), *lines])
     return ax
 
 
-def _draw_future(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -> list[Line2D]:
+def _draw_future(
+    ax: Axes, problem: Problem, future: Undisturbed, plane: outlines.Plan
+) -> list[Line2D]:
     draw_ghost(ax, problem.scene, future.states[-1], plane)
     leaves, left = future.exit_moment, leaving_objects(problem, future)
     lines = []
-    centers = object_centers(problem.scene, future.states, plane)
+    centers = outlines.object_centers(problem.scene, future.states, plane)
     for number, path in enumerate(centers.swapaxes(0, 1)):
         lines += ax.plot(*path.T, label="undisturbed path", gid="undisturbed", **FUTURE_PATH)
         if left[number]:

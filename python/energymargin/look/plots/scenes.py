@@ -14,16 +14,9 @@ from scipy.ndimage import gaussian_filter
 
 from energymargin._core import Plane, Problem, Scene
 from energymargin.evaluate.futures import Undisturbed
+from energymargin.look import outlines
 from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR
-from energymargin.model.outlines import (
-    Limits,
-    Plan,
-    axis_numbers,
-    body_poses,
-    outlines_of,
-    placed,
-    spring_ends,
-)
+from energymargin.model.scenes import body_poses
 from energymargin.regions import Region
 
 Floats = NDArray[np.float64]
@@ -32,7 +25,9 @@ ORDERS = {"none": 2, "effector": 3, "object": 3.5}  # of roles, from the back
 BLOCK = 2**21  # numbers of states in memory at once
 
 
-def draw_bodies(ax: Axes, scene: Scene, state: Floats, plane: Plan, limits: Limits) -> None:
+def draw_bodies(
+    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, limits: outlines.Limits
+) -> None:
     """All bodies in a state, with springs and joints; of an endless body what is in view."""
     poses = body_poses(scene, state)
     for body in scene.bodies:
@@ -42,11 +37,11 @@ def draw_bodies(ax: Axes, scene: Scene, state: Floats, plane: Plan, limits: Limi
         names = {body.name for body in scene.bodies if body.role == role}
         draw_outlines(ax, scene, state, plane, names, **_solid(role, 0.9), zorder=order)
     color = BODY_COLORS["effector"]
-    for ends in spring_ends(scene, poses)[..., axis_numbers(plane)]:
+    for ends in outlines.spring_ends(scene, poses)[..., outlines.axis_numbers(plane)]:
         ax.plot(*ends.T, ":", color=color, linewidth=1.2, zorder=3)
     for joint in scene.joints:
         if joint.type != "fixed":
-            place = placed(np.array([joint.origin]), poses[joint.parent], plane)[0]
+            place = outlines.placed(np.array([joint.origin]), poses[joint.parent], plane)[0]
             ring: dict[str, Any] = {
                 "markersize": 2.5,
                 "markerfacecolor": "white",
@@ -55,20 +50,22 @@ def draw_bodies(ax: Axes, scene: Scene, state: Floats, plane: Plan, limits: Limi
             ax.plot(*place, "o", color=color, zorder=3.2, **ring)
 
 
-def set_plane(ax: Axes, plane: Plan, limits: Limits) -> None:
+def set_plane(ax: Axes, plane: outlines.Plan, limits: outlines.Limits) -> None:
     """The names and limits of axes that show a plane."""
     ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
     ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
 
 
-def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: Plan) -> None:
+def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan) -> None:
     """Object and effector as they are in another state."""
     for role in ("effector", "object"):
         names = {body.name for body in scene.bodies if body.role == role and not body.fixed}
         draw_outlines(ax, scene, state, plane, names, **_solid(role, 0.3), zorder=4)
 
 
-def draw_lost(ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str]) -> None:
+def draw_lost(
+    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, names: Collection[str]
+) -> None:
     """The outlines of the objects of these names where they have left the capture set."""
     dashes: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.2, "zorder": 7.5}
     draw_outlines(
@@ -77,13 +74,13 @@ def draw_lost(ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collect
 
 
 def draw_outlines(
-    ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str], **look: Any
+    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, names: Collection[str], **look: Any
 ) -> None:
     """The bodies of these names as polygons that look so, without those that are endless."""
     poses = body_poses(scene, state)
     for body in scene.bodies:
         if body.name in names and not isinstance(body.shape, Plane):
-            for outline in outlines_of(body.shape, poses[body.name], plane):
+            for outline in outlines.outlines_of(body.shape, poses[body.name], plane):
                 ax.add_patch(Polygon(outline, **look))
 
 
@@ -94,9 +91,9 @@ def _solid(role: str, alpha: float) -> dict[str, Any]:
     return {**faces, "linewidth": 0.9}
 
 
-def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
+def _draw_half_space(ax: Axes, solid: Plane, plane: outlines.Plan, limits: outlines.Limits) -> None:
     """A solid below a plane that is seen from the side; seen from above it is the ground."""
-    normal = np.asarray(solid.normal)[axis_numbers(plane)]
+    normal = np.asarray(solid.normal)[outlines.axis_numbers(plane)]
     if np.linalg.norm(normal) < 0.99:
         return
     along = np.array([-normal[1], normal[0]])
@@ -119,8 +116,8 @@ def draw_set(
     ax: Axes,
     problem: Problem,
     region: Region,
-    limits: Limits,
-    plane: Plan,
+    limits: outlines.Limits,
+    plane: outlines.Plan,
     *,
     color: str,
     line: str,
@@ -194,7 +191,7 @@ def inside_at(
     objects = {body.name for body in scene.bodies if body.role == "object"}
     if objects & {joint.child for joint in scene.joints}:
         return np.zeros(len(places), dtype=bool)
-    columns = [scene.slice(name).start + np.array(axis_numbers(axes)) for name in objects]
+    columns = [scene.slice(name).start + np.array(outlines.axis_numbers(axes)) for name in objects]
     for some in np.array_split(places, 1 + places.shape[0] * problem.scene.dimension // BLOCK):
         states = np.tile(problem.state, (len(some), 1))
         for column in columns:

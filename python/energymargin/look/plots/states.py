@@ -13,37 +13,10 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
-from energymargin.base.checks import (
-    check_type,
-    numbers_of,
-    positive_number,
-    whole_number,
-    yes_or_no,
-)
+from energymargin.base import checks
+from energymargin.look import outlines
+from energymargin.look.plots import styles, trees
 from energymargin.look.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
-from energymargin.look.plots.styles import (
-    BODY_COLORS,
-    CAPTURED_COLOR,
-    LOST_COLOR,
-    SUCCEEDED_COLOR,
-    axes_or_new,
-    draw_legend,
-    folded,
-    nodes_in_words,
-)
-from energymargin.look.plots.trees import (
-    ESCAPE,
-    Escape,
-    Result,
-    draw_color_bar,
-    draw_escape,
-    draw_tree,
-    escape_in_words,
-    escape_of,
-    in_view,
-    most_cost,
-)
-from energymargin.model.outlines import Limits, Plan, object_centers, plane_for, view_of
 
 AROUND = 0.25  # of the view's longer side, around what moves
 WIDTH = 6.0  # inch, of a figure made here
@@ -57,12 +30,12 @@ Notes = tuple[str, str, str]
 
 def plot_state(
     problem: Problem,
-    result: Result | None = None,
+    result: trees.Result | None = None,
     *,
     ax: Axes | None = None,
     escape: EscapeEffort | None = None,
-    plane: Plan | None = None,
-    limits: Limits | None = None,
+    plane: outlines.Plan | None = None,
+    limits: outlines.Limits | None = None,
     most: float | None = None,
     path: bool = True,
     color_bar: bool = True,
@@ -89,7 +62,7 @@ def plot_state(
         plane: the two axes of the picture, such as ("x", "z"). None takes the plane across the axis
             along which nothing can move, else, of the planes in which the robot covers little of
             the objects, that of the two axes along which the objects of the tree move most, or
-            along which the moving bodies are longest. `tasks.base.plane_of(task)` is a task's own.
+            along which the moving bodies are longest. `em.tasks.plane_of(task)` is a task's own.
         limits: (low, high) of both axes [m]. None shows where the bodies move; a fixed or jointed
             effector that is far from them, such as a mast, is left out.
         most: the cost at the end of the colours [J]. None takes that of the costliest node in the
@@ -109,18 +82,18 @@ def plot_state(
     """
     result, escaping = _checked(problem, result, escape)
     scene, tree = problem.scene, None if result is None else result.tree
-    way = escape_of(problem, escaping) if escaping is not None and path else None
+    way = trees.escape_of(problem, escaping) if escaping is not None and path else None
     states = problem.state[np.newaxis] if tree is None else tree.states
-    plane = plane_for(scene, states) if plane is None else _known(plane)
+    plane = outlines.plane_for(scene, states) if plane is None else _known(plane)
     if limits is None:
-        limits = view_of(scene, _telling(problem, states, way), plane, AROUND)
+        limits = outlines.view_of(scene, _telling(problem, states, way), plane, AROUND)
     _check_looks(limits, most, ghosts, detail)
-    legend = ax is None if legend is None else yes_or_no("legend", legend)
+    legend = ax is None if legend is None else checks.yes_or_no("legend", legend)
     title = state_title(result, escaping, way)
-    ax = axes_or_new(ax, WIDTH, _height(limits, title))
+    ax = styles.axes_or_new(ax, WIDTH, _height(limits, title))
 
-    centers = object_centers(scene, states, plane)
-    seen = states[in_view(centers, limits).all(axis=1)]
+    centers = outlines.object_centers(scene, states, plane)
+    seen = states[trees.in_view(centers, limits).all(axis=1)]
     notes = _draw_sets(ax, problem, plane, limits, seen=seen, detail=detail)
     draw_bodies(ax, scene, problem.state, plane, limits)
     for node in np.random.default_rng(0).permutation(len(states) - 1)[:ghosts] + 1:
@@ -129,33 +102,33 @@ def plot_state(
     crosses = False
     if tree is not None:
         if most is None:
-            most = most_cost(problem, tree, np.inf if way is None else way.effort)
+            most = trees.most_cost(problem, tree, np.inf if way is None else way.effort)
         costs, highest = Normalize(0.0, most), float(tree.costs.max())
-        lost = draw_tree(ax, problem, tree, plane, costs)
-        crosses = bool(in_view(lost, limits).any())
+        lost = trees.draw_tree(ax, problem, tree, plane, costs)
+        crosses = bool(trees.in_view(lost, limits).any())
         if color_bar and highest > 0.0:
-            draw_color_bar(ax.figure, ax, costs, highest, shrink=0.85)
+            trees.draw_color_bar(ax.figure, ax, costs, highest, shrink=0.85)
     if way is not None:
-        draw_escape(ax, problem, way, plane)
+        trees.draw_escape(ax, problem, way, plane)
 
     set_plane(ax, plane, limits)
     ax.locator_params(nbins=5)
     ax.set_title(title, fontsize=10)
     if legend:
         unseen = len(states) - len(seen)
-        text = f"{unseen} of {nodes_in_words(len(states))} out of view" if unseen else ""
+        text = f"{unseen} of {styles.nodes_in_words(len(states))} out of view" if unseen else ""
         handles = state_legend(problem, notes=(*notes, text), tree=crosses, escape=way)
-        draw_legend(ax, "below", handles)
+        styles.draw_legend(ax, "below", handles)
     return ax
 
 
 def _checked(
-    problem: Problem, result: Result | None, escape: EscapeEffort | None
-) -> tuple[Result | None, Result | None]:
+    problem: Problem, result: trees.Result | None, escape: EscapeEffort | None
+) -> tuple[trees.Result | None, trees.Result | None]:
     """Whose tree is drawn, and whose escape; ValueError on what is not of this problem."""
-    check_type("problem", problem, Problem, "a Problem")
-    check_type("result", result, Result | None, "a CaptureScore or an EscapeEffort")
-    check_type("escape", escape, EscapeEffort | None, "an EscapeEffort")
+    checks.check_type("problem", problem, Problem, "a Problem")
+    checks.check_type("result", result, trees.Result | None, "a CaptureScore or an EscapeEffort")
+    checks.check_type("escape", escape, EscapeEffort | None, "an EscapeEffort")
     expected = problem.scene.dimension
     for name, one in (("result", result), ("escape", escape)):
         states = problem.state[np.newaxis] if one is None else one.tree.states
@@ -171,24 +144,24 @@ def _checked(
     return result if result is not None else escape, escape if escape is not None else result
 
 
-def _known(plane: Plan) -> Plan:
+def _known(plane: outlines.Plan) -> outlines.Plan:
     if isinstance(plane, Sequence) and tuple(plane) in PLANES:
         return plane
     raise ValueError(f"plane is {plane!r}, expected two axes such as ('x', 'z')")
 
 
-def _check_looks(limits: Limits, most: float | None, ghosts: int, detail: int) -> None:
+def _check_looks(limits: outlines.Limits, most: float | None, ghosts: int, detail: int) -> None:
     if most is not None:
-        positive_number("most", most)
-    whole_number("ghosts", ghosts, 0)
-    whole_number("detail", detail, 2)
-    view = numbers_of("limits", limits, VIEW, (2, 2))
+        checks.positive_number("most", most)
+    checks.whole_number("ghosts", ghosts, 0)
+    checks.whole_number("detail", detail, 2)
+    view = checks.numbers_of("limits", limits, VIEW, (2, 2))
     if not (np.diff(view) > 0).all():
         raise ValueError(f"limits is {limits!r}, expected {VIEW}")
 
 
 def _telling(
-    problem: Problem, states: NDArray[np.float64], escape: Escape | None
+    problem: Problem, states: NDArray[np.float64], escape: trees.Escape | None
 ) -> NDArray[np.float64]:
     """Those that a view has to show: the start, where a body gets farthest, and the escape.
 
@@ -208,20 +181,20 @@ def _telling(
 
 
 def _draw_sets(
-    ax: Axes, problem: Problem, plane: Plan, limits: Limits, **options: Any
+    ax: Axes, problem: Problem, plane: outlines.Plan, limits: outlines.Limits, **options: Any
 ) -> tuple[str, str]:
     """Success set below capture set; returns a note on each for the legend, the latter first."""
     captured, succeeded = sets_of(problem)
     look: dict[str, Any]
     success = ""
     if succeeded is not None:
-        look = {"color": SUCCEEDED_COLOR, "line": "dashed", "order": 0}
+        look = {"color": styles.SUCCEEDED_COLOR, "line": "dashed", "order": 0}
         success = draw_set(ax, problem, succeeded, limits, plane, **look, **options)
-    look = {"color": CAPTURED_COLOR, "line": "solid", "order": 1}
+    look = {"color": styles.CAPTURED_COLOR, "line": "solid", "order": 1}
     return draw_set(ax, problem, captured, limits, plane, **look, **options), success
 
 
-def _height(limits: Limits, title: str) -> float:
+def _height(limits: outlines.Limits, title: str) -> float:
     """Height of a figure [inch], with what is around the axes."""
     (x0, x1), (y0, y1) = limits
     axes = float(np.clip(0.72 * WIDTH * (y1 - y0) / (x1 - x0), 1.5, 5.0))
@@ -233,7 +206,7 @@ def state_legend(
     *,
     notes: Notes = ("", "", ""),
     tree: bool = True,
-    escape: Escape | EscapeEffort | None = None,
+    escape: trees.Escape | EscapeEffort | None = None,
 ) -> list[Patch | Line2D]:
     """The entries of a legend of `plot_state`, with or without those of a tree and an escape.
 
@@ -241,19 +214,21 @@ def state_legend(
     its own.
     """
     handles: list[Patch | Line2D] = [
-        Patch(color=BODY_COLORS[role], alpha=0.7, label=folded(label))
+        Patch(color=styles.BODY_COLORS[role], alpha=0.7, label=styles.folded(label))
         for role, label in _bodies_by_role(problem.scene).items()
     ]
-    handles.append(_set_patch(CAPTURED_COLOR, "-", "capture set" + notes[0]))
+    handles.append(_set_patch(styles.CAPTURED_COLOR, "-", "capture set" + notes[0]))
     if problem.succeeded is not None:
-        handles.append(_set_patch(SUCCEEDED_COLOR, "--", "success set" + notes[1]))
+        handles.append(_set_patch(styles.SUCCEEDED_COLOR, "--", "success set" + notes[1]))
     if tree:
         left = "outside of the capture set"
-        cross = Line2D([], [], color=LOST_COLOR, marker="x", linestyle="", markersize=4, label=left)
+        cross = Line2D(
+            [], [], color=styles.LOST_COLOR, marker="x", linestyle="", markersize=4, label=left
+        )
         handles.append(cross)
     way = escape.path if isinstance(escape, EscapeEffort) else escape.states if escape else ()
     if len(way) > 1:
-        handles.append(Line2D([], [], **ESCAPE, label="cheapest escape"))
+        handles.append(Line2D([], [], **trees.ESCAPE, label="cheapest escape"))
     if notes[2]:
         handles.append(Line2D([], [], linestyle="", label=notes[2]))
     return handles
@@ -270,14 +245,16 @@ def score_title(score: CaptureScore) -> str:
     return "\n".join(lines)
 
 
-def state_title(result: Result | None, escaping: Result | None, escape: Escape | None) -> str:
+def state_title(
+    result: trees.Result | None, escaping: trees.Result | None, escape: trees.Escape | None
+) -> str:
     """The scores of a capture score, and what is known of the escape."""
     lines = []
     if isinstance(result, CaptureScore):
         lines.append(score_title(result) + _unfinished(result))
     if escaping is not None and (escape is not None or not lines):
         known = _unfinished(escaping) if isinstance(escaping, EscapeEffort) else ""
-        lines.append(escape_in_words(escaping, escape) + known)
+        lines.append(trees.escape_in_words(escaping, escape) + known)
     return "\n".join(lines)
 
 
@@ -300,5 +277,5 @@ def _set_patch(color: str, line: Literal["-", "--"], label: str) -> Patch:
     return Patch(facecolor=face, edgecolor=edge, linestyle=line, linewidth=0.9, label=label)
 
 
-def _unfinished(result: Result) -> str:
+def _unfinished(result: trees.Result) -> str:
     return "" if result.complete else "   (not complete)"

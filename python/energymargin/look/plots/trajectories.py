@@ -13,15 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin.base.checks import check_shape, check_type, numbers_of, one_of
 from energymargin.base.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
-from energymargin.look.plots.styles import (
-    curve_axes,
-    draw_bounded,
-    draw_legend,
-    light_grid,
-    metric_style,
-    room_for_infinity,
-    shade_frames,
-)
+from energymargin.look.plots import styles
 from energymargin.records.evaluation import LabelledScores
 from energymargin.records.store import Run, ScoreStore
 
@@ -168,7 +160,7 @@ def plot_scores(
     """
     data = _checked(times, scores, captured, captured_any, bands)
     kind = _chosen(kind, data.scores)
-    with curve_axes(ax, (6.0, 3.0), "best", legend=legend) as axes:
+    with styles.curve_axes(ax, (6.0, 3.0), "best", legend=legend) as axes:
         _draw_row([axes], [data], of_kind(kind, data.scores), KINDS[kind].axis)
     return axes
 
@@ -197,7 +189,7 @@ def figure_scores(columns: Mapping[str, TrajectoryScores], *, width: float = 4.2
             ax.label_outer()
         # A shade or a mark may be in one column alone.
         handles = [handle for ax in row_axes for handle in ax.get_legend_handles_labels()[0]]
-        draw_legend(row_axes[-1], "beside", handles)
+        styles.draw_legend(row_axes[-1], "beside", handles)
     return figure
 
 
@@ -227,7 +219,7 @@ def _draw_row(
     endless = [name for name in metrics if any(np.isposinf(of[name]).any() for of in drawn)]
     bands = [data.bands.get(name, np.empty(0)).ravel() for data in columns for name in metrics]
     values = np.concatenate([*(each for of in drawn for each in of.values()), *bands])
-    *heights, border = room_for_infinity(axes[0].yaxis, values, len(endless))
+    *heights, border = styles.room_for_infinity(axes[0].yaxis, values, len(endless))
     height = dict(zip(endless, heights, strict=True))
     for ax, data in zip(axes, columns, strict=True):
         for name in metrics:
@@ -235,23 +227,23 @@ def _draw_row(
                 _draw_band(ax, data, name)
                 _draw_scores(ax, data.frames, data.scores[name], name, height.get(name, np.nan))
         if data.captured is not None:
-            shade_frames(ax, data.frames, ~data.captured, "not captured")
+            styles.shade_frames(ax, data.frames, ~data.captured, "not captured")
         if data.captured_any is not None:
-            shade_frames(ax, data.frames, ~data.captured_any, "no object captured")
+            styles.shade_frames(ax, data.frames, ~data.captured_any, "no object captured")
         if endless:
             ax.axhline(border, color="0.3", linewidth=0.8, gid="band")
         ax.margins(y=0.12)
         if is_likelihood(metrics[0]):
             ax.set_ylim(-0.05, 1.05)
         ax.set(xlabel="frame" if data.times is None else "time [s]", ylabel=label)
-        light_grid(ax)
+        styles.light_grid(ax)
 
 
 def _draw_scores(
     ax: Axes, times: NDArray[np.float64], values: NDArray[np.float64], name: str, height: float
 ) -> None:
     """A line through what is finite; dashed, with rings, for at least one object."""
-    style = metric_style(name)
+    style = styles.metric_style(name)
     missing = int(np.isnan(values).sum())
     ring, label = name.endswith(ANY), name + (f" ({missing} missing)" if missing else "")
     look = style.look(
@@ -260,7 +252,7 @@ def _draw_scores(
         markerfacecolor="white" if ring else style.color,
         markevery=None if len(values) <= MARKED else slice(0),
     )
-    draw_bounded(ax, times, values, label, height, endless=f"{name}: no escape", **look)
+    styles.draw_bounded(ax, times, values, label, height, endless=f"{name}: no escape", **look)
 
 
 def _draw_band(ax: Axes, data: TrajectoryScores, name: str) -> None:
@@ -269,5 +261,8 @@ def _draw_band(ax: Axes, data: TrajectoryScores, name: str) -> None:
     finite = ends[np.isfinite(ends)]
     if len(finite):
         shown = np.minimum(ends, finite.max())
-        color, label = metric_style(name).color, f"{name}: {BAND[0]:g} to {BAND[1]:g} quantile"
+        color, label = (
+            styles.metric_style(name).color,
+            f"{name}: {BAND[0]:g} to {BAND[1]:g} quantile",
+        )
         ax.fill_between(data.frames, *shown.T, color=color, alpha=0.25, linewidth=0, label=label)

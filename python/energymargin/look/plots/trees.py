@@ -16,9 +16,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
+from energymargin.look.outlines import Limits, Plan, object_centers
 from energymargin.look.plots.scenes import draw_lost, lost_objects, sets_of
 from energymargin.look.plots.styles import COSTS, LOST_COLOR, nodes_in_words
-from energymargin.model.outlines import Limits, Plan, object_centers
 
 LEAST = 1e-9  # J, at the end of a colour bar
 ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the object is lost

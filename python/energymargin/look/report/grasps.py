@@ -11,12 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+import energymargin as em
 from energymargin.base.checks import check_type
 from energymargin.base.interrupts import remembered_interrupts
 from energymargin.base.replacing import replaced
-from energymargin.base.summary import summary
-from energymargin.evaluate.searches import algorithm
-from energymargin.grasps.scores import GraspScores
 from energymargin.look.plots.grasps import figure_grasp, plot_grasps
 from energymargin.look.report.page import Progress, check_suffix, rendered
 from energymargin.look.report.pictures import svg
@@ -37,7 +35,7 @@ class Card(NamedTuple):
 
 
 def write_grasps(
-    scores: GraspScores,
+    scores: em.grasps.GraspScores,
     output: str | os.PathLike[str],
     *,
     title: str = "Grasps",
@@ -53,10 +51,10 @@ def write_grasps(
 
     Raises ValueError on other scores and another suffix, and OSError if it cannot be written.
     """
-    check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
+    check_type("scores", scores, em.grasps.GraspScores, "GraspScores, as of em.grasps.score")
     output = Path(output)
     check_suffix(output)
-    found, table = summary(scores), scores.table()
+    found, table = em.summary.summary(scores), scores.table()
     with remembered_interrupts(), replaced(output) as file:
         figure = Figure(figsize=SIZE, layout="constrained")
         plot_grasps(scores, figure.subplots())
@@ -64,18 +62,18 @@ def write_grasps(
             "title": title,
             "lead": found.lead.partition(";")[0],
             "notes": found.notes,
-            "about": summary(scores.trials),
+            "about": em.summary.summary(scores.trials),
             "ranking": svg(figure),
             "cards": list(_cards(scores, progress)),
             "head": list(table),
             "rows": list(zip(*table.values(), strict=True))[:MOST_ROWS],
             "more": len(scores.grasps) - MOST_ROWS,
-            "algorithm": algorithm(),
+            "algorithm": em.searches.algorithm(),
         }
         file.write_text(rendered("grasps.html", page), encoding="utf-8")
 
 
-def _cards(scores: GraspScores, progress: Progress | None) -> Iterator[Card]:
+def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[Card]:
     if not len(scores.ranked):
         return
     chosen = {scores.best: "", scores.doubtful: "The most doubtful", scores.worst: "The worst"}
@@ -86,7 +84,7 @@ def _cards(scores: GraspScores, progress: Progress | None) -> Iterator[Card]:
         yield Card(which, scores.grasps.names[k], _text(scores, k), png(figure_grasp(scores, k)))
 
 
-def _text(scores: GraspScores, k: int) -> str:
+def _text(scores: em.grasps.GraspScores, k: int) -> str:
     """The figures of a grasp, in a sentence."""
     low, high = scores.interval()[k]
     label, effort = scores.grasps.labels[k], scores.efforts[k]

@@ -12,26 +12,14 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+import energymargin as em
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
-from energymargin.base.summary import Summary, summary
-from energymargin.look.report.pictures import along, curves, distributions
-from energymargin.look.report.subject import (
-    Data,
-    Subject,
-    notices,
-    read_data,
-    read_subject,
-    view_command,
-)
+from energymargin.look.report.pictures import along, both_curves, distributions
+from energymargin.look.report.subject import Subject, notices, read_subject, view_command
 from energymargin.look.report.worst import worst
-from energymargin.records.evaluation import Evaluation, evaluate
-from energymargin.records.evaluation.bootstrap import DRAWS
-from energymargin.records.evaluation.curves import by_trajectory, target_name, wrongness
-from energymargin.records.evaluation.labelled import HORIZON, LAST_FRAMES
-from energymargin.records.evaluation.table import tables_of
 
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
@@ -55,9 +43,9 @@ class Options:
     """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
     as far as the scores do, which is HORIZON for those without one of their own, or as far as the
     longest trajectory goes."""
-    last: int = LAST_FRAMES
+    last: int = em.evaluation.LAST_FRAMES
     """As of `evaluate`; so are the next two."""
-    draws: int = DRAWS
+    draws: int = em.evaluation.DRAWS
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -71,7 +59,7 @@ class Options:
         """Frames to look ahead, of scores that look `scored` frames ahead. Raises ValueError on
         more than `ahead`, the most frames that a state has after its own."""
         if self.frames is None:
-            return min(HORIZON if scored is None else scored, ahead)
+            return min(em.evaluation.HORIZON if scored is None else scored, ahead)
         if self.frames > ahead:
             raise ValueError(
                 f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest "
@@ -122,64 +110,56 @@ def write(
             if progress is not None:
                 progress(what, share)
 
-        subject = read_subject(scores, run)
-        with read_data(subject, data) as found:
-            page = _page(subject, found, chosen, output, tell)
+        with read_subject(scores, run, data) as subject:
+            page = _page(subject, chosen, output, tell)
         file.write_text(rendered("page.html", page), encoding="utf-8")
         raise_if_interrupted()
     return [" ".join(filter(None, notice)) for notice in page["notices"]]
 
 
-def _page(
-    subject: Subject, data: Data, options: Options, output: Path, tell: Progress
-) -> dict[str, Any]:
+def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> dict[str, Any]:
     """Computes what the template shows, by its names there."""
-    labelled, last, future = subject.labelled, options.last, subject.run.future
-    scored = None if future is None else future.frames
-    frames = options.frames_of(int(subject.ahead.max()), scored)
+    labelled, future = subject.labelled, subject.run.future
+    frames = options.frames_of(int(subject.ahead.max()), None if future is None else future.frames)
 
-    def part(place: int) -> Callable[[int, int], None]:
-        """The progress of one of two tables."""
+    def evaluated(
+        place: int, scores: em.evaluation.LabelledScores, among: em.evaluation.Among, horizons: Any
+    ) -> em.evaluation.Evaluation:
         share = (DRAWN - READ) / 2
-        return lambda done, total: tell("AUC and AP", READ + share * (place + done / total))
+        asked: dict[str, Any] = {"among": among, "frames": horizons, "last": options.last}
+        asked |= {"draws": options.draws, "seed": options.seed}
+        asked["progress"] = lambda done, total: tell(
+            "AUC and AP", READ + share * (place + done / total)
+        )
+        return em.evaluation.evaluate(scores, **asked)
 
-    asked: dict[str, Any] = {"draws": options.draws, "seed": options.seed, "last": last}
-    results = [
-        evaluate(scores, among=among, frames=horizons, progress=part(place), **asked)
-        for place, (scores, among, horizons) in enumerate(tables_of(labelled, subject.now))
-    ]
-    every = wrongness(labelled, frames, last)
-    wrong = by_trajectory(every, len(subject.members))
+    asked = enumerate(em.evaluation.tables_of(labelled, subject.now))
+    results = [evaluated(place, *table) for place, table in asked]
+    every = em.evaluation.curves.wrongness(labelled, frames, options.last)
+    wrong = em.evaluation.curves.by_trajectory(every, len(subject.members))
     mistakes, lacking = worst(
-        *(subject, data, every),
+        *(subject, every),
         each=options.pictures,
         progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
     )
     return {
         "title": f"Scores of {labelled.task}",
-        "notices": notices(subject, data, output),
-        "about": subject.about,
-        "labels": summary(labelled).notes[0],
+        "subject": subject,
+        "options": options,
+        "notices": notices(subject, output),
+        "labels": em.summary.summary(labelled).notes[0],
         "algorithm": subject.run.algorithm,
-        "last": last,
-        "draws": options.draws,
         "enough": ENOUGH,
-        "target": target_name(frames=frames),
+        "target": em.evaluation.curves.target_name(frames=frames),
         "tables": list(tables(results)),
-        "along": along(subject, data, wrong, options.trajectories),
-        "scored": len(subject.scored),
-        "unscored": len(wrong) - len(subject.scored),
+        "along": along(subject, wrong, options.trajectories),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
-        "view": view_command(subject, data),
-        "curves": curves(labelled, frames, last),
+        "view": view_command(subject),
+        "curves": both_curves(labelled, frames, options.last),
         "distributions": distributions(every),
-        "pictures": options.pictures,
         "mistakes": mistakes,
         "lacking": lacking,
-        "several": labelled.captured_any is not None,
         "timed": any(metric in TIMED for metric in subject.metrics),
-        "asks": future,
-        "now": subject.now is not None,
     }
 
 
@@ -200,10 +180,10 @@ def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]
             )
 
 
-def tables(results: Iterable[Evaluation]) -> Iterator[Summary]:
+def tables(results: Iterable[em.evaluation.Evaluation]) -> Iterator[em.summary.Summary]:
     """A table of each result, or two if there are several objects: of all, and of at least one."""
     for result in results:
-        table: Summary | None = summary(result)
+        table: em.summary.Summary | None = em.summary.summary(result)
         while table is not None:
             title = f"{table.title or 'AUC/AP of each score'}; {_AMONG[result.among]}"
             yield replace(table, title=title, lead=result.counted)

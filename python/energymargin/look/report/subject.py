@@ -9,46 +9,51 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+import energymargin as em
 from energymargin.base.closing import Closing
 from energymargin.base.metrics import ANY, METRICS, TIMED, USUAL
 from energymargin.base.reprs import Record
 from energymargin.base.settings import flag_of
-from energymargin.base.summary import Summary, summary
-from energymargin.evaluate.searches import SearchSettings, algorithm
 from energymargin.look.plots.trajectories import BAND
-from energymargin.records import datasets
-from energymargin.records.datasets import Dataset, Future
-from energymargin.records.evaluation import LabelledScores
-from energymargin.records.evaluation.labelled import FORCE
-from energymargin.records.store import ScoreStore
-from energymargin.records.store.run import Run
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Subject(Record):
+class Subject(Record, Closing):
     """A run as it was when it was read: others may go on to score it."""
 
     path: Path
     """The file of scores."""
-    run: Run
+    run: em.store.Run
     """What it asks and with which settings. The file is closed: it has no scores any more."""
     runs: int
     """How many the file has."""
-    about: Summary
+    about: em.summary.Summary
     """Rows of the run: its task, what it asked, what it left out."""
-    labelled: LabelledScores
-    now: LabelledScores | None
+    labelled: em.evaluation.LabelledScores
+    now: em.evaluation.LabelledScores | None
     """Of scores with a horizon, those of the states as they are beside them, if there are any."""
     bands: dict[str, NDArray[np.float64]]
     """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
     a belief."""
+
+    dataset: em.datasets.Dataset | None = None
+    """The dataset of the run, open: its times and states, which a file of scores does not hold."""
+    data_path: Path | None = None
+    """Its file."""
+    lacking: str = ""
+    """Why there is no dataset."""
+
+    def close(self) -> None:
+        """Closes the dataset."""
+        if self.dataset is not None:
+            self.dataset.close()
 
     @cached_property
     def members(self) -> list[NDArray[np.int64]]:
@@ -74,8 +79,7 @@ class Subject(Record):
     def scores(self, metric: str) -> NDArray[np.float64]:
         """Scores of a metric as it is named in tables, shape (N,): there one force score is held
         against two labels."""
-        name = FORCE if metric == FORCE + ANY else metric
-        return self.labelled.scores[name]
+        return self.labelled.scores["force" if metric == "force" + ANY else metric]
 
     @property
     def metrics(self) -> Sequence[str]:
@@ -88,26 +92,17 @@ class Subject(Record):
         return self.labelled.captured_any is not None or self.labelled.success_any is not None
 
 
-@dataclass(frozen=True)
-class Data(Closing):
-    """The dataset of a run, open: its times and states, which a file of scores does not hold."""
+def read_subject(
+    path: str | os.PathLike[str], number: int | None, data: str | os.PathLike[str] | None = None
+) -> Subject:
+    """A run of a file of scores, as of `ScoreStore.run`, with its dataset: that at `data`, or else
+    the one beside the file of scores.
 
-    dataset: Dataset | None
-    lacking: str = ""
-    """Why there is none."""
-    path: Path | None = None
-
-    def close(self) -> None:
-        """Closes it."""
-        if self.dataset is not None:
-            self.dataset.close()
-
-
-def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
-    """A run of a file of scores, as of `ScoreStore.run`. Raises what that does, and ValueError if
-    there is no run, or `number` is no whole number."""
+    Raises what `ScoreStore.run` and `datasets.open` do, and ValueError if there is no run, `number`
+    is no whole number, or `data` is another dataset.
+    """
     path = Path(path)
-    with ScoreStore(path) as store:
+    with em.store.ScoreStore(path) as store:
         if not store.runs():
             made = f"energymargin score DATASET -o {path}"
             raise ValueError(f"{path} has no scores yet; `{made}` puts some in")
@@ -117,39 +112,37 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             path=path,
             run=run,
             runs=len(store.runs()),
-            about=summary(run),
+            about=em.summary.summary(run),
             labelled=run.labelled_scores(),
             now=None if now is None else now.labelled_scores(),
             bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
+            **_opened(run, path, data),
         )
 
 
-def read_data(subject: Subject, path: str | os.PathLike[str] | None) -> Data:
-    """The dataset of a run, open: that at `path`, or else the one beside the file of scores.
-
-    Raises ValueError if `path` is given and it is another dataset, and what `datasets.open` does.
-    """
-    place = Path(path or subject.path.with_name(f"{subject.path.stem.removesuffix(SUFFIX)}.h5"))
-    if path is None and not place.exists():
-        return Data(None, f"there is no {place.name} beside {subject.path.name}")
+def _opened(run: em.store.Run, path: Path, data: str | os.PathLike[str] | None) -> dict[str, Any]:
+    """The fields of the dataset."""
+    place = Path(data or path.with_name(f"{path.stem.removesuffix(SUFFIX)}.h5"))
+    if data is None and not place.exists():
+        return {"lacking": f"there is no {place.name} beside {path.name}"}
     try:
-        dataset = datasets.open(place)
-        lacking = subject.run.why_not_of(dataset, str(place), subject.path.name)
+        dataset = em.datasets.open(place)
+        lacking = run.why_not_of(dataset, str(place), path.name)
         if lacking:
             dataset.close()
             raise ValueError(lacking)
     except (ValueError, OSError) as error:
-        if path is None:
-            return Data(None, str(error))
+        if data is None:
+            return {"lacking": str(error)}
         raise
-    return Data(dataset, path=place)
+    return {"dataset": dataset, "data_path": place}
 
 
-def view_command(subject: Subject, data: Data) -> str:
+def view_command(subject: Subject) -> str:
     """Opens the dataset in the viewer, beside the scores of this run; empty without a dataset."""
-    if data.path is None:
+    if subject.data_path is None:
         return ""
-    words = ["energymargin", "view", data.path.name, "--scores", subject.path.name]
+    words = ["energymargin", "view", subject.data_path.name, "--scores", subject.path.name]
     return shlex.join([*words, *(["--run", str(subject.run.number)] if subject.runs > 1 else [])])
 
 
@@ -161,17 +154,17 @@ class Notice(NamedTuple):
     """What would put it there."""
 
 
-def notices(subject: Subject, data: Data, output: Path) -> list[Notice]:
+def notices(subject: Subject, output: Path) -> list[Notice]:
     """All that is missing, for the top of the page, which will be at `output`."""
     return [
-        *_unscored(subject, data),
-        *_unasked(subject, data),
-        *_no_dataset(subject, data, output),
+        *_unscored(subject),
+        *_unasked(subject),
+        *_no_dataset(subject, output),
         *_other_algorithm(subject),
     ]
 
 
-def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
+def _unscored(subject: Subject) -> Iterator[Notice]:
     missing = {m: int(np.isnan(values).sum()) for m, values in subject.labelled.scores.items()}
     lacking = np.any([np.isnan(values) for values in subject.labelled.scores.values()], axis=0)
     if not lacking.any():
@@ -182,11 +175,11 @@ def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
         text += f", or not in full: {by_metric}"
     yield Notice(
         f"{text}. This command scores them, and of those that cannot be simulated it says why:",
-        _command(subject, data, subject.metrics),
+        _command(subject, subject.metrics),
     )
 
 
-def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
+def _unasked(subject: Subject) -> Iterator[Notice]:
     """Metrics that the run was not asked for."""
     asked = USUAL if subject.run.future else [m for m in METRICS if m not in TIMED]
     there = [m for m in asked if subject.several or not m.endswith(ANY)]
@@ -195,12 +188,12 @@ def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
         yield Notice(
             f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
             "this adds a run with all scores, and computes only what is new:",
-            _command(subject, data, [*subject.metrics, *unasked] if subject.run.future else None),
+            _command(subject, [*subject.metrics, *unasked] if subject.run.future else None),
         )
 
 
-def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
-    if data.dataset is None:
+def _no_dataset(subject: Subject, output: Path) -> Iterator[Notice]:
+    if subject.dataset is None:
         words = ["energymargin", "report", str(subject.path), "--data", "DATASET.h5"]
         if subject.runs > 1:
             words += ["--run", str(subject.run.number)]
@@ -208,7 +201,7 @@ def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
             words += ["-o", str(output)]
         yield Notice(
             f"Without the dataset there are no pictures of states, and frames instead of times: "
-            f"{data.lacking}. With it:",
+            f"{subject.lacking}. With it:",
             shlex.join(words),
         )
 
@@ -217,19 +210,21 @@ def _other_algorithm(subject: Subject) -> Iterator[Notice]:
     if not subject.run.up_to_date:
         yield Notice(
             f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
-            f"{algorithm()}: the trees in the pictures are searched again and may differ."
+            f"{em.searches.algorithm()}: the trees in the pictures are searched again and may "
+            "differ."
         )
 
 
-def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str | None:
+def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:
     """That scores the run's dataset with its settings; None if they are not of that command."""
-    known = {own.name: own for own in fields(SearchSettings)}
+    known = {own.name: own for own in fields(em.searches.SearchSettings)}
     if not set(subject.run.settings) <= set(known):
         return None
     future = subject.run.future
-    if future is not None and future != Future(future.frames, future.plan):
+    if future is not None and future != em.datasets.Future(future.frames, future.plan):
         return None
-    words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
+    dataset = str(subject.data_path or "DATASET.h5")
+    words = ["energymargin", "score", dataset, "-o", str(subject.path)]
     if metrics is None and future is None:
         words.append("--paper")
     elif metrics is not None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable, Sequence
+from itertools import count
 from typing import Any, NamedTuple
 
 from matplotlib import pyplot
@@ -16,18 +17,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from energymargin import tasks
-from energymargin._core import CaptureProbability, ForceScore, Problem
+import energymargin as em
 from energymargin.base.metrics import with_unit
-from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
 from energymargin.look import plots
+from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
-from energymargin.look.report.subject import Data, Subject, view_command
-from energymargin.model.beliefs.uncertainty import Sampling
-from energymargin.model.outlines import Plan
-from energymargin.records.datasets import Dataset, Future
-from energymargin.records.evaluation.curves import CAPTURED, Wrongness
-from energymargin.tasks.base import plane_of
+from energymargin.look.report.subject import Subject, view_command
 
 RESOLUTION = 130  # dots an inch
 COLORS = 256
@@ -58,51 +53,51 @@ class Mistakes(NamedTuple):
 
 def worst(
     subject: Subject,
-    data: Data,
-    every: Sequence[Wrongness],
+    every: Sequence[em.evaluation.curves.Wrongness],
     *,
     each: int,
     progress: Callable[[float], None],
 ) -> tuple[list[Mistakes], str]:
     """Up to `each` states of each metric and label; and why there are no pictures, empty if there
     are. progress(share) has the share that is done."""
-    repeater, lacking = None, data.lacking
-    if data.dataset is not None:
+    repeater, lacking = None, subject.lacking
+    if subject.dataset is not None:
         try:
-            repeater = SearchRepeater(data.dataset, subject.run.settings, subject.run.future)
+            repeater = SearchRepeater(subject.dataset, subject.run.settings, subject.run.future)
         except ValueError as error:
             lacking = str(error)
     chosen = [
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
     ]
-    total, done = max(1, sum(len(places) for _, places in chosen)), 0
-    found = []
-    for one, places in chosen:
-        cards = []
-        for place in places:
-            progress(done / total)
-            cards.append(_card(subject, data, repeater, one, place))
-            done += 1
-        found.append(Mistakes(one.metric, cards, _none(one)))
+    total, done = max(1, sum(len(places) for _, places in chosen)), count()
+
+    def card(one: em.evaluation.curves.Wrongness, place: int) -> Card:
+        progress(next(done) / total)
+        return _card(subject, repeater, one, place)
+
+    found = [Mistakes(one.metric, [card(one, p) for p in ps], _none(one)) for one, ps in chosen]
     return found, lacking
 
 
 def _card(
-    subject: Subject, data: Data, repeater: SearchRepeater | None, one: Wrongness, place: int
+    subject: Subject,
+    repeater: SearchRepeater | None,
+    one: em.evaluation.curves.Wrongness,
+    place: int,
 ) -> Card:
     """Card of a state, or of the last state of a trajectory: the score and what happened, which
     contradict each other."""
     compared = one.compared
     score, label = float(compared.scores[place]), bool(compared.labels[place])
     title = f"{one.metric} {with_unit(one.metric, score)}, but {one.words(label)}"
-    if one.target == CAPTURED:
+    if one.target == "captured":
         number = int(compared.number[place])
     else:
         number = int(subject.members[compared.trajectory[place]][-1])
     t, frame = int(subject.labelled.trajectory[number]), int(subject.frames[number])
-    where, view = f"Trajectory {t}, frame {frame}", view_command(subject, data)
-    if data.dataset is not None:
-        where += f" ({data.dataset.trajectories[t].times[frame]:.3g} s)"
+    where, view = f"Trajectory {t}, frame {frame}", view_command(subject)
+    if subject.dataset is not None:
+        where += f" ({subject.dataset.trajectories[t].times[frame]:.3g} s)"
         view += f" --trajectory {t} --frame {frame}"
     images, why = [], ""
     if repeater is not None:
@@ -115,7 +110,7 @@ def _card(
     return Card(title, f"{where}. {_why(one, place)}", images, view, why)
 
 
-def _notes(stored: float, repeated: RepeatedSearch, sampling: Sampling | None) -> str:
+def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> str:
     """What is to be known of a picture, and of the score in the file."""
     warnings = () if repeated.search is None else repeated.search.warnings
     notes = [f"{text[0].upper()}{text[1:]}." for text in warnings]
@@ -135,7 +130,7 @@ def _notes(stored: float, repeated: RepeatedSearch, sampling: Sampling | None) -
     return " ".join(notes)
 
 
-def _why(one: Wrongness, place: int) -> str:
+def _why(one: em.evaluation.curves.Wrongness, place: int) -> str:
     label = bool(one.compared.labels[place])
     side = "below" if label else "above"
     if one.ranks.level[place]:
@@ -144,7 +139,7 @@ def _why(one: Wrongness, place: int) -> str:
     return f"Ranked {side} {100 * share:.3g} % of all with the other label."
 
 
-def _none(one: Wrongness) -> str:
+def _none(one: em.evaluation.curves.Wrongness) -> str:
     if one.compared.of_both_kinds:
         return "it ranks none on the wrong side"
     return "there are no scores" if not len(one.compared.labels) else "all have the same label"
@@ -153,8 +148,8 @@ def _none(one: Wrongness) -> str:
 class RepeatedSearch(NamedTuple):
     """A state's problem, the search for one of its scores, and that score."""
 
-    problem: Problem
-    search: Result | CaptureProbability | None
+    problem: em.Problem
+    search: Result | em.CaptureProbability | None
     """None for the force score, which needs no search."""
     score: float
 
@@ -163,27 +158,30 @@ class SearchRepeater:
     """Repeats the searches of a dataset's states."""
 
     def __init__(
-        self, dataset: Dataset, settings: dict[str, Any], future: Future | None = None
+        self,
+        dataset: em.datasets.Dataset,
+        settings: dict[str, Any],
+        future: em.datasets.Future | None = None,
     ) -> None:
         """`settings` and `future`: of the run. Raises ValueError if the settings are not those of a
         search, or if the task cannot be made."""
         try:
-            self._settings = SearchSettings(**settings)
+            self._settings = em.searches.SearchSettings(**settings)
         except TypeError:
             raise ValueError(
                 f"the run's settings are those of another program: {settings}"
             ) from None
         self._dataset, self._future = dataset, future
-        self.plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
+        self.plane = em.tasks.plane_of(em.tasks.make(dataset.task, **dataset.parameters))
         """In which pictures show the task."""
 
     def repeat(self, number: int, metric: str) -> RepeatedSearch:
         """The search behind a metric of the state of this number. Raises ValueError if its problem
         cannot be made."""
         (problem,) = self._dataset.problems([number], future=self._future)
-        found = metric_search(problem, metric, self._settings, number, warn=False)
-        shown = None if isinstance(found, ForceScore) else found
-        return RepeatedSearch(problem, shown, value_of(metric, found))
+        found = em.searches.metric_search(problem, metric, self._settings, number, warn=False)
+        shown = None if isinstance(found, em.ForceScore) else found
+        return RepeatedSearch(problem, shown, em.searches.value_of(metric, found))
 
 
 def pictures(repeated: RepeatedSearch, plane: Plan) -> list[str]:
@@ -191,7 +189,7 @@ def pictures(repeated: RepeatedSearch, plane: Plan) -> list[str]:
     curve."""
     problem, search = repeated.problem, repeated.search
     with pyplot.ioff():
-        if isinstance(search, CaptureProbability):
+        if isinstance(search, em.CaptureProbability):
             which = "captured" if search.any is None else "any"
             future = plots.plot_future(problem, plane=plane)
             return [_png(future), _png(plots.plot_probability(search, which=which))]

@@ -6,17 +6,16 @@ import asyncio
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel
+import energymargin as em
 
-WAIT = 0.08  # s
+WAIT = 0.08  # s, until a drawing begins
 REST = 0.01  # s, between two looks at whether a replay is over
 STOP = "Stop"
 
@@ -24,31 +23,35 @@ STOP = "Stop"
 class WorkThread:
     """One piece of work at a time, on a thread that does not keep Python from ending."""
 
-    def __init__(self) -> None:
-        """Idle."""
-        self._lock = threading.RLock()
-        self._cancel = Cancel()
+    def __init__(self, rest: float = 0.0) -> None:
+        """Idle. Work begins after `rest` [s], unless other work takes its place until then."""
+        self._rest, self._closed, self._lock = rest, False, threading.Lock()
+        self._cancel = em.Cancel()
         # Waited for instead of the thread, which Python takes for ended once Ctrl-C ends a join.
         self._done = threading.Event()
         self._done.set()
-        self._closed = False
 
     @property
     def running(self) -> bool:
         """Whether it works."""
         return not self._done.is_set()
 
-    def start(self, work: Callable[[Cancel], None]) -> None:
-        """Stops what runs, and calls `work` with the cancel that ends it; not once it is closed."""
+    def start(self, work: Callable[[em.Cancel], None]) -> None:
+        """Ends what runs, then calls `work` with the cancel that ends it; not once it is closed."""
         with self._lock:
-            self.stop()
             if self._closed:
                 return
-            cancel, done = self._cancel, self._done = Cancel(), threading.Event()
+            self._cancel.set()
+            before, cancel, done = self._done, em.Cancel(), threading.Event()
+            self._cancel, self._done = cancel, done
 
         def run() -> None:
             try:
-                work(cancel)
+                before.wait()
+                if self._rest and not cancel.is_set:
+                    time.sleep(self._rest)
+                if not cancel.is_set:
+                    work(cancel)
             finally:
                 done.set()
 
@@ -64,46 +67,14 @@ class WorkThread:
 
     def stop(self) -> None:
         """Ends the work, and waits for that: a search ends within one rollout."""
-        with self._lock:
-            self._cancel.set()
-            self.join()
+        self.cancel()
+        self.join()
 
     def close(self) -> None:
         """Ends the work, and starts no other."""
-        self._closed = True
+        with self._lock:
+            self._closed = True
         self.stop()
-
-
-class Debounced:
-    """A thread that does what it was last given, once that rests."""
-
-    def __init__(self) -> None:
-        """Idle."""
-        self._pool = ThreadPoolExecutor(1)
-        self._last: Callable[[], None] | None = None
-        self._task: Future[None] | None = None
-
-    def run(self, work: Callable[[], None]) -> None:
-        """Calls `work` soon, unless other work comes before; not once it is closed."""
-        self._last = work
-        with suppress(RuntimeError):
-            self._task = self._pool.submit(self._do, work)
-
-    def join(self) -> None:
-        """Waits until the last work is done; raises what that ended with."""
-        if self._task is not None:
-            self._task.result()
-
-    def close(self) -> None:
-        """Forgets what waits, and waits for what is done; nothing more is."""
-        self._last = None
-        self._pool.shutdown()
-
-    def _do(self, work: Callable[[], None]) -> None:
-        if work is self._last:
-            time.sleep(WAIT)
-        if work is self._last:
-            work()
 
 
 class Player:
@@ -187,7 +158,7 @@ class Player:
             if len(self._times):
                 self._show(min(int(value_of(self.slider)), len(self._times) - 1))
 
-    def _play(self, cancel: Cancel) -> None:
+    def _play(self, cancel: em.Cancel) -> None:
         times, last = self._times, len(self._times) - 1
         self.button.label = STOP
         try:
@@ -203,7 +174,7 @@ class Player:
         finally:
             self.button.label = self._label
 
-    async def _move(self, moment: int, cancel: Cancel) -> None:
+    async def _move(self, moment: int, cancel: em.Cancel) -> None:
         """Moves the slider unless the replay is over."""
         with self._lock:
             if not cancel.is_set:

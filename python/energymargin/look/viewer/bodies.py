@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from trimesh.exchange.gltf import export_glb
 
-from energymargin._core import Body, Plane, Scene
+import energymargin as em
+from energymargin.look.outlines import Pose, spring_ends
 from energymargin.look.plots.styles import BODY_COLORS
-from energymargin.model.outlines import Pose, body_poses, spring_ends
-from energymargin.model.scenes.corners import shape_parts
 
 Floats = NDArray[np.float64]
 
@@ -56,7 +55,7 @@ class DrawnBodies:
     """All bodies of one scene; those that move can be put into any state."""
 
     def __init__(
-        self, objects: Layer, others: Layer, scene: Scene, center: Floats, cell: float
+        self, objects: Layer, others: Layer, scene: em.Scene, center: Floats, cell: float
     ) -> None:
         """Adds them; the ground is a grid around `center` (3,) with cells of this size [m]."""
         self._scene = scene
@@ -64,7 +63,7 @@ class DrawnBodies:
         for number, body in enumerate(scene.bodies):
             layer = objects if body.role == "object" else others
             path = f"{layer.path}/{number}"
-            if isinstance(body.shape, Plane):
+            if isinstance(body.shape, em.Plane):
                 _add_ground(layer.scene, path, body.shape, center, cell)
                 continue
             mesh = _add_body(layer.scene, path, body, OPACITY[body.role])
@@ -79,7 +78,7 @@ class DrawnBodies:
 
     def put(self, state: Floats) -> None:
         """Moves them to where they are in a state, shape (n,)."""
-        poses = body_poses(self._scene, state)
+        poses = em.scenes.body_poses(self._scene, state)
         for name, mesh in self._moving.items():
             _place(mesh, poses[name])
         if self._springs is not None:
@@ -95,16 +94,16 @@ def add_lines(
     return layer.scene.add_line_segments(path, points, color, **look)
 
 
-def draw_ghosts(layer: Layer, scene: Scene, state: Floats) -> None:
+def draw_ghosts(layer: Layer, scene: em.Scene, state: Floats) -> None:
     """The objects once more, paler, as they are in a state, shape (n,)."""
-    poses = body_poses(scene, state)
+    poses = em.scenes.body_poses(scene, state)
     for number, body in enumerate(scene.bodies):
         if body.role == "object":
             ghost = _add_body(layer.scene, f"{layer.path}/ghost_{number}", body, GHOST)
             _place(ghost, poses[body.name])
 
 
-def _add_body(scene: viser.SceneApi, path: str, body: Body, opacity: float) -> Any:
+def _add_body(scene: viser.SceneApi, path: str, body: em.Body, opacity: float) -> Any:
     color = BODY_COLORS[body.role]
     return add_surface(scene, path, shape_surface(body.shape), color, opacity, flat=True)
 
@@ -138,7 +137,7 @@ def linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _add_ground(
-    scene: viser.SceneApi, path: str, plane: Plane, center: Floats, cell: float
+    scene: viser.SceneApi, path: str, plane: em.Plane, center: Floats, cell: float
 ) -> None:
     """A plane's surface as a grid; it has no end, but fades."""
     normal, offset = np.asarray(plane.normal), plane.offset
@@ -173,4 +172,6 @@ def shape_surface(shape: Any) -> Any:
 
     Raises TypeError for a Plane, which has no end.
     """
-    return trimesh.util.concatenate([trimesh.convex.convex_hull(c) for c in shape_parts(shape)])
+    return trimesh.util.concatenate(
+        [trimesh.convex.convex_hull(c) for c in em.scenes.shape_parts(shape)]
+    )

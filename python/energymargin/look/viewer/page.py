@@ -11,23 +11,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.evaluate.futures import Undisturbed, undisturbed
-from energymargin.evaluate.searches import SearchSettings
-from energymargin.look.viewer.background import Debounced, Player, WorkThread, set_value, value_of
+import energymargin as em
+from energymargin.look.viewer import background, texts
 from energymargin.look.viewer.panel import Panel
 from energymargin.look.viewer.search import Scored, ShareProgress, score_state, tree_cache
 from energymargin.look.viewer.sources import Frames, FrameScores, StateSource
 from energymargin.look.viewer.stage import Stage
-from energymargin.look.viewer.texts import (
-    drawn_text,
-    escape_text,
-    frame_text,
-    future_text,
-    legend,
-    score_table,
-    sets_text,
-)
 
 NOTIFICATION = 10.0  # s that one is shown
 AMBIENT = 1.3  # light from all sides, beside the lamps
@@ -43,7 +32,7 @@ class Page:
         *,
         trajectory: int = 0,
         frame: int = 0,
-        settings: SearchSettings,
+        settings: em.searches.SearchSettings,
         stored: FrameScores | None = None,
     ) -> None:
         """Draws a frame. Nodes and rollouts of the settings are those that the controls begin with.
@@ -53,11 +42,12 @@ class Page:
         self._server, self._source, self._stored = server, source, stored
         self._settings = settings
         self._lock = threading.RLock()
-        self._searching, self._cache = WorkThread(), tree_cache()
-        self._sets_later, self._nodes_later = Debounced(), Debounced()
-        self._future_later = Debounced()
-        self._closing = Cancel()
-        self._future: Undisturbed | None = None  # of what is shown, once simulated
+        self._searching, self._cache = background.WorkThread(), tree_cache()
+        self._sets_later, self._nodes_later, self._future_later = later = [
+            background.WorkThread(background.WAIT) for _ in range(3)
+        ]
+        self._working = (self._searching, *later)
+        self._future: em.futures.Undisturbed | None = None  # of what is shown, once simulated
         self._error: Exception | None = None
         self._trajectory, self._frame = trajectory, frame
         self._frames = source.frames(trajectory)
@@ -69,7 +59,7 @@ class Page:
         self._stage.set_up(self._problem, self._frames)
         curves = None if stored is None else stored.curves
         self._panel = Panel(server, self._lock, source, self._problem, settings, curves=curves)
-        set_value(self._panel.trajectory, trajectory)
+        background.set_value(self._panel.trajectory, trajectory)
         self._players = (self._panel.escape, self._panel.future)
         self._panel.show_frames(self._frames, frame)
         self._show_frame()
@@ -86,16 +76,16 @@ class Page:
 
     def wait(self) -> None:
         """Until nothing runs in the background; raises what a search ended with."""
-        for work in (self._searching, self._nodes_later, self._sets_later, self._future_later):
+        for work in self._working:
             work.join()
         if self._error is not None:
             raise self._error
 
     def close(self) -> None:
         """Ends what runs in the background."""
-        self._closing.set()
-        later = (self._nodes_later, self._sets_later, self._future_later)
-        for work in (*self._players, self._searching, *later):
+        for player in self._players:
+            player.close()
+        for work in self._working:
             work.close()
 
     # What is shown
@@ -103,28 +93,28 @@ class Page:
     def _show_frame(self) -> None:
         """The present frame: bodies and texts at once, its sets once the controls rest."""
         self._panel.shown["success set"].visible = self._problem.succeeded is not None
-        self._panel.what.content = frame_text(self._frames, self._frame)
+        self._panel.what.content = texts.frame_text(self._frames, self._frame)
         self._show_future(None)
         self._show_scored()
         self._stage.clear_sets()
-        self._sets_later.run(self._draw_sets)
+        self._sets_later.start(self._draw_sets)
         if self._problem.horizon is not None:
-            self._future_later.run(self._simulate_future)
+            self._future_later.start(self._simulate_future)
 
-    def _draw_sets(self) -> None:
+    def _draw_sets(self, _: em.Cancel) -> None:
         try:
             drawn = self._stage.draw_sets()
         except Exception as error:  # of a predicate
             self._notify("The sets cannot be drawn", str(error))
         else:
-            self._panel.sets.content = sets_text(self._problem, drawn)
+            self._panel.sets.content = texts.sets_text(self._problem, drawn)
 
-    def _simulate_future(self) -> None:
+    def _simulate_future(self, cancel: em.Cancel) -> None:
         """The undisturbed future of the problem that is shown, unless it moved on meanwhile."""
         problem, future, why = self._problem, None, ""
         try:
-            future = undisturbed(problem, self._closing)
-        except Cancelled:
+            future = em.futures.undisturbed(problem, cancel)
+        except em.Cancelled:
             return
         except Exception as error:  # it diverges, or a predicate raises
             why = str(error)
@@ -132,12 +122,12 @@ class Page:
             if problem is self._problem:
                 self._show_future(future, why)
 
-    def _show_future(self, future: Undisturbed | None, why: str = "") -> None:
+    def _show_future(self, future: em.futures.Undisturbed | None, why: str = "") -> None:
         self._future = future
         self._panel.future.set_up(None if future is None else future.times)
         self._stage.draw_future(future)
-        self._panel.future_text.content = future_text(self._problem, future, why=why)
-        self._panel.legend.content = legend(self._problem, self.scored, future)
+        self._panel.future_text.content = texts.future_text(self._problem, future, why=why)
+        self._panel.legend.content = texts.legend(self._problem, self.scored, future)
 
     def _show_scored(self) -> None:
         """The tree of the present frame, its scores and its way out."""
@@ -146,7 +136,7 @@ class Page:
         self._stage.put(self._problem)
         self._panel.escape.set_up(None if way is None else way.times)
         self._panel.show_curve(scored)
-        self._panel.escape_text.content = escape_text(scored)
+        self._panel.escape_text.content = texts.escape_text(scored)
         self._stage.draw_way(scored)
         self._show_nodes()
 
@@ -154,8 +144,8 @@ class Page:
         """As many nodes as the slider asks for, and their scores."""
         scored = self.scored
         dots, edges = self._stage.draw_tree(scored, self._nodes())
-        self._panel.legend.content = legend(self._problem, scored, self._future)
-        self._panel.drawn.content = drawn_text(dots, edges)
+        self._panel.legend.content = texts.legend(self._problem, scored, self._future)
+        self._panel.drawn.content = texts.drawn_text(dots, edges)
         self._show_scores()
 
     def _show_scores(self) -> None:
@@ -163,7 +153,9 @@ class Page:
         trajectory."""
         panel, file = self._panel, self._stored
         stored = [] if file is None else file.at(self._frames.first + self._frame)
-        panel.scores.content = score_table(self.scored, self._nodes(), value_of(panel.rate), stored)
+        panel.scores.content = texts.score_table(
+            self.scored, self._nodes(), background.value_of(panel.rate), stored
+        )
         panel.plot(self._frames.times, self._along(), self._frame)
 
     def _along(self) -> dict[str, NDArray[np.float64]]:
@@ -174,7 +166,7 @@ class Page:
         if self._stored is not None:
             there = {n: row[first : first + frames] for n, row in self._stored.curves.items()}
             return along | there
-        nodes, rate = self._panel.asked_nodes(), value_of(self._panel.rate)
+        nodes, rate = self._panel.asked_nodes(), background.value_of(self._panel.rate)
         for frame in range(frames):
             scored = self._cache.get((self._trajectory, frame))
             values = {} if scored is None else scored.values(nodes, rate)
@@ -194,7 +186,7 @@ class Page:
         panel.trajectory.on_update(self._then(self._choose_frame))
         panel.frame.on_update(self._then(self._choose_frame))
         show_nodes = self._then(self._show_nodes)
-        panel.nodes.on_update(lambda event: self._nodes_later.run(lambda: show_nodes(event)))
+        panel.nodes.on_update(lambda _: self._nodes_later.start(show_nodes))
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
         panel.score_all.on_click(lambda _: self._start())
@@ -217,16 +209,16 @@ class Page:
     def _choose_frame(self) -> None:
         """Shows the frame of the sliders; they go back if its state makes no problem."""
         panel = self._panel
-        trajectory = min(int(value_of(panel.trajectory)), self._source.trajectories - 1)
+        trajectory = min(int(background.value_of(panel.trajectory)), self._source.trajectories - 1)
         is_other = trajectory != self._trajectory
         frames = self._source.frames(trajectory) if is_other else self._frames
-        frame = min(int(value_of(panel.frame)), len(frames.times) - 1)
+        frame = min(int(background.value_of(panel.frame)), len(frames.times) - 1)
         if not is_other and frame == self._frame:
             return
         problem = self._problem_of(frames, frame)
         if problem is None:
-            set_value(panel.trajectory, self._trajectory)
-            set_value(panel.frame, self._frame)
+            background.set_value(panel.trajectory, self._trajectory)
+            background.set_value(panel.frame, self._frame)
             return
         self._trajectory, self._frames = trajectory, frames
         self._frame, self._problem = frame, problem
@@ -240,12 +232,12 @@ class Page:
         scored = self.scored
         if scored is not None and scored.way_out is not None:
             self._stage.put_state(scored.way_out.states[moment])
-            self._panel.escape_text.content = escape_text(scored, moment)
+            self._panel.escape_text.content = texts.escape_text(scored, moment)
 
     def _choose_ahead(self, moment: int) -> None:
         if self._future is not None:
             self._stage.put_state(self._future.states[moment])
-            self._panel.future_text.content = future_text(self._problem, self._future, moment)
+            self._panel.future_text.content = texts.future_text(self._problem, self._future, moment)
 
     def _choose_shown(self) -> None:
         self._stage.choose({name: box.value for name, box in self._panel.shown.items()})
@@ -256,7 +248,7 @@ class Page:
         else:
             self._start([self._frame])
 
-    def _play(self, player: Player) -> None:
+    def _play(self, player: background.Player) -> None:
         for other in self._players:
             if other is not player:
                 other.stop()  # both move the bodies
@@ -275,10 +267,10 @@ class Page:
             asked = replace(
                 self._settings,
                 nodes=self._panel.asked_nodes(),
-                rollouts=int(value_of(self._panel.rollouts)),
+                rollouts=int(background.value_of(self._panel.rollouts)),
             )
 
-        def work(cancel: Cancel) -> None:
+        def work(cancel: em.Cancel) -> None:
             self._error = None
             self._panel.searching(True)
             try:
@@ -289,7 +281,7 @@ class Page:
 
                     def tell(share: float, number: int = number) -> None:
                         done = (number + share) / len(chosen)
-                        set_value(self._panel.progress, 100.0 * done)
+                        background.set_value(self._panel.progress, 100.0 * done)
                         if progress is not None:
                             progress(done)
 
@@ -322,7 +314,7 @@ class Page:
             elif trajectory == self._trajectory:
                 self._show_scores()
 
-    def _problem_of(self, frames: Frames, frame: int) -> Problem | None:
+    def _problem_of(self, frames: Frames, frame: int) -> em.Problem | None:
         """None, and a notification, if the state makes none."""
         try:
             return frames.problem(frame)

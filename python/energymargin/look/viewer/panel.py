@@ -11,8 +11,7 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
-from energymargin._core import Problem
-from energymargin.evaluate.searches import SearchSettings
+import energymargin as em
 from energymargin.look.viewer.background import STOP, Player, set_value, value_of
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sources import EFFORT, Frames, StateSource
@@ -46,8 +45,8 @@ class Panel:
         server: viser.ViserServer,
         lock: AbstractContextManager[Any],
         source: StateSource,
-        problem: Problem,
-        settings: SearchSettings,
+        problem: em.Problem,
+        settings: em.searches.SearchSettings,
         *,
         curves: Collection[str] | None,
     ) -> None:
@@ -152,7 +151,7 @@ class Panel:
                 plot.data = (times, *(scores[name] for name in names), now)
 
     def _add_scores(
-        self, gui: viser.GuiApi, settings: SearchSettings, rate: float, *, timed: bool
+        self, gui: viser.GuiApi, settings: em.searches.SearchSettings, rate: float, *, timed: bool
     ) -> None:
         most_rate = 4 * rate or RATES
         self.scores = gui.add_html(plain("Not scored yet."))

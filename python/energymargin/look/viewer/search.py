@@ -17,24 +17,12 @@ import numpy as np
 from cachetools import LRUCache
 from numpy.typing import NDArray
 
-from energymargin._core import (
-    Cancel,
-    Cancelled,
-    CaptureProbability,
-    CaptureScore,
-    EscapeEffort,
-    ForceScore,
-    Problem,
-    Tree,
-    World,
-)
-from energymargin.act.draws import Disturbance
+import energymargin as em
 from energymargin.base.metrics import TIMED
-from energymargin.evaluate.futures import MOMENTS
-from energymargin.evaluate.searches import SearchSettings, metric_search, metrics_of, value_of
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost
 
+MOMENTS = 25  # a second of a replay, about what the eye sees
 MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
 # The scores of eq. 4 to 6, and the set of a problem that each counts nodes in.
 SETS = {
@@ -52,15 +40,15 @@ Place = tuple[int, int]  # trajectory, frame
 class Scored:
     """The scores of a state, with their trees."""
 
-    problem: Problem
-    escape: EscapeEffort
-    capture: CaptureScore | None = None
+    problem: em.Problem
+    escape: em.EscapeEffort
+    capture: em.CaptureScore | None = None
     """None of a problem with a horizon: that score has no clock."""
-    force: ForceScore | None = None
+    force: em.ForceScore | None = None
     """None if there is no effector, and so no baseline; and of a problem with a horizon."""
-    probability: CaptureProbability | None = None
+    probability: em.CaptureProbability | None = None
     """None of a problem without a horizon, or if it was stopped before there was any rollout."""
-    disturbance: Disturbance | None = None
+    disturbance: Any = None
     """Disturbance of the probability; of no meaning without one."""
 
     @property
@@ -70,7 +58,7 @@ class Scored:
         return first is not None and first.complete and self.escape.complete
 
     @property
-    def tree(self) -> Tree:
+    def tree(self) -> em.Tree:
         """The tree that is drawn: of the capture score or, with a horizon, of the escape."""
         return self.escape.tree if self.capture is None else self.capture.tree
 
@@ -103,7 +91,9 @@ class Scored:
             }
         if found is None:
             return {}
-        return {name: value_of(name, found) for name in metrics_of([self.problem]) if name in TIMED}
+        parts = {"success": found.success, "any": None if found.any is None else found.any.captured}
+        values = {name: parts.get(which, found.captured) for name, which in TIMED.items()}
+        return {name: value for name, value in values.items() if value is not None}
 
     @cached_property
     def inside(self) -> dict[str, NDArray[np.bool_]]:
@@ -140,13 +130,13 @@ class Scored:
 
 
 def score_state(
-    problem: Problem,
-    settings: SearchSettings,
+    problem: em.Problem,
+    settings: em.searches.SearchSettings,
     number: int | None = None,
-    cancel: Cancel | None = None,
+    cancel: em.Cancel | None = None,
     progress: ShareProgress | None = None,
     *,
-    disturbance: Disturbance | None = None,
+    disturbance: Any = None,
 ) -> Scored:
     """All scores of a state; with a horizon, a probability instead of the scores without a clock.
 
@@ -154,12 +144,11 @@ def score_state(
     done. Once `cancel` is set, it returns what there is until then.
     """
 
-    def search(metric: str, begin: float, most: int, **keywords: Any) -> Any:
+    def search(metric: str, begin: float, most: int, **others: Any) -> Any:
         if progress is not None:
-            report = progress
-            keywords["progress"] = lambda done: report(begin + 0.5 * done / most)
-        return metric_search(
-            problem, metric, settings, number, cancel=cancel, warn=False, **keywords
+            others["progress"] = lambda done: progress(begin + 0.5 * done / most)
+        return em.searches.metric_search(
+            problem, metric, settings, number, cancel=cancel, warn=False, **others
         )
 
     disturbance = disturbance or settings.disturbance
@@ -167,16 +156,13 @@ def score_state(
     if problem.horizon is None:
         capture = search("capture", 0.0, settings.nodes)
         if any(body.role == "effector" for body in problem.scene.bodies):
-            force = metric_search(problem, "force", settings)
+            force = em.searches.metric_search(problem, "force", settings)
     else:
-        sides = {
-            "success": problem.succeeded is not None,
-            "by_object": problem.captured_any is not None,
-        }
-        with suppress(Cancelled):  # before the first rollout was done
-            probability = search(
-                "probability", 0.0, settings.rollouts, disturbance=disturbance, **sides
-            )
+        asked: dict[str, Any] = {"disturbance": disturbance}
+        asked["success"] = problem.succeeded is not None
+        asked["by_object"] = problem.captured_any is not None
+        with suppress(em.Cancelled):  # before the first rollout was done
+            probability = search("probability", 0.0, settings.rollouts, **asked)
     escape = search("effort", 0.5, settings.nodes)
     return Scored(problem, escape, capture, force, probability, disturbance)
 
@@ -192,7 +178,7 @@ class Replay(NamedTuple):
     """Effort since the root [J], shape (K,)."""
 
 
-def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
+def replay(problem: em.Problem, tree: em.Tree, path: Sequence[int]) -> Replay:
     """Rolls out again the edges of a path, as `tree.path_to` gives it: its ends are the tree's own
     states, to the last bit. With a plan the robot follows it from each node's time on.
 
@@ -200,7 +186,7 @@ def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
     """
     if len(path) == 0:
         raise ValueError("path is empty, expected rows of the tree from its root on")
-    world, since_root = World(problem.scene, problem.plan), tree.times
+    world, since_root = em.World(problem.scene, problem.plan), tree.times
     stride = max(1, round(1.0 / (MOMENTS * problem.scene.step)))
     times, states, costs = [0.0], [tree.states[path[0]]], [float(tree.costs[path[0]])]
     for before, node in pairwise(path):

@@ -5,24 +5,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import tasks as registry
-from energymargin._core import Problem
-from energymargin.act.draws import Disturbance
-from energymargin.act.profile import MarginProfile
+import energymargin as em
+from energymargin import MarginProfile, Problem, datasets
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record
-from energymargin.evaluate.searches import SETTINGS
-from energymargin.records import datasets
-from energymargin.records.datasets import Dataset, Future
-from energymargin.records.store import ScoreStore
 
 PROBLEM, DATASET = ".json", ".h5"
 Progress = Callable[[int, int], None]
@@ -55,7 +49,7 @@ class Frames(Record):
     success: bool | None = None
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
-    disturbance: Disturbance | None = None
+    disturbance: Any = None
     """Disturbance of their probabilities; None: that of the settings."""
 
 
@@ -64,18 +58,18 @@ class StateSource(Record):
     """What is looked at: a problem is one trajectory of one frame, a margin along a plan one with a
     frame for each moment of the nominal motion."""
 
-    what: Problem | MarginProfile | Dataset
+    what: Problem | MarginProfile | em.datasets.Dataset
     title: str
     """What it is, in a few words."""
-    future: Future | None = None
-    """What is asked of the future of a dataset's states; None: they are asked about as they are."""
     opened: bool = False
     """Whether the dataset's file was opened for this alone."""
+    future: em.datasets.Future | None = None
+    """What is asked of the future of a dataset's states; None: they are asked about as they are."""
 
     @property
     def trajectories(self) -> int:
         """How many there are."""
-        return len(self.what.trajectories) if isinstance(self.what, Dataset) else 1
+        return len(self.what.trajectories) if isinstance(self.what, em.datasets.Dataset) else 1
 
     def frames(self, trajectory: int) -> Frames:
         """The frames of one of them; raises ValueError unless 0 <= trajectory < trajectories."""
@@ -85,16 +79,10 @@ class StateSource(Record):
         if isinstance(what, Problem):
             return Frames(np.zeros(1), np.asarray(what.state)[None], lambda _: what)
         if isinstance(what, MarginProfile):
-            return Frames(
-                what.times,
-                what.states,
-                what.problems.__getitem__,
-                numbers=[0] * len(what.times),
-                captured=what.captured,
-                disturbance=what.disturbance,
-            )
-        recorded = what.trajectories[trajectory]
-        first = int(what.lengths[:trajectory].sum())
+            asked: dict[str, Any] = {"captured": what.captured, "disturbance": what.disturbance}
+            asked |= {"problem": what.problems.__getitem__, "numbers": [0] * len(what.times)}
+            return Frames(what.times, what.states, **asked)
+        recorded, first = what.trajectories[trajectory], int(what.lengths[:trajectory].sum())
         return Frames(
             recorded.times,
             recorded.states,
@@ -108,12 +96,12 @@ class StateSource(Record):
 
     def close(self) -> None:
         """Lets go of the file that was opened for it, if there is one."""
-        if self.opened and isinstance(self.what, Dataset):
+        if self.opened and isinstance(self.what, em.datasets.Dataset):
             self.what.close()
 
 
 def source_of(
-    what: Problem | Dataset | MarginProfile | str | os.PathLike[str],
+    what: Problem | em.datasets.Dataset | MarginProfile | str | os.PathLike[str],
     parameters: Mapping[str, Any] | None = None,
     *,
     trajectories: int = 6,
@@ -130,7 +118,7 @@ def source_of(
         return StateSource(what, "along a plan")
     if isinstance(what, Problem):
         return StateSource(what, "a problem")
-    if isinstance(what, Dataset):
+    if isinstance(what, em.datasets.Dataset):
         return StateSource(what, what.task)
     expected = "a Problem, a Dataset, the file of one, a MarginProfile, or the name of a task"
     check_type("what", what, (str, os.PathLike), expected)
@@ -141,15 +129,14 @@ def source_of(
         return StateSource(Problem.load(path), path.name)
     if path.suffix == DATASET:
         return StateSource(datasets.open(path), path.name, opened=True)
-    if str(what) not in registry.names():
+    if str(what) not in em.tasks.names():
         raise ValueError(
             f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET}), "
-            f"nor a task: {', '.join(registry.names())}"
+            f"nor a task: {', '.join(em.tasks.names())}"
         )
-    task = registry.make(str(what), **(parameters or {}))
-    made = datasets.generate(
-        task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
-    )
+    task = em.tasks.make(str(what), **(parameters or {}))
+    size: dict[str, Any] = {"trajectories": trajectories, "frames": frames}
+    made = datasets.generate(task, **size, seed=seed, progress=progress)
     return StateSource(made, f"{task.name}, seed {seed}")
 
 
@@ -162,12 +149,9 @@ def first_frame(source: StateSource, trajectory: int | None, frame: int | None) 
     problem. A frame that is given without a trajectory is the first one's.
     """
     if trajectory is None:
-        trajectory = 0
-        for number in range(min(source.trajectories, MOST) if frame is None else 0):
-            captured = source.frames(number).captured
-            if captured is not None and captured[0] and not captured[-1]:
-                trajectory = number
-                break
+        labels = (source.frames(t).captured for t in range(min(source.trajectories, MOST)))
+        lost = (t for t, own in enumerate(labels) if own is not None and own[0] and not own[-1])
+        trajectory = next(lost, 0) if frame is None else 0
     if frame is not None:
         return trajectory, frame
     if isinstance(source.what, MarginProfile):
@@ -199,7 +183,7 @@ class FrameScores(Record):
     of the first."""
     search: dict[str, Any]
     """Settings with which a search gives the same scores."""
-    future: Future | None = None
+    future: em.datasets.Future | None = None
     """Horizon and plan of each state; None: the scores have no clock."""
 
     def at(self, number: int) -> list[tuple[str, dict[str, float]]]:
@@ -216,16 +200,17 @@ def profile_scores(profile: MarginProfile) -> FrameScores:
     # An effort without a bound has no place in a curve.
     finite = np.where(np.isfinite(profile.efforts), profile.efforts, np.nan)
     curves = scores | {"low": profile.low, "high": profile.high, EFFORT: finite}
-    search = {
-        **{"nodes": profile.nodes, "seed": profile.seed},
-        **{"rollouts": profile.rollouts, "common_random_numbers": True},
-    }
+    search = {name: getattr(profile, name) for name in ("nodes", "seed", "rollouts")}
+    search["common_random_numbers"] = True
     there = {name: values for name, values in curves.items() if not np.isnan(values).all()}
     return FrameScores([("along the plan", scores)], there, search)
 
 
 def stored_scores(
-    path: str | os.PathLike[str], dataset: Dataset, run: int | None = None, name: str = "DATASET"
+    path: str | os.PathLike[str],
+    dataset: em.datasets.Dataset,
+    run: int | None = None,
+    name: str = "DATASET",
 ) -> FrameScores:
     """The scores of a dataset's states in a file. `name` is the dataset's, in errors.
 
@@ -233,12 +218,13 @@ def stored_scores(
     no scores, if they are another dataset's, or if there are several runs and none is chosen;
     OSError if it cannot be read.
     """
-    with ScoreStore(path) as store:
+    with em.store.ScoreStore(path) as store:
         chosen = store.run(run)
         lacking = chosen.why_not_of(dataset, name, str(path))
         if lacking:
             raise ValueError(lacking)
-        search = {name: chosen.settings[name] for name in SETTINGS if name in chosen.settings}
+        names = [own.name for own in fields(em.searches.SearchSettings)]
+        search = {name: chosen.settings[name] for name in names if name in chosen.settings}
         title = str(chosen.settings.get("source", "stored"))
         if "nodes" in search:
             title += f", {search['nodes']:,} nodes"

@@ -18,22 +18,14 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
-from energymargin._core import Plane, Problem, Scene
-from energymargin.evaluate.futures import Undisturbed
+import energymargin as em
+from energymargin.look.outlines import AXES, object_centers, seen_corners
 from energymargin.look.plots.scenes import inside_at, sets_of
 from energymargin.look.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
+from energymargin.look.viewer import trees
 from energymargin.look.viewer.bodies import DrawnBodies, Layer, add_surface, draw_ghosts
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sources import Frames
-from energymargin.look.viewer.trees import (
-    PATH_COLOR,
-    draw_edges,
-    draw_future,
-    draw_nodes,
-    draw_path,
-)
-from energymargin.model.outlines import AXES, object_centers, seen_corners
-from energymargin.regions import Region
 
 UNDISTURBED = "undisturbed path"
 SHOWN = ("nodes", "edges", "escape path", UNDISTURBED, "capture set", "success set", "objects")
@@ -70,7 +62,7 @@ class Stage:
         self._layers = {name: Layer(server.scene, name) for name in (*SHOWN, "bodies")}
         self._lock = threading.Lock()  # of the sets, which are drawn later
 
-    def set_up(self, problem: Problem, frames: Frames) -> None:
+    def set_up(self, problem: em.Problem, frames: Frames) -> None:
         """Bodies in the problem's state, and a view of the whole trajectory."""
         scene = problem.scene
         states = frames.states[np.isfinite(frames.states).all(axis=1)]
@@ -86,7 +78,7 @@ class Stage:
         _look_at(self._server, view, FROM[self._flat])
         self.put(problem)
 
-    def put(self, problem: Problem) -> None:
+    def put(self, problem: em.Problem) -> None:
         """Moves the bodies to the problem's state."""
         self._problem = problem
         self.put_state(problem.state)
@@ -101,7 +93,7 @@ class Stage:
         layer = self._layers["escape path"].clear()
         if scored is not None and scored.way_out is not None:
             states = scored.way_out.states
-            draw_path(layer, self._problem, states, PATH_COLOR)
+            trees.draw_path(layer, self._problem, states, trees.PATH_COLOR)
             draw_ghosts(layer, self._problem.scene, states[-1])
 
     def draw_tree(self, scored: Scored | None, nodes: int) -> tuple[int, int]:
@@ -110,13 +102,13 @@ class Stage:
         if scored is None:
             return 0, 0
         what = self._problem, scored, nodes, self._view.size
-        return draw_nodes(dots, *what), draw_edges(edges, *what)
+        return trees.draw_nodes(dots, *what), trees.draw_edges(edges, *what)
 
-    def draw_future(self, future: Undisturbed | None) -> None:
+    def draw_future(self, future: em.futures.Undisturbed | None) -> None:
         """The undisturbed path of the objects, with a mark where it leaves the capture set."""
         layer = self._layers[UNDISTURBED].clear()
         if future is not None:
-            draw_future(layer, self._problem, future, self._view.size)
+            trees.draw_future(layer, self._problem, future, self._view.size)
 
     def clear_sets(self) -> None:
         """Takes those of another state away."""
@@ -179,19 +171,19 @@ class View(NamedTuple):
         return np.asarray((self.low + self.high) / 2)
 
 
-def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
+def view_around(scene: em.Scene, states: Iterable[NDArray[np.float64]]) -> View:
     """A view of objects and effector in these states."""
     states = list(states)
     points = seen_corners(scene, states, AXES)
     low, high = points.min(axis=0), points.max(axis=0)
     share = AROUND_STATES if len(states) > 1 else AROUND_ONE
     around = share * float((high - low).max())
-    grounds = [shape for body in scene.bodies if isinstance(shape := body.shape, Plane)]
+    grounds = [shape for body in scene.bodies if isinstance(shape := body.shape, em.Plane)]
     level = [plane.offset for plane in grounds if plane.normal[2] > LEVEL_NORMAL]
     return View(low - around, high + around, max(level, default=float(low[2])))
 
 
-def is_flat(problem: Problem, states: NDArray[np.float64], view: View) -> bool:
+def is_flat(problem: em.Problem, states: NDArray[np.float64], view: View) -> bool:
     """Whether no object is lifted or tipped: neither in these states, shape (K, n), nor by the
     disturbance."""
     if problem.force[2] != 0.0 or np.any(problem.torque[:2] != 0.0):
@@ -201,7 +193,12 @@ def is_flat(problem: Problem, states: NDArray[np.float64], view: View) -> bool:
 
 
 def region_surface(
-    problem: Problem, region: Region, view: View, *, flat: bool = False, layer: int = 0
+    problem: em.Problem,
+    region: em.regions.Region,
+    view: View,
+    *,
+    flat: bool = False,
+    layer: int = 0,
 ) -> Any:
     """The surface of a set in and around the view, a Trimesh; None if it is empty there, or all of
     it.

@@ -10,19 +10,10 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex
 
-from energymargin._core import Problem
+import energymargin as em
 from energymargin.base.metrics import TIMED, with_unit
-from energymargin.base.summary import Summary
 from energymargin.base.table_text import DASH
-from energymargin.disturbances import Uniform
-from energymargin.evaluate.futures import Undisturbed, future_rows, uniform_in_words
-from energymargin.look.plots.styles import (
-    BODY_COLORS,
-    CAPTURED_COLOR,
-    COSTS,
-    LOST_COLOR,
-    SUCCEEDED_COLOR,
-)
+from energymargin.look.plots import styles
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sources import EFFORT, Frames
 from energymargin.look.viewer.trees import FUTURE_COLOR
@@ -55,7 +46,7 @@ def frame_text(frames: Frames, frame: int) -> str:
     """When a frame is, and its labels."""
     words = [f"<b>t = {frames.times[frame]:.2f} s</b>"] if len(frames.times) > 1 else []
     if frames.captured is not None:
-        lost = f'<b style="color:{LOST_COLOR}">not captured</b>'
+        lost = f'<b style="color:{styles.LOST_COLOR}">not captured</b>'
         words.append("captured" if frames.captured[frame] else lost)
     if frames.success is not None:
         words.append(f"the trajectory {'succeeds' if frames.success else 'fails'}")
@@ -97,11 +88,11 @@ def score_table(
             rows.append((title + interval, *texts))
     head = ("", *(title for title, _ in columns))
     if scored is None:
-        return _box(Summary("", rows, head).to_html())
+        return _box(em.summary.Summary("", rows, head).to_html())
     searches = [one for one in (scored.capture, found, scored.escape) if one is not None]
     warnings = dict.fromkeys(text for search in searches for text in search.warnings)
-    lines = [f'<div style="color:{LOST_COLOR}">{escape(text)}</div>' for text in warnings]
-    return _box(Summary("", rows, head, [_notes(scored, nodes)]).to_html(), *lines)
+    lines = [f'<div style="color:{styles.LOST_COLOR}">{escape(text)}</div>' for text in warnings]
+    return _box(em.summary.Summary("", rows, head, [_notes(scored, nodes)]).to_html(), *lines)
 
 
 def escape_text(scored: Scored | None, moment: int = 0) -> str:
@@ -123,16 +114,18 @@ def escape_text(scored: Scored | None, moment: int = 0) -> str:
 
 
 def future_text(
-    problem: Problem, future: Undisturbed | None, moment: int = 0, why: str = ""
+    problem: em.Problem, future: em.futures.Undisturbed | None, moment: int = 0, why: str = ""
 ) -> str:
     """The question's horizon and plan, and what becomes of the objects undisturbed; `why` it
     cannot be simulated."""
-    table = Summary("", future_rows(problem)).to_html()
+    table = em.summary.Summary("", em.futures.future_rows(problem)).to_html()
     if future is None:
         return _box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
     words = "undisturbed it stays captured"
     if future.exit is not None:
-        words = f'<b style="color:{LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
+        words = (
+            f'<b style="color:{styles.LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
+        )
     return _box(table, f"<div><b>{future.times[moment]:.2f} s ahead</b> &middot; {words}</div>")
 
 
@@ -141,7 +134,7 @@ def drawn_text(dots: int, edges: int) -> str:
     return plain(f"{_counted(dots, 'dot')} and {_counted(edges, 'edge')} are drawn") if dots else ""
 
 
-def sets_text(problem: Problem, drawn: Collection[str]) -> str:
+def sets_text(problem: em.Problem, drawn: Collection[str]) -> str:
     """Which sets are not drawn."""
     sets = {"capture set": problem.captured, "success set": problem.succeeded}
     missing = [name for name, region in sets.items() if region is not None and name not in drawn]
@@ -151,23 +144,27 @@ def sets_text(problem: Problem, drawn: Collection[str]) -> str:
     return plain(f"Not drawn: the {' and the '.join(missing)} ({why}).")
 
 
-def legend(problem: Problem, scored: Scored | None, future: Undisturbed | None = None) -> str:
+def legend(
+    problem: em.Problem, scored: Scored | None, future: em.futures.Undisturbed | None = None
+) -> str:
     """What the colours and marks mean, of what there is."""
     square, line, diamond = "&#9632;", "&#9473;", "&#9670;"
     roles = {body.role for body in problem.scene.bodies}
-    marks = [(square, BODY_COLORS[role], str(role)) for role in sorted(roles - {"none"})[::-1]]
-    marks.append((square, CAPTURED_COLOR, "capture set"))
+    marks = [
+        (square, styles.BODY_COLORS[role], str(role)) for role in sorted(roles - {"none"})[::-1]
+    ]
+    marks.append((square, styles.CAPTURED_COLOR, "capture set"))
     if problem.succeeded is not None:
-        marks.append((square, SUCCEEDED_COLOR, "success set"))
+        marks.append((square, styles.SUCCEEDED_COLOR, "success set"))
     if scored is not None:
         marks += [("&#9679;", INK, "node"), (diamond, INK, "node out of the capture set")]
-        marks.append((line, LOST_COLOR, "edge to such a node"))
+        marks.append((line, styles.LOST_COLOR, "edge to such a node"))
     if scored is not None and scored.way_out is not None:
         marks += [(line, "black", "cheapest escape"), (square, PALE, "object at its end")]
     if future is not None:
         marks.append((line, FUTURE_COLOR, "undisturbed path"))
     if future is not None and future.exit is not None:
-        marks.append((diamond, LOST_COLOR, "where it leaves"))
+        marks.append((diamond, styles.LOST_COLOR, "where it leaves"))
     words = " ".join(
         f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
         for mark, color, text in marks
@@ -192,8 +189,8 @@ def _notes(scored: Scored, nodes: int) -> str:
     elif found is not None:
         model = scored.disturbance
         words = str(getattr(model, "__name__", repr(model)))
-        if isinstance(model, Uniform):
-            words = uniform_in_words(model)
+        if isinstance(model, em.disturbances.Uniform):
+            words = em.futures.uniform_in_words(model)
         diverged = f", {found.diverged} diverged" if found.diverged else ""
         notes.append(f"{_counted(found.rollouts, 'rollout')}{diverged} under {words}")
         notes.append("95 % intervals")
@@ -205,7 +202,9 @@ def _scale(scored: Scored) -> str:
     """The colours of the costs, if there are any."""
     if not scored.tree.costs.max() > 0.0:
         return ""
-    stops = ",".join(to_hex(matplotlib.colormaps[COSTS](share)) for share in np.linspace(0, 1, 7))
+    stops = ",".join(
+        to_hex(matplotlib.colormaps[styles.COSTS](share)) for share in np.linspace(0, 1, 7)
+    )
     bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
     more = " or more" if scored.tree.costs.max() > scored.most else ""
     ends = f"<span>0</span><span>cost of a node</span><span>{scored.most:.3g} J{more}</span>"

@@ -16,13 +16,12 @@ import trimesh
 from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 
-from energymargin._core import Problem
-from energymargin.evaluate.futures import Undisturbed
+import energymargin as em
+from energymargin.look.outlines import object_centers
 from energymargin.look.plots.scenes import leaving_objects
 from energymargin.look.plots.styles import COSTS, LOST_COLOR
 from energymargin.look.viewer.bodies import Layer, add_lines, linear, rgb
 from energymargin.look.viewer.search import Scored
-from energymargin.model.outlines import object_centers
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +38,7 @@ MOST_POINTS, MOST_EDGES = 20_000, 8_000  # what a browser without a graphics car
 SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
 
 
-def draw_nodes(layer: Layer, problem: Problem, scored: Scored, nodes: int, size: float) -> int:
+def draw_nodes(layer: Layer, problem: em.Problem, scored: Scored, nodes: int, size: float) -> int:
     """The root and the first `nodes` nodes, coloured by cost, as many dots as it returns.
 
     Nodes in which an object is out of its capture set are diamonds. size: of the view [m].
@@ -57,7 +56,7 @@ def draw_nodes(layer: Layer, problem: Problem, scored: Scored, nodes: int, size:
     return len(dots)
 
 
-def draw_edges(layer: Layer, problem: Problem, scored: Scored, nodes: int, size: float) -> int:
+def draw_edges(layer: Layer, problem: em.Problem, scored: Scored, nodes: int, size: float) -> int:
     """The edges to the first `nodes` nodes, as many as it returns; those are red that lead to where
     an object is out of its capture set. size: of the view [m]."""
     tree, ends = scored.tree, slice(1, nodes + 1)
@@ -71,7 +70,9 @@ def draw_edges(layer: Layer, problem: Problem, scored: Scored, nodes: int, size:
     return len(lines)
 
 
-def draw_path(layer: Layer, problem: Problem, states: Floats, color: tuple[int, int, int]) -> None:
+def draw_path(
+    layer: Layer, problem: em.Problem, states: Floats, color: tuple[int, int, int]
+) -> None:
     """A line for each object's centre along these states, shape (K, n); none of a single state."""
     if len(states) < 2:
         return
@@ -80,7 +81,9 @@ def draw_path(layer: Layer, problem: Problem, states: Floats, color: tuple[int, 
         add_lines(layer, str(number), ends, color, PATH_WIDTH)
 
 
-def draw_future(layer: Layer, problem: Problem, future: Undisturbed, size: float) -> None:
+def draw_future(
+    layer: Layer, problem: em.Problem, future: em.futures.Undisturbed, size: float
+) -> None:
     """The paths of the objects' centres, and diamonds where they leave. size: of the view [m]."""
     draw_path(layer, problem, future.states, rgb(FUTURE_COLOR))
     if future.exit_moment is not None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Compound, Inertial, MassProperties, Part, mass_properties
+from energymargin._core import Compound, Inertial, MassProperties, Part, Scene, mass_properties
 from energymargin.base.checks import numbers_of
 
 Pose = NDArray[np.float64]
@@ -117,3 +117,16 @@ def _quaternion(turn: NDArray[np.float64]) -> NDArray[np.float64]:
 def _norm(quaternion: NDArray[np.float64]) -> float:
     x, y, z, w = quaternion
     return float(np.sqrt(x * x + y * y + z * z + w * w))
+
+
+def body_poses(
+    scene: Scene, state: ArrayLike
+) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """By body of a scene its position [m] and unit quaternion x, y, z, w in a state, shape (n,)."""
+    moving = scene.unpack(state)
+    return {
+        body.name: (body.position, body.orientation)
+        if body.fixed
+        else (moving[body.name]["position"], moving[body.name]["orientation"])
+        for body in scene.bodies
+    }

@@ -12,9 +12,20 @@ with each.
 """
 
 from energymargin.base.doors import check_doors
-from energymargin.records.evaluation.labelled import Among, LabelledScores
-from energymargin.records.evaluation.table import Cell, Evaluation, evaluate
+from energymargin.records.evaluation.bootstrap import DRAWS
+from energymargin.records.evaluation.labelled import HORIZON, LAST_FRAMES, Among, LabelledScores
+from energymargin.records.evaluation.table import Cell, Evaluation, evaluate, tables_of
 
-__all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
+__all__ = [
+    "DRAWS",
+    "HORIZON",
+    "LAST_FRAMES",
+    "Among",
+    "Cell",
+    "Evaluation",
+    "LabelledScores",
+    "evaluate",
+    "tables_of",
+]
 
 check_doors(globals(), __all__)

@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull as Hull, QhullError
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Plane, Scene
-from energymargin.model.scenes.corners import shape_parts
+from energymargin.model.scenes import body_poses, shape_parts
 
 Floats = NDArray[np.float64]
 
@@ -46,17 +46,6 @@ def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[Floats]:
     A part that is seen edge-on is a line.
     """
     return [_outline(placed(part, pose, plane)) for part in shape_parts(shape)]
-
-
-def body_poses(scene: Scene, state: Floats) -> dict[str, Pose]:
-    """Poses of all bodies in a state, by name."""
-    moving = scene.unpack(state)
-    return {
-        body.name: (body.position, body.orientation)
-        if body.fixed
-        else (moving[body.name]["position"], moving[body.name]["orientation"])
-        for body in scene.bodies
-    }
 
 
 def spring_ends(scene: Scene, poses: Mapping[str, Pose]) -> Floats:
