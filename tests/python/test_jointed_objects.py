@@ -221,9 +221,8 @@ def test_one_object_on_a_joint_and_a_free_one_have_the_same_bits_on_any_thread()
         em.capture_probability(ahead, rollouts=40, seed=1, threads=threads, by_object=True)
         for threads in (1, 2)
     )
-    assert [each.captured for each in one.by_object.values()] == [
-        each.captured for each in two.by_object.values()
-    ]
+    each = [[of.captured for of in found.by_object.values()] for found in (one, two)]
+    assert each[0] == each[1]
     both = each[0]
     assert 0 < one.captured <= min(both) and max(both) <= one.any.captured
 

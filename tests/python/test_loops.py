@@ -231,9 +231,8 @@ def test_objects_in_loops_have_the_same_bits_on_any_thread_and_with_a_plan():
         em.capture_probability(ahead, rollouts=40, seed=1, threads=threads, by_object=True)
         for threads in (1, 2)
     )
-    assert [each.captured for each in one.by_object.values()] == [
-        each.captured for each in two.by_object.values()
-    ]
+    each = [[of.captured for of in found.by_object.values()] for found in (one, two)]
+    assert each[0] == each[1]
     assert 0 < one.captured < 1
     assert one.unconverged == 0
     efforts = [em.escape_effort(problem, nodes=150, seed=2).effort for _ in range(2)]
