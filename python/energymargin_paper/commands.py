@@ -12,26 +12,26 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from cyclopts import App, Parameter
 from rich.markup import escape
 
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.base.settings import flag_of
-from energymargin.cli.fields import changed, described, in_words, keyword, option
+from energymargin.cli.fields import changed, in_words, keyword, option
+from energymargin.cli.options import Threads
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
+from energymargin_paper import STUDIES, load
 from energymargin_paper.pages import FILE, Head
 from energymargin_paper.pieces import PIECES
 from energymargin_paper.study import Study
 
 __all__ = ["command", "make", "typed"]
 
-ARGS = """Args:
-    overwrite: Take a folder that has files of others too, and replace those of the same names.
-"""
+OVER = "Take a folder that has files of others too, and replace those of the same names."
 
 
-def command(study: Study[Any, Any]) -> Any:
+def command(study: Study[Any, Any]) -> App:
     """The command of a study: its settings as options, a folder, --quick and --threads."""
 
     def run(
@@ -53,16 +53,37 @@ def command(study: Study[Any, Any]) -> Any:
 
     parameters = [
         *(option(study.settings, own) for own in fields(study.settings) if "help" in own.metadata),
-        *([keyword("threads", int | None)] if study.threaded else []),
-        keyword("output", _folder(study)),
-        keyword("quick", _quick(study), default=False),
-        keyword("overwrite", bool, default=False),
+        *([keyword("threads", Threads)] if study.threaded else []),
+        keyword("output", Annotated[Path | None, _folder(study)]),
+        keyword("quick", Annotated[bool, _quick(study)], default=False),
+        keyword("overwrite", Annotated[bool, Parameter(help=OVER)], default=False),
     ]
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    run.__doc__ = f"{inspect.getdoc(study)}\n\n{_time(study)}\n\n{ARGS}"
-    app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
-    app.command(study.name)(described(run))
-    return typer.main.get_command(app)
+    run.__annotations__.clear()  # those of the signature count
+    run.__doc__ = f"{inspect.getdoc(study)}\n\n{_time(study)}"
+    app = _Command(name=study.name)
+    app.default(run)
+    return app
+
+
+class _Command(App):
+    """A command whose help is that of its study, not the line of it in the list of studies."""
+
+    @property
+    def help(self) -> str:
+        """The docstring of the command."""
+        return inspect.getdoc(self.default_command) or ""
+
+    @help.setter
+    def help(self, line: str) -> None:
+        """Keeps the docstring."""
+
+
+def __getattr__(name: str) -> App:
+    """The command of the study of this name, as the app of all imports it."""
+    if name not in STUDIES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return command(load(name))
 
 
 def typed(study: Study[Any, Any], settings: Any) -> str:
@@ -165,13 +186,12 @@ def _time(study: Study[Any, Any]) -> str:
     return " ".join(words)
 
 
-def _folder(study: Study[Any, Any]) -> Any:
+def _folder(study: Study[Any, Any]) -> Parameter:
     shown = f"out/{study.name}, or out/{study.name}-quick"
-    names, text = ("--output", "-o"), "Folder for all files."
-    return Annotated[Path | None, typer.Option(*names, help=text, show_default=shown)]
+    return Parameter(alias="-o", help="Folder for all files.", show_default=shown)
 
 
-def _quick(study: Study[Any, Any]) -> Any:
+def _quick(study: Study[Any, Any]) -> Parameter:
     """Its help says what is less in it."""
     text = f"A first picture: {' '.join(_options(study.quick, study.settings))}."
-    return Annotated[bool, typer.Option("--quick", help=text)]
+    return Parameter(help=text)

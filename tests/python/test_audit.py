@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin_paper.evidence import audit as experiment
 
 WORKS = experiment.ENTRIES
@@ -73,7 +72,7 @@ def test_little_is_left_over_on_the_tasks(task: str, tmp_path: Path):
 
 def test_the_command_writes_a_table_and_every_rollout(tmp_path: Path):
     command = ["reproduce", "audit", "--tasks", "push", "--rollouts", "2", "-o", str(tmp_path)]
-    result = CliRunner().invoke(app, command)
+    result = invoke(command)
     assert result.exit_code == 0, result.output
     assert (tmp_path / "audit.md").read_text().count("| push |") == len(experiment.SETTINGS)
     rows = list(csv.DictReader((tmp_path / "audit.csv").open()))

@@ -6,10 +6,9 @@ import math
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin_paper.evidence import bounds, bounds_idea, cages, planar_cages
 from energymargin_paper.evidence.known_answers import known_answers
 
@@ -134,6 +133,6 @@ def test_the_idea_s_flood_comes_out_below_the_barrier_and_nearer_with_more_cells
 
 
 def test_the_command_refuses_no_cells(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["reproduce", "bounds", "--cells", "0", "-o", str(tmp_path)])
+    result = invoke(["reproduce", "bounds", "--cells", "0", "-o", str(tmp_path)])
     assert result.exit_code == 2
     assert "cells is 0" in result.output

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin_paper.evidence import bowl
 
 
@@ -71,7 +70,7 @@ def test_the_picture_and_the_tables_show_every_search(made: tuple[bowl.Bowl, Pat
 
 def test_the_command_writes_its_files_and_says_where(tmp_path: Path) -> None:
     command = ["reproduce", "bowl", "--samples", "100", "--seeds", "1", "-o", str(tmp_path)]
-    result = CliRunner().invoke(app, command)
+    result = invoke(command)
     assert result.exit_code == 0, result.output
     names = {path.name for path in tmp_path.iterdir()}
     assert {"bowl.md", "bowl.csv", "bowl.png", "bowl.obj", "problem.json"} <= names

@@ -8,12 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import energymargin as em
 from energymargin import _core
 from energymargin.act.surrogates import surrogate
-from energymargin.cli import app
 from energymargin.records.datasets import files
 from energymargin.records.store import schema
 
@@ -187,5 +186,5 @@ def run(text):
     """Commands of a shell block, but for what serves a page."""
     for line in text.splitlines():
         if line.startswith("energymargin") and not line.startswith(SERVES):
-            done = CliRunner().invoke(app, shlex.split(line, comments=True)[1:])
+            done = invoke(shlex.split(line, comments=True)[1:])
             assert done.exit_code == 0, done.output

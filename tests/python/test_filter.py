@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 from energymargin._core import Cancel
-from energymargin.cli import app
 from energymargin_paper.evidence import filter as study
 
 SMALL = study.Settings(episodes=2, rollouts=3, horizon=0.3, candidates=3)
@@ -84,5 +83,5 @@ def test_the_interval_of_the_difference_holds_it():
     ],
 )
 def test_bad_settings_are_refused(words, message, tmp_path):
-    done = CliRunner().invoke(app, ["reproduce", "filter", *words, "-o", str(tmp_path)])
+    done = invoke(["reproduce", "filter", *words, "-o", str(tmp_path)])
     assert done.exit_code == 2 and message in " ".join(done.output.split())

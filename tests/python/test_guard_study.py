@@ -1,10 +1,9 @@
 """The study of the guard: its arms, and that it goes on from what it has."""
 
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 from energymargin._core import Cancel
-from energymargin.cli import app
 from energymargin_paper.evidence import filter as filtering, guard as study
 
 SMALL = study.Settings(episodes=1, watched=3, rollouts=3, horizon=0.2, candidates=2, seed=2)
@@ -71,5 +70,5 @@ def test_an_alarm_that_is_never_on_leaves_the_policy_as_it_is(made):
     ],
 )
 def test_bad_settings_are_refused(words, message, tmp_path):
-    done = CliRunner().invoke(app, ["reproduce", "guard", *words, "-o", str(tmp_path)])
+    done = invoke(["reproduce", "guard", *words, "-o", str(tmp_path)])
     assert done.exit_code == 2 and message in " ".join(done.output.split())

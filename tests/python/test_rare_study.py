@@ -3,9 +3,8 @@
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
-from energymargin.cli import app
 from energymargin_paper.evidence import rare
 
 SMALL = rare.Settings(replicas=40, runs=2)
@@ -51,6 +50,6 @@ def test_the_picture_shows_it(made: tuple[rare.Rare, Path]) -> None:
 
 
 def test_bad_settings_are_refused(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["reproduce", "rare", "--replicas", "39", "-o", str(tmp_path)])
+    result = invoke(["reproduce", "rare", "--replicas", "39", "-o", str(tmp_path)])
     assert result.exit_code != 0
     assert "replicas" in result.output

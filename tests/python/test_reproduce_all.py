@@ -8,9 +8,8 @@ import time
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
-from energymargin.cli import app
 from energymargin_paper.pages import FILE, Head
 from energymargin_paper.pieces import PIECES, QUICK
 
@@ -19,7 +18,7 @@ PAGE = "# Results\n\n<!-- made: bowl\ncommand: a\nversion: 0.1.0\n-->\n\n<!-- en
 
 
 def run(*words):
-    return CliRunner().invoke(app, ["reproduce", "all", *map(str, words)])
+    return invoke(["reproduce", "all", *map(str, words)])
 
 
 def lines(folder):

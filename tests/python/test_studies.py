@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from command_line import run
-from typer.testing import CliRunner
+from command_line import invoke, run
 
 import energymargin
-from energymargin.cli import app
 from energymargin_paper import STUDIES, load
 from energymargin_paper.commands import command, make
 from energymargin_paper.study import Study, setting
@@ -147,7 +145,7 @@ def test_every_study_of_the_list_has_its_name_and_a_command_with_help(name):
     one = load(name)
     assert one.name == name
     assert one.quick != one.settings
-    done = CliRunner().invoke(app, ["reproduce", name, "--help"])
+    done = invoke(["reproduce", name, "--help"])
     text = " ".join(done.output.replace("│", " ").split())
     assert done.exit_code == 0 and "--quick" in text and "--output" in text
     assert f"Example: energymargin reproduce {name}" in text
@@ -174,7 +172,7 @@ def test_every_study_of_the_list_has_its_name_and_a_command_with_help(name):
 )
 def test_a_bad_option_is_named_and_no_result_is_written(words, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(app, ["reproduce", *words.split()])
+    done = invoke(["reproduce", *words.split()])
     assert done.exit_code == 2 and message in " ".join(done.output.split())
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".md", ".csv", ".png")]
 

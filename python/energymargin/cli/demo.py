@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
@@ -13,7 +14,7 @@ from energymargin.base.replacing import replace_figure
 from energymargin.cli.demo_grips import draw_grips, score_grips
 from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import changed, options_of
-from energymargin.cli.options import chosen_executor
+from energymargin.cli.options import Threads, Where
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import out, say
@@ -29,10 +30,10 @@ SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 @options_of(SEARCH, "nodes", "seed")
 def demo(
     *,
-    output: Path = Path("out"),
+    output: Annotated[Path, Parameter(alias="-o")] = Path("out"),
     trajectories: int = 50,
     trials: int = 30,
-    threads: int | None = None,
+    threads: Threads = None,
     overwrite: bool = False,
     **given: Any,
 ) -> None:
@@ -55,7 +56,7 @@ def demo(
     if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
     require_own_folder(output, overwrite=overwrite)
-    settings, executor = changed(SEARCH, given), chosen_executor(threads)
+    settings, executor = changed(SEARCH, given), Where(threads).executor()
     say(
         f"{trajectories} pushes, each state of which is scored, and six grips of a mallet. With 50 "
         "pushes and 30 trials a grip this takes about a minute on two cores."

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from energymargin.base.replacing import replace_text
+from energymargin.cli.options import Draws, Last, Outputs, Overwrite, RunNumber, Scores
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, out
 from energymargin.summary import summary
@@ -17,17 +18,18 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    scores: Path,
+    scores: Scores,
+    /,
     *,
-    output: list[Path] | None = None,
-    run: int | None = None,
+    output: Outputs = None,
+    run: RunNumber = None,
     frames: list[int] | None = None,
-    last: int = 5,
+    last: Last = 5,
     among: Literal["all", "captured"] | None = None,
     clipped: bool = False,
-    draws: int = 1000,
+    draws: Draws = 1000,
     seed: int = 0,
-    overwrite: bool = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Compare scores with what happened: AUC and AP, beside the paper's if it has them.
 

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 from rich.markup import escape
 
-from energymargin.cli.options import require_beside
+from energymargin.cli.options import Output, Overwrite, RunNumber, Scores, panel, require_beside
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import out, say
 
+WITH_DATA = panel("With the dataset")
+
 
 def export(
-    scores: Path,
+    scores: Scores,
+    /,
     *,
-    output: Path | None = None,
-    run: int | None = None,
-    lerobot: Path | None = None,
-    data: Path | None = None,
-    trajectory: int | None = None,
-    overwrite: bool = False,
+    output: Output = None,
+    run: RunNumber = None,
+    lerobot: Annotated[Path | None, WITH_DATA] = None,
+    data: Annotated[Path | None, WITH_DATA] = None,
+    trajectory: Annotated[int | None, WITH_DATA] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
 
@@ -33,7 +37,6 @@ def export(
     Args:
         output: A .csv or .parquet file; without it, the runs are listed. A .rrd file has one
             trajectory for rerun. With --lerobot it is a new folder.
-    With the dataset:
         data: The dataset, for .rrd and --lerobot; if not given, the one beside the scores: push.h5
             of push-scores.db.
         trajectory: Of a .rrd file, from 0; the first that is lost at its end if not given.

@@ -4,14 +4,26 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
-from energymargin.cli.options import PICTURE_NODES, cluster, parsed, require_one
+from energymargin.cli.options import (
+    PICTURE_NODES,
+    WHERE,
+    Output,
+    Overwrite,
+    Parameters,
+    Scheduler,
+    Seed,
+    Timeout,
+    cluster,
+    parsed,
+    require_one,
+)
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, say
 
@@ -21,18 +33,19 @@ if TYPE_CHECKING:
 
 def generate(
     task: str,
+    /,
     *,
-    output: Path | None = None,
+    output: Output = None,
     trajectories: int = 50,
     frames: int = 10,
-    seed: int = 0,
-    parameter: list[str] | None = None,
+    seed: Seed = 0,
+    parameter: Parameters = None,
     engine: str = "native",
-    overwrite: bool = False,
+    overwrite: Overwrite = False,
     picture: Path | None = None,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    timeout: float | None = None,
+    processes: Annotated[int | None, Parameter(group=WHERE)] = None,
+    scheduler: Scheduler = None,
+    timeout: Timeout = None,
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
     command goes on from there.
@@ -46,7 +59,6 @@ def generate(
         frames: How many frames of each are recorded.
         engine: What steps the simulation, native or bullet.
         picture: Draw a failed and a successful trajectory with their search trees.
-    Where it runs:
         processes: Processes; all cores if not given, and there is work for them. The file does not
             depend on it.
     """
@@ -57,7 +69,7 @@ def generate(
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
     require_one(processes=processes, scheduler=scheduler)
     output = output or Path(f"{task}.h5")
-    made = tasks.make(task, engine=engine, **parsed(parameter or []))
+    made = tasks.make(task, engine=engine, **parsed(parameter))
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture")
@@ -90,7 +102,7 @@ def generate(
                 f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
                 "with --overwrite the same command goes on from there."
             )
-            raise typer.Exit(TIMED_OUT)
+            raise SystemExit(TIMED_OUT)
 
 
 def say_written(dataset: Dataset, path: Path, judged: str = "") -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-import typer
+from cyclopts import Parameter
 from numpy.typing import NDArray
 from rich.markup import escape
 
@@ -26,7 +26,7 @@ from energymargin.cli.grasp_words import (
     chosen_rows,
     numbers,
 )
-from energymargin.cli.options import chosen_executor
+from energymargin.cli.options import Outputs, Seed, Where, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
 from energymargin.cli.view import serve
@@ -54,11 +54,15 @@ OF_OBJECT = {
     "scale=0.001": "--mesh-scale 0.001",
     "object= of em.grasps.read": "--object-pose",
 }
+ROWS, OBJECT = panel("Which grasps of the file"), panel("The object")
+TRIAL, FIGURES = panel("What a trial is"), panel("More figures")
+SIGNED = Parameter(allow_leading_hyphen=True)
 CHOICES = ("best", "doubtful", "worst")
 
 
 def grasps(
     file: Path,
+    /,
     *,
     hand: str,
     object: Path | None = None,
@@ -66,29 +70,26 @@ def grasps(
     protocol: str = "hold",
     belief: str | None = None,
     rollouts: int = 30,
-    output: list[Path] | None = None,
+    output: Outputs = None,
     write: Path | None = None,
     view: str | None = None,
     overwrite: bool = False,
-    frame: str | None = None,
-    scale: float = 1.0,
-    where: list[str] | None = None,
-    most: int | None = None,
-    object_pose: str | None = None,
-    density: float | None = None,
-    friction: float | None = None,
-    mesh_scale: float | None = None,
-    accuracy: float | None = None,
-    strength: float = 1.0,
-    colliding: Literal["lost", "redraw", "retreat"] = "lost",
-    step: float | None = None,
-    seed: int = 0,
-    effort: int | None = None,
-    baselines: bool = False,
-    threads: int | None = None,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    timeout: float | None = None,
+    frame: Annotated[str | None, ROWS, SIGNED] = None,
+    scale: Annotated[float, ROWS] = 1.0,
+    where: Annotated[list[str] | None, ROWS] = None,
+    most: Annotated[int | None, ROWS] = None,
+    object_pose: Annotated[str | None, ROWS, SIGNED] = None,
+    density: Annotated[float | None, OBJECT] = None,
+    friction: Annotated[float | None, OBJECT] = None,
+    mesh_scale: Annotated[float | None, OBJECT] = None,
+    accuracy: Annotated[float | None, OBJECT] = None,
+    strength: Annotated[float, TRIAL] = 1.0,
+    colliding: Annotated[Literal["lost", "redraw", "retreat"], TRIAL] = "lost",
+    step: Annotated[float | None, TRIAL] = None,
+    seed: Annotated[Seed, TRIAL] = 0,
+    effort: Annotated[int | None, FIGURES] = None,
+    baselines: Annotated[bool, FIGURES] = False,
+    runs: Where = Where(),
 ) -> None:
     """Rank the grasps of a file: which of them hold on this hand, and how sure is that?
 
@@ -123,7 +124,6 @@ def grasps(
             (isaac_grasp), .csv.
         view: See a grasp in a browser at the end: its name, or best, doubtful, worst.
         overwrite: Replace files that exist; a .h5 of scores never is.
-    Which grasps of the file:
         frame: What its poses are of: grasp (midway between the pads, z the approach, x the way the
             fingers open), franka_panda, panda_hand, panda_tcp, robotiq_2f_85, robotiq_2f_140, a
             distance along z [m], or x,y,z,qx,qy,qz,qw. Needed for GraspGen's and isaac_grasp's.
@@ -132,19 +132,15 @@ def grasps(
         most: At most so many of the rows, evenly spaced.
         object_pose: Where the object is, if the poses are not in its frame: x,y,z,qx,qy,qz,qw, or a
             CSV file with columns in common, as layout and object.
-    The object:
         density: In place of the mass [kg/m^3].
         friction: Coefficient of its surface; that of a contact is its product with the hand's. That
             of the file, or else 0.5.
         mesh_scale: What makes metres of the mesh's lengths.
         accuracy: The mesh's convex parts are nowhere farther from it [m].
-    What a trial is:
         strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
         colliding: What is done with a draw that puts the hand into the object or the table: it
             counts as lost, or redraw its pose, or retreat along the approach.
         step: Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much.
-        seed: The same seed gives the same numbers, to the last bit.
-    More figures:
         effort: Search for the least effort of escape at the weakest moment, with so many nodes.
         baselines: Also what is commonly computed in place of a simulation, as Ferrari-Canny
             epsilon: columns of .csv and --write, and their AUC where there are labels.
@@ -153,7 +149,7 @@ def grasps(
     for path in outputs:
         require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=SUFFIXES)
     store = _store(outputs, write)
-    executor = chosen_executor(threads, processes, scheduler)
+    executor = runs.executor()
     with loading():
         from energymargin.disturbances import Uniform
         from energymargin.grasps import GraspObject, score
@@ -200,7 +196,7 @@ def grasps(
             store=store,
             executor=executor,
             progress=progress,
-            timeout=timeout,
+            timeout=runs.timeout,
             cancel=cancel,
         )
     out.print(summary(scores))
@@ -210,7 +206,7 @@ def grasps(
         _say_stopped(scores, store)
         if cancel.is_set:
             raise KeyboardInterrupt
-        raise typer.Exit(TIMED_OUT)
+        raise SystemExit(TIMED_OUT)
     if view is not None:
         _view(scores, view)
 

@@ -7,37 +7,42 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.cli.generate import say_written
-from energymargin.cli.options import parsed, require_one
+from energymargin.cli.options import Output, Overwrite, Parameters, panel, parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import say, warn
 
 if TYPE_CHECKING:
     from energymargin.recordings import Columns, Recording
 
+BAGS = panel("Bags of ROS 2")
+REPAIRS = panel("How frames are put right")
+
 
 def import_recordings(
     files: list[Path] | None = None,
+    /,
     *,
     task: str | None = None,
     problem: Path | None = None,
     labels: Path | None = None,
-    output: Path | None = None,
-    parameter: list[str] | None = None,
+    output: Output = None,
+    parameter: Parameters = None,
     columns: Path | None = None,
-    object_topic: str | None = None,
-    effector_topic: str | None = None,
+    object_topic: Annotated[str | None, BAGS] = None,
+    effector_topic: Annotated[str | None, BAGS] = None,
     captured: Path | None = None,
-    repair: bool = True,
-    longest_gap: float = 0.1,
-    smoothing: float = 0.06,
-    causal: bool = False,
-    most_overlap: float = 0.01,
-    overwrite: bool = False,
+    repair: Annotated[bool, REPAIRS, Parameter(negative="--no-repair")] = True,
+    longest_gap: Annotated[float, REPAIRS] = 0.1,
+    smoothing: Annotated[float, REPAIRS] = 0.06,
+    causal: Annotated[bool, REPAIRS] = False,
+    most_overlap: Annotated[float, REPAIRS] = 0.01,
+    overwrite: Overwrite = False,
 ) -> None:
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 
@@ -62,11 +67,9 @@ def import_recordings(
         columns: JSON file that says which column is what, and in which units.
         captured: CSV file recording,frame,captured; if not given, labels are those of the capture
             set.
-    Bags of ROS 2:
         object_topic: The topic of the object's poses in a bag, as /box/pose, or with a frame, as
             /tf:box.
         effector_topic: The topic of the poses of the effector, the robot's tool.
-    How frames are put right:
         repair: Fill short gaps and replace outliers, or refuse them.
         longest_gap: The longest gap that is filled, in a body's poses or in frames [s].
         smoothing: Time scale of the smoothing where the files have no velocities [s].
@@ -86,7 +89,7 @@ def import_recordings(
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     bodies = ("object", "effector")
     if problem is None:
-        made = tasks.make(task or "", **parsed(parameter or []))
+        made = tasks.make(task or "", **parsed(parameter))
     elif parameter:
         raise ValueError("--problem has no parameters, expected no -p: its file has all of them")
     else:

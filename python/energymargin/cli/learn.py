@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
 from rich.markup import escape
 
+from energymargin.cli.options import Overwrite, RunNumber, Scores, Seed
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import loading, out, say
 from energymargin.summary import summary
@@ -21,15 +23,16 @@ REPEATS = 20  # of which the fastest counts, whatever else the machine does
 
 
 def learn(
-    scores: Path,
+    scores: Scores,
+    /,
     *,
-    output: Path,
+    output: Annotated[Path, Parameter(alias="-o")],
     data: Path | None = None,
-    run: int | None = None,
+    run: RunNumber = None,
     metric: str | None = None,
     coverage: float = 0.9,
-    seed: int = 0,
-    overwrite: bool = False,
+    seed: Seed = 0,
+    overwrite: Overwrite = False,
 ) -> None:
     """Learn a score from the states that have it, so that it takes microseconds a state: a
     surrogate, for `em.Surrogate.load`.

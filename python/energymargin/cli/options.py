@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Group, Parameter
 
 from energymargin.cli.terminal import warn
 
@@ -16,36 +19,67 @@ if TYPE_CHECKING:
 PlanWord = Literal["script", "hold", "none"]
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
-# The help of options that several commands have, by its heading in the commands' help.
-SHARED: dict[str | None, dict[str, str]] = {
-    None: {
-        "scores": "A file of scores, from `energymargin score`.",
-        "seed": "The same seed gives the same numbers, to the last bit.",
-        "parameter": "A parameter of the task: NAME=VALUE.",
-        "overwrite": "Replace the file if it exists.",
-        "run": "Which run, if there are several; `energymargin export` lists them.",
-        "last": "Frames of a trajectory whose success scores count: k-bar.",
-        "draws": "Bootstrap resamples of each interval: with many states, fewer do.",
-    },
-    "Where it runs": {
-        "threads": "Threads; all cores if not given. Scores do not depend on it.",
-        "processes": "So many processes instead of threads: a crash costs little.",
-        "timeout": "Seconds after which it ends with what is done; exit code 124.",
-        "scheduler": "The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
-    },
-}
+
+def panel(title: str) -> Parameter:
+    """A heading in the help of a command; the first that is made comes first."""
+    return Parameter(group=Group.create_ordered(title, sort_key=0))
 
 
-def chosen_executor(
-    threads: int | None, processes: int | None = None, scheduler: str | None = None
-) -> Executor:
-    """Executor that these options choose, of which one may be given; threads if none is."""
-    from energymargin.executors import Processes, Threads
+WHERE = Group.create_ordered("Where it runs", sort_key=1)  # the last one
 
-    require_one(threads=threads, processes=processes, scheduler=scheduler)
-    if scheduler is not None:
-        return cluster(scheduler)
-    return Threads(threads) if processes is None else Processes(processes)
+Scores = Annotated[Path, Parameter(help="A file of scores, from `energymargin score`.")]
+Seed = Annotated[int, Parameter(help="The same seed gives the same numbers, to the last bit.")]
+Parameters = Annotated[
+    list[str] | None,
+    Parameter(alias="-p", help="A parameter of the task: NAME=VALUE; may be repeated."),
+]
+Output = Annotated[Path | None, Parameter(alias="-o")]
+Outputs = Annotated[list[Path] | None, Parameter(alias="-o")]
+Overwrite = Annotated[bool, Parameter(help="Replace the file if it exists.")]
+RunNumber = Annotated[
+    int | None,
+    Parameter(help="Which run, if there are several; `energymargin export` lists them."),
+]
+Last = Annotated[int, Parameter(help="Frames of a trajectory whose success scores count: k-bar.")]
+Draws = Annotated[
+    int, Parameter(help="Bootstrap resamples of each interval: with many states, fewer do.")
+]
+Threads = Annotated[
+    int | None,
+    Parameter(group=WHERE, help="Threads; all cores if not given. Scores do not depend on it."),
+]
+Timeout = Annotated[
+    float | None,
+    Parameter(group=WHERE, help="Seconds after which it ends with what is done; exit code 124."),
+]
+Scheduler = Annotated[
+    str | None,
+    Parameter(
+        group=WHERE,
+        help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
+    ),
+]
+
+
+@Parameter(name="*", group=WHERE)
+@dataclass(frozen=True)
+class Where:
+    """Where a command runs, and how long."""
+
+    threads: Threads = None
+    processes: int | None = None
+    """So many processes instead of threads: a crash costs little."""
+    scheduler: Scheduler = None
+    timeout: Timeout = None
+
+    def executor(self) -> Executor:
+        """The chosen executor; threads if none is. Raises ValueError on more than one."""
+        from energymargin.executors import Processes, Threads
+
+        require_one(threads=self.threads, processes=self.processes, scheduler=self.scheduler)
+        if self.scheduler is not None:
+            return cluster(self.scheduler)
+        return Threads(self.threads) if self.processes is None else Processes(self.processes)
 
 
 def cluster(scheduler: str) -> Dask:
@@ -94,10 +128,10 @@ def require_beside(option: str, value: object, **others: object) -> None:
             raise ValueError(f"--{name} is {other}, expected --{option} beside it")
 
 
-def parsed(parameters: list[str]) -> dict[str, Any]:
+def parsed(parameters: list[str] | None) -> dict[str, Any]:
     """NAME=VALUE, where a value is JSON, or else a word. Raises ValueError on another text."""
     values = {}
-    for text in parameters:
+    for text in parameters or ():
         name, equals, value = text.partition("=")
         if not (equals and name.isidentifier()):
             raise ValueError(f"--parameter is {text!r}, expected NAME=VALUE")

@@ -9,23 +9,25 @@ from pathlib import Path
 
 from rich.markup import escape
 
+from energymargin.cli.options import Draws, Last, Output, Overwrite, RunNumber, Scores
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, loading, say
 
 
 def report(
-    scores: Path,
+    scores: Scores,
+    /,
     *,
-    output: Path | None = None,
-    run: int | None = None,
+    output: Output = None,
+    run: RunNumber = None,
     data: Path | None = None,
     trajectories: int = 30,
     pictures: int = 2,
     frames: int | None = None,
-    last: int = 5,
-    draws: int = 1000,
+    last: Last = 5,
+    draws: Draws = 1000,
     seed: int = 0,
-    overwrite: bool = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Make one page of a file of scores, to be opened in a browser without a network: tables,
     scores along trajectories, ROC, histograms, pictures of the states that the scores get most

@@ -6,13 +6,23 @@ import threading
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
-from energymargin.cli.options import PlanWord, chosen_future, parsed
+from energymargin.cli.options import (
+    Output,
+    Overwrite,
+    Parameters,
+    PlanWord,
+    RunNumber,
+    chosen_future,
+    panel,
+    parsed,
+)
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, leave, loading, say, warn
 
@@ -20,26 +30,29 @@ if TYPE_CHECKING:
     from energymargin.viewer import Viewer
 
 SIZE = "1400x1250"  # the whole panel is seen
+SERVED = panel("How the page is served")
+PICTURE = panel("A picture instead")
 
 
 def view_command(
     what: str,
+    /,
     *,
     trajectory: int | None = None,
     frame: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
-    parameter: list[str] | None = None,
+    parameter: Parameters = None,
     frames: int | None = None,
     plan: PlanWord | None = None,
     scores: Path | None = None,
-    run: int | None = None,
-    host: str = "127.0.0.1",
-    port: int | None = None,
-    open_browser: bool = False,
-    output: Path | None = None,
-    size: str = SIZE,
-    overwrite: bool = False,
+    run: RunNumber = None,
+    host: Annotated[str, SERVED] = "127.0.0.1",
+    port: Annotated[int | None, SERVED] = None,
+    open_browser: Annotated[bool, SERVED, Parameter(name="--open")] = False,
+    output: Annotated[Output, PICTURE] = None,
+    size: Annotated[str, PICTURE] = SIZE,
+    overwrite: Annotated[Overwrite, PICTURE] = False,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
     score what you see. Ctrl-C ends it.
@@ -63,11 +76,9 @@ def view_command(
         plan: With --frames, what the robot does meanwhile: script, as its task's (if not given);
             hold, it goes on as it moves; none, it coasts.
         scores: Scores of the dataset, from `score`, which are shown too.
-    How the page is served:
         host: The address to serve at; 0.0.0.0 lets other machines see it, and use it.
         port: The port; the first free one from 8080 on if not given.
         open_browser: Open the page in your browser.
-    A picture instead:
         output: Draw the page into this PNG file instead of serving it.
         size: Size of the picture: WIDTHxHEIGHT in pixels.
     """
@@ -82,7 +93,7 @@ def view_command(
     with bar(f"Generating {what}", "trajectories") as progress:
         viewer = view(
             what,
-            parameters=parsed(parameter or []),
+            parameters=parsed(parameter),
             trajectory=trajectory,
             frame=frame,
             nodes=nodes,
