@@ -17,8 +17,8 @@ from rich.markup import escape
 
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.base.settings import flag_of
-from energymargin.cli.fields import changed, in_words, keyword, option
-from energymargin.cli.options import Threads
+from energymargin.cli.fields import in_words, keyword, option
+from energymargin.cli.options import WHERE
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
 from energymargin_paper import STUDIES, load
@@ -29,6 +29,9 @@ from energymargin_paper.study import Study
 __all__ = ["command", "make", "typed"]
 
 OVER = "Take a folder that has files of others too, and replace those of the same names."
+THREADS = Parameter(
+    group=WHERE, help="Threads; all cores if not given. Numbers do not depend on it."
+)
 
 
 def command(study: Study[Any, Any]) -> App:
@@ -36,16 +39,16 @@ def command(study: Study[Any, Any]) -> App:
 
     def run(
         *,
-        output: Path | None,
-        quick: bool,
-        overwrite: bool,
+        output: Path | None = None,
+        quick: bool = False,
+        overwrite: bool = False,
         threads: int | None = None,
         **given: Any,
     ) -> None:
         folder = output or Path("out", f"{study.name}-quick" if quick else study.name)
         make(
             study,
-            changed(study.quick if quick else study.settings, given),
+            replace(study.quick if quick else study.settings, **given),
             folder,
             threads,
             overwrite=overwrite,
@@ -53,7 +56,7 @@ def command(study: Study[Any, Any]) -> App:
 
     parameters = [
         *(option(study.settings, own) for own in fields(study.settings) if "help" in own.metadata),
-        *([keyword("threads", Threads)] if study.threaded else []),
+        *([keyword("threads", Annotated[int | None, THREADS])] if study.threaded else []),
         keyword("output", Annotated[Path | None, _folder(study)]),
         keyword("quick", Annotated[bool, _quick(study)], default=False),
         keyword("overwrite", Annotated[bool, Parameter(help=OVER)], default=False),

@@ -22,11 +22,10 @@ from energymargin.base.checks import core_count, positive_number
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import DASH, markdown_table
 from energymargin.cli.fields import split
-from energymargin.cli.options import Threads
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, out, say
 from energymargin_paper import STUDIES
-from energymargin_paper.commands import OVER, make, typed
+from energymargin_paper.commands import OVER, THREADS, make, typed
 from energymargin_paper.pages import Head, all_blocks, put
 from energymargin_paper.pieces import PIECES, QUICK, Piece
 from energymargin_paper.study import Study
@@ -55,7 +54,7 @@ def everything(
     *,
     only: Annotated[str | None, Parameter(show_default="all whose data are there")] = None,
     minutes: float | None = None,
-    threads: Threads = None,
+    threads: Annotated[int | None, THREADS] = None,
     data: Path | None = None,
     pages: Path | None = None,
     output: Annotated[

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-from energymargin.cli import run as app_run
+from energymargin.cli import app, run as app_run
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 
@@ -43,3 +43,15 @@ def invoke(words):
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         code = app_run([str(word) for word in words])
     return SimpleNamespace(exit_code=code, output=said.getvalue())
+
+
+def every_command(group=app, before=()):
+    """Every command but groups as a cyclopts App, by its words after `energymargin`."""
+    found = {}
+    for name, command in group.resolved_commands().items():
+        words = (*before, name)
+        if command.default_command is None:
+            found |= every_command(command, words)
+        elif not name.startswith("-"):
+            found[" ".join(words)] = command
+    return found

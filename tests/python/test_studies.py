@@ -180,7 +180,7 @@ def test_a_bad_option_is_named_and_no_result_is_written(words, message, tmp_path
 def test_help_lists_all_studies_and_imports_none():
     code = (
         "import sys\nfrom energymargin.cli import app\n"
-        "app(['reproduce', '--help'], standalone_mode=False)\n"
+        "app(['reproduce', '--help'])\n"
         "print([name for name in sys.modules if name.startswith('energymargin_paper.')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -21,7 +21,7 @@ from rich.markup import escape
 
 from energymargin.base.bars import bars_by
 from energymargin.base.interrupts import interrupted, remembered_interrupts
-from energymargin.cli.fields import in_words
+from energymargin.cli.fields import shown_default
 from energymargin.cli.terminal import (
     BAD_INPUT,
     INTERRUPTED,
@@ -40,12 +40,10 @@ ERRORS = (CycloptsError, ValueError, OSError, ImportError, MemoryError, RuntimeE
 TRACEBACK = "--traceback"
 GROUP = "energymargin.commands"
 """Entry points of this group name functions or cyclopts Apps: commands of other packages."""
-OWN = {
-    **{name: f"{name}:{name}" for name in ("demo", "tasks", "generate", "score", "evaluate")},
-    **{name: f"{name}:{name}" for name in ("export", "learn", "rank", "grasps", "report")},
-    "import": "importing:import_recordings",
-    "view": "view:view_command",
-}
+OWN = (
+    *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "grasps"),
+    *("report", "import", "view"),
+)
 
 
 def _version() -> str:
@@ -75,10 +73,7 @@ app = App(
     help_flags="--help",
     version=_version,
     version_flags="--version",
-    default_parameter=Parameter(
-        negative=(),
-        show_default=lambda value: None if value is None or value is False else in_words(value),
-    ),
+    default_parameter=Parameter(negative=(), show_default=shown_default),
     exit_on_error=False,
     print_error=False,
     result_action="return_value",
@@ -86,9 +81,10 @@ app = App(
 )
 for _flag in ("--help", "--version"):
     app[_flag].group = "Options"
-for _number, (_name, _place) in enumerate(OWN.items()):
-    app.command(f"energymargin.cli.{_place}", name=_name, sort_key=_number)
-for _name in sorted({entry.name for entry in entry_points(group=GROUP)} - OWN.keys()):
+for _number, _name in enumerate(OWN):
+    _file = "importing" if _name == "import" else _name
+    app.command(f"energymargin.cli.{_file}:{_file}", name=_name, sort_key=_number)
+for _name in sorted({entry.name for entry in entry_points(group=GROUP)} - set(OWN)):
     app.command(f"{__name__}:{_name}", name=_name, sort_key=len(OWN))
 
 

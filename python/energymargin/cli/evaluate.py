@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from energymargin.base.replacing import replace_text
-from energymargin.cli.options import Draws, Last, Outputs, Overwrite, RunNumber, Scores
+from energymargin.cli.options import Outputs
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, out
 from energymargin.summary import summary
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    scores: Scores,
+    scores: Path,
     /,
     *,
     output: Outputs = None,
-    run: RunNumber = None,
+    run: int | None = None,
     frames: list[int] | None = None,
-    last: Last = 5,
+    last: int = 5,
     among: Literal["all", "captured"] | None = None,
     clipped: bool = False,
-    draws: Draws = 1000,
+    draws: int = 1000,
     seed: int = 0,
-    overwrite: Overwrite = False,
+    overwrite: bool = False,
 ) -> None:
     """Compare scores with what happened: AUC and AP, beside the paper's if it has them.
 
@@ -40,11 +40,16 @@ def evaluate(
     Example: `energymargin evaluate push-scores.db -o table.md`
 
     Args:
+        scores: A file of scores, from `energymargin score`.
         output: Write the table to a .md file, or every number to a .csv file; may be repeated.
+        run: Which run, if there are several; `energymargin export` lists them.
+        last: Frames of a trajectory whose success scores count: k-bar.
         frames: How many frames the label looks ahead; may be repeated.
         among: Compare all states, or those that are captured now, by horizon.
         clipped: Let a horizon end with its trajectory, instead of leaving such states out.
+        draws: Bootstrap resamples of each interval: with many states, fewer do.
         seed: Seed of the bootstrap intervals.
+        overwrite: Replace the file if it exists.
     """
     from energymargin.store import ScoreStore
 

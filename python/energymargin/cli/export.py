@@ -7,7 +7,7 @@ from typing import Annotated
 
 from rich.markup import escape
 
-from energymargin.cli.options import Output, Overwrite, RunNumber, Scores, panel, require_beside
+from energymargin.cli.options import Output, panel, require_beside
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import out, say
 
@@ -15,15 +15,15 @@ WITH_DATA = panel("With the dataset")
 
 
 def export(
-    scores: Scores,
+    scores: Path,
     /,
     *,
     output: Output = None,
-    run: RunNumber = None,
+    run: int | None = None,
     lerobot: Annotated[Path | None, WITH_DATA] = None,
     data: Annotated[Path | None, WITH_DATA] = None,
     trajectory: Annotated[int | None, WITH_DATA] = None,
-    overwrite: Overwrite = False,
+    overwrite: bool = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
 
@@ -35,8 +35,11 @@ def export(
     A trajectory for the viewer rerun: `energymargin export push-scores.db -o push.rrd`
 
     Args:
+        scores: A file of scores, from `energymargin score`.
         output: A .csv or .parquet file; without it, the runs are listed. A .rrd file has one
             trajectory for rerun. With --lerobot it is a new folder.
+        run: Which run, if there are several; `energymargin export` lists them.
+        overwrite: Replace the file if it exists.
         data: The dataset, for .rrd and --lerobot; if not given, the one beside the scores: push.h5
             of push-scores.db.
         trajectory: Of a .rrd file, from 0; the first that is lost at its end if not given.

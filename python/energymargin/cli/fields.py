@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
-from dataclasses import Field, fields, replace
+from dataclasses import Field, fields
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from cyclopts import Parameter, Token
@@ -12,13 +12,12 @@ from cyclopts import Parameter, Token
 from energymargin.base.settings import flag_of
 
 Command = TypeVar("Command", bound=Callable[..., None])
-Settings = TypeVar("Settings")
 
 
 def options_of(
     settings: Any, *names: str, panel: Parameter | None = None
 ) -> Callable[[Command], Command]:
-    """Decorates a command with the options of these fields, which it gets as **given.
+    """Decorates a command with the options of these fields. Its **given has those that are typed.
 
     `settings` has their defaults. `panel` is the heading in the command's help.
     """
@@ -34,25 +33,15 @@ def options_of(
     return decorate
 
 
-def changed(settings: Settings, given: dict[str, Any]) -> Settings:
-    """Settings with what was given at the terminal; None was not."""
-    there = {name: value for name, value in given.items() if value is not None}
-    return replace(settings, **there)  # type: ignore[type-var]
-
-
 def option(settings: Any, setting: Field[Any], panel: Parameter | None = None) -> inspect.Parameter:
-    """The option of a field; None if it is not given. Several values have commas between."""
-    default = getattr(settings, setting.name)
+    """The option of a field."""
     hint = get_type_hints(type(settings))[setting.name]
-    shown = setting.metadata["shown"] or ("" if default is None else in_words(default))
-    info = Parameter(
-        name=flag_of(setting),
-        help=setting.metadata["help"],
-        show_default=(hint is not bool and shown) or False,
-    )
-    more = [panel] if panel else []
-    more += [SEVERAL] if get_origin(hint) is tuple else []
-    return keyword(setting.name, Annotated[(hint | None, info, *more)])
+    text, shown = setting.metadata["help"], setting.metadata["shown"]
+    info = [Parameter(name=flag_of(setting), help=text, show_default=shown or shown_default)]
+    info += [panel] if panel else []
+    info += [SEVERAL] if get_origin(hint) is tuple else []
+    default = getattr(settings, setting.name)
+    return keyword(setting.name, Annotated[(hint, *info)], default=default)
 
 
 def keyword(name: str, annotation: Any, *, default: Any = None) -> inspect.Parameter:
@@ -64,6 +53,11 @@ def keyword(name: str, annotation: Any, *, default: Any = None) -> inspect.Param
 def in_words(value: Any) -> str:
     """As it is typed: several separated by commas."""
     return ",".join(map(in_words, value)) if isinstance(value, tuple) else f"{value}"
+
+
+def shown_default(value: Any) -> str | None:
+    """A default in the help; None if there is none to be shown."""
+    return None if value is None or value is False else in_words(value)
 
 
 def split(words: str) -> list[str]:

@@ -14,12 +14,9 @@ from energymargin.base.replacing import replace_figure
 from energymargin.cli.options import (
     PICTURE_NODES,
     WHERE,
+    Elsewhere,
     Output,
-    Overwrite,
     Parameters,
-    Scheduler,
-    Seed,
-    Timeout,
     cluster,
     parsed,
     require_one,
@@ -38,14 +35,13 @@ def generate(
     output: Output = None,
     trajectories: int = 50,
     frames: int = 10,
-    seed: Seed = 0,
+    seed: int = 0,
     parameter: Parameters = None,
     engine: str = "native",
-    overwrite: Overwrite = False,
+    overwrite: bool = False,
     picture: Path | None = None,
     processes: Annotated[int | None, Parameter(group=WHERE)] = None,
-    scheduler: Scheduler = None,
-    timeout: Timeout = None,
+    where: Elsewhere = Elsewhere(),
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
     command goes on from there.
@@ -57,7 +53,10 @@ def generate(
         output: The dataset; TASK.h5 if not given.
         trajectories: How many trajectories.
         frames: How many frames of each are recorded.
+        seed: The same seed gives the same numbers, to the last bit.
+        parameter: A parameter of the task: NAME=VALUE; may be repeated.
         engine: What steps the simulation, native or bullet.
+        overwrite: Replace the file if it exists.
         picture: Draw a failed and a successful trajectory with their search trees.
         processes: Processes; all cores if not given, and there is work for them. The file does not
             depend on it.
@@ -67,7 +66,7 @@ def generate(
 
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
-    require_one(processes=processes, scheduler=scheduler)
+    require_one(processes=processes, scheduler=where.scheduler)
     output = output or Path(f"{task}.h5")
     made = tasks.make(task, engine=engine, **parsed(parameter))
     require_free(output, overwrite=overwrite)
@@ -82,9 +81,9 @@ def generate(
                 frames=frames,
                 seed=seed,
                 processes=processes,
-                executor=None if scheduler is None else cluster(scheduler),
+                executor=None if where.scheduler is None else cluster(where.scheduler),
                 progress=progress,
-                timeout=timeout,
+                timeout=where.timeout,
             )
     except (KeyboardInterrupt, OSError, RuntimeError):
         if count := trajectories_kept(output):

@@ -26,7 +26,7 @@ from energymargin.cli.grasp_words import (
     chosen_rows,
     numbers,
 )
-from energymargin.cli.options import Outputs, Seed, Where, panel
+from energymargin.cli.options import Outputs, Where, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
 from energymargin.cli.view import serve
@@ -86,7 +86,7 @@ def grasps(
     strength: Annotated[float, TRIAL] = 1.0,
     colliding: Annotated[Literal["lost", "redraw", "retreat"], TRIAL] = "lost",
     step: Annotated[float | None, TRIAL] = None,
-    seed: Annotated[Seed, TRIAL] = 0,
+    seed: Annotated[int, TRIAL] = 0,
     effort: Annotated[int | None, FIGURES] = None,
     baselines: Annotated[bool, FIGURES] = False,
     runs: Where = Where(),
@@ -141,6 +141,7 @@ def grasps(
         colliding: What is done with a draw that puts the hand into the object or the table: it
             counts as lost, or redraw its pose, or retreat along the approach.
         step: Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much.
+        seed: The same seed gives the same numbers, to the last bit.
         effort: Search for the least effort of escape at the weakest moment, with so many nodes.
         baselines: Also what is commonly computed in place of a simulation, as Ferrari-Canny
             epsilon: columns of .csv and --write, and their AUC where there are labels.

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.cli.generate import say_written
-from energymargin.cli.options import Output, Overwrite, Parameters, panel, parsed, require_one
+from energymargin.cli.options import Output, Parameters, panel, parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import say, warn
 
@@ -24,7 +24,7 @@ BAGS = panel("Bags of ROS 2")
 REPAIRS = panel("How frames are put right")
 
 
-def import_recordings(
+def importing(
     files: list[Path] | None = None,
     /,
     *,
@@ -42,7 +42,7 @@ def import_recordings(
     smoothing: Annotated[float, REPAIRS] = 0.06,
     causal: Annotated[bool, REPAIRS] = False,
     most_overlap: Annotated[float, REPAIRS] = 0.01,
-    overwrite: Overwrite = False,
+    overwrite: bool = False,
 ) -> None:
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 
@@ -64,6 +64,7 @@ def import_recordings(
             episode succeeded whose next.success was ever true, and another recording whose last
             state lies in the success set.
         output: The dataset; TASK-recorded.h5 or P-recorded.h5 if not given.
+        parameter: A parameter of the task: NAME=VALUE; may be repeated.
         columns: JSON file that says which column is what, and in which units.
         captured: CSV file recording,frame,captured; if not given, labels are those of the capture
             set.
@@ -76,6 +77,7 @@ def import_recordings(
         causal: Smooth each frame with frames up to it alone, as a robot has them: scores foresee
             without frames to come.
         most_overlap: How far a body may be moved out of another one [m].
+        overwrite: Replace the file if it exists.
     """
     require_one(task=task, problem=problem)
     if not files or (task is None and problem is None):

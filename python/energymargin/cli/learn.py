@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from rich.markup import escape
 
-from energymargin.cli.options import Overwrite, RunNumber, Scores, Seed
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import loading, out, say
 from energymargin.summary import summary
@@ -23,16 +22,16 @@ REPEATS = 20  # of which the fastest counts, whatever else the machine does
 
 
 def learn(
-    scores: Scores,
+    scores: Path,
     /,
     *,
     output: Annotated[Path, Parameter(alias="-o")],
     data: Path | None = None,
-    run: RunNumber = None,
+    run: int | None = None,
     metric: str | None = None,
     coverage: float = 0.9,
-    seed: Seed = 0,
-    overwrite: Overwrite = False,
+    seed: int = 0,
+    overwrite: bool = False,
 ) -> None:
     """Learn a score from the states that have it, so that it takes microseconds a state: a
     surrogate, for `em.Surrogate.load`.
@@ -46,11 +45,15 @@ def learn(
     `energymargin learn push-scores.db -o push-surrogate.npz`
 
     Args:
+        scores: A file of scores, from `energymargin score`.
         output: The surrogate, a .npz file.
         data: The dataset; if not given, the one beside the scores: push.h5 of push-scores.db.
+        run: Which run, if there are several; `energymargin export` lists them.
         metric: Which score; the probability of the run if not given, or else its first.
         coverage: How probable it is that the score of a state of a new trajectory is within its
             interval.
+        seed: The same seed gives the same numbers, to the last bit.
+        overwrite: Replace the file if it exists.
     """
     require_free(output, overwrite=overwrite, suffixes=(".npz",))
     with loading():

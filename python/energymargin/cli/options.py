@@ -27,50 +27,31 @@ def panel(title: str) -> Parameter:
 
 WHERE = Group.create_ordered("Where it runs", sort_key=1)  # the last one
 
-Scores = Annotated[Path, Parameter(help="A file of scores, from `energymargin score`.")]
-Seed = Annotated[int, Parameter(help="The same seed gives the same numbers, to the last bit.")]
-Parameters = Annotated[
-    list[str] | None,
-    Parameter(alias="-p", help="A parameter of the task: NAME=VALUE; may be repeated."),
-]
 Output = Annotated[Path | None, Parameter(alias="-o")]
 Outputs = Annotated[list[Path] | None, Parameter(alias="-o")]
-Overwrite = Annotated[bool, Parameter(help="Replace the file if it exists.")]
-RunNumber = Annotated[
-    int | None,
-    Parameter(help="Which run, if there are several; `energymargin export` lists them."),
-]
-Last = Annotated[int, Parameter(help="Frames of a trajectory whose success scores count: k-bar.")]
-Draws = Annotated[
-    int, Parameter(help="Bootstrap resamples of each interval: with many states, fewer do.")
-]
-Threads = Annotated[
-    int | None,
-    Parameter(group=WHERE, help="Threads; all cores if not given. Scores do not depend on it."),
-]
-Timeout = Annotated[
-    float | None,
-    Parameter(group=WHERE, help="Seconds after which it ends with what is done; exit code 124."),
-]
-Scheduler = Annotated[
-    str | None,
-    Parameter(
-        group=WHERE,
-        help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
-    ),
-]
+Parameters = Annotated[list[str] | None, Parameter(alias="-p")]
 
 
 @Parameter(name="*", group=WHERE)
 @dataclass(frozen=True)
-class Where:
+class Elsewhere:
     """Where a command runs, and how long."""
 
-    threads: Threads = None
+    scheduler: str | None = None
+    """The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."""
+    timeout: float | None = None
+    """Seconds after which it ends with what is done; exit code 124."""
+
+
+@Parameter(name="*", group=WHERE)
+@dataclass(frozen=True)
+class Where(Elsewhere):
+    """Where a command runs that has threads too."""
+
+    threads: int | None = None
+    """Threads; all cores if not given. Scores do not depend on it."""
     processes: int | None = None
     """So many processes instead of threads: a crash costs little."""
-    scheduler: Scheduler = None
-    timeout: Timeout = None
 
     def executor(self) -> Executor:
         """The chosen executor; threads if none is. Raises ValueError on more than one."""

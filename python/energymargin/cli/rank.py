@@ -11,7 +11,7 @@ from rich.markup import escape
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.cli.fields import options_of
-from energymargin.cli.options import Output, Overwrite, Where, chosen_sampling, panel
+from energymargin.cli.options import Output, Where, chosen_sampling, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, out, say, warn
 from energymargin.evaluate.searches import SearchSettings
@@ -36,7 +36,7 @@ def rank(
     tolerance: Annotated[float, COMPARED] = 0.05,
     race: Annotated[bool, COMPARED, Parameter(negative="--no-race")] = True,
     output: Output = None,
-    overwrite: Overwrite = False,
+    overwrite: bool = False,
     where: Where = Where(),
     **given: Any,
 ) -> None:
@@ -57,6 +57,7 @@ def rank(
         belief: How well the models are known, as JSON or a file of it: friction, mass, pose,
             velocity.
         output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg.
+        overwrite: Replace the file if it exists.
         confidence: Confidence in all comparisons together, below 1.
         tolerance: A difference of probabilities that does not matter, below 1.
         race: Whoever is beaten is out before the end.
@@ -80,7 +81,7 @@ def rank(
             confidence=confidence,
             tolerance=tolerance,
             race=race,
-            **{name: value for name, value in given.items() if value is not None},
+            **given,
             executor=where.executor(),
             progress=progress,
             timeout=where.timeout,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +14,7 @@ from energymargin.base.bars import bar
 from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.base.settings import flag_of
 from energymargin.cli.evaluate import print_tables, question_of
-from energymargin.cli.fields import changed, options_of, split
+from energymargin.cli.fields import options_of, split
 from energymargin.cli.options import (
     Output,
     PlanWord,
@@ -99,11 +99,11 @@ def score(
     from energymargin.base.limits import Limit
     from energymargin.evaluate.scoring import ScoreError
 
-    settings = changed(SEARCH, given)
+    settings = replace(SEARCH, **given)
     flags = {each.name: flag_of(each).removeprefix("--") for each in fields(SEARCH)}
     times = {"check": check, "dwell": dwell}
     clock = {"frames": frames, "plan": plan, **times}
-    clock |= {flags[name]: given[name] for name in PROBABILITY}
+    clock |= {flags[name]: given.get(name) for name in PROBABILITY}
     for name, value in {"metrics": metrics, **clock}.items():
         require_one(paper=paper or None, **{name: value})
     named = None if metrics is None else split(metrics)

@@ -13,16 +13,7 @@ from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
-from energymargin.cli.options import (
-    Output,
-    Overwrite,
-    Parameters,
-    PlanWord,
-    RunNumber,
-    chosen_future,
-    panel,
-    parsed,
-)
+from energymargin.cli.options import Output, Parameters, PlanWord, chosen_future, panel, parsed
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, leave, loading, say, warn
 
@@ -34,7 +25,7 @@ SERVED = panel("How the page is served")
 PICTURE = panel("A picture instead")
 
 
-def view_command(
+def view(
     what: str,
     /,
     *,
@@ -46,13 +37,13 @@ def view_command(
     frames: int | None = None,
     plan: PlanWord | None = None,
     scores: Path | None = None,
-    run: RunNumber = None,
+    run: int | None = None,
     host: Annotated[str, SERVED] = "127.0.0.1",
     port: Annotated[int | None, SERVED] = None,
     open_browser: Annotated[bool, SERVED, Parameter(name="--open")] = False,
     output: Annotated[Output, PICTURE] = None,
     size: Annotated[str, PICTURE] = SIZE,
-    overwrite: Annotated[Overwrite, PICTURE] = False,
+    overwrite: Annotated[bool, PICTURE] = False,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
     score what you see. Ctrl-C ends it.
@@ -71,16 +62,19 @@ def view_command(
             or else the middle one.
         nodes: Nodes of each search tree, at first: those of --scores, or else 1000.
         seed: Seed of a task's trajectories, and of searches: that of --scores, or else 0.
+        parameter: A parameter of the task: NAME=VALUE; may be repeated.
         frames: Ask of each state of a dataset or a task whether it stays captured over the next so
             many frames; that of --scores if not given.
         plan: With --frames, what the robot does meanwhile: script, as its task's (if not given);
             hold, it goes on as it moves; none, it coasts.
         scores: Scores of the dataset, from `score`, which are shown too.
+        run: Which run, if there are several; `energymargin export` lists them.
         host: The address to serve at; 0.0.0.0 lets other machines see it, and use it.
         port: The port; the first free one from 8080 on if not given.
         open_browser: Open the page in your browser.
         output: Draw the page into this PNG file instead of serving it.
         size: Size of the picture: WIDTHxHEIGHT in pixels.
+        overwrite: Replace the file if it exists.
     """
     pixels = _size(size)
     if output is not None:
@@ -88,10 +82,10 @@ def view_command(
         if find_spec("playwright") is None:  # before the search, not after it
             raise ImportError("-o draws with Playwright: pip install 'energymargin[screenshot]'")
     with loading():
-        from energymargin.look.viewer import view
+        from energymargin.look.viewer import view as open_viewer
 
     with bar(f"Generating {what}", "trajectories") as progress:
-        viewer = view(
+        viewer = open_viewer(
             what,
             parameters=parsed(parameter),
             trajectory=trajectory,

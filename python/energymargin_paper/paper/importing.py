@@ -11,7 +11,6 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from rich.markup import escape
 
-from energymargin.cli.options import Overwrite
 from energymargin.cli.places import require_free
 from energymargin.cli.progress import progress_bar
 from energymargin.cli.terminal import err, say
@@ -27,7 +26,7 @@ def import_published(
     /,
     *,
     output: Annotated[Path, Parameter(alias="-o")] = Path("published"),
-    overwrite: Overwrite = False,
+    overwrite: bool = False,
 ) -> None:
     """Read the data that the paper's authors published: a dataset of each part, and their scores.
 
@@ -36,6 +35,7 @@ def import_published(
     Args:
         data: The folder of the authors' data.
         output: A dataset of each part, with its scores beside it.
+        overwrite: Replace files that exist.
     """
     from energymargin.records.datasets.dataset import left_out_text
     from energymargin_paper.paper import authors
