@@ -159,4 +159,8 @@ def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:
 def _one_line(error: BaseException) -> str:
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         return f"{error.filename}: {error.strerror}"
-    return " ".join(str(error).split())
+    text = " ".join(str(error).split())
+    if isinstance(error, CycloptsError):
+        command = " ".join((*app.name, *(error.command_chain or ())))
+        return f"{text} `{command} --help` shows what it takes."
+    return text

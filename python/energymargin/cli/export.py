@@ -8,7 +8,7 @@ from typing import Annotated
 from rich.markup import escape
 
 from energymargin.cli.options import Output, panel, require_beside
-from energymargin.cli.places import require_free
+from energymargin.cli.places import dataset_of, require_free
 from energymargin.cli.terminal import out, say
 
 WITH_DATA = panel("With the dataset")
@@ -48,7 +48,7 @@ def export(
     from energymargin import store
     from energymargin.records.store.export import curves_path
 
-    beside = data or scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
+    beside = dataset_of(scores, data)
     if lerobot is not None:
         if output is None:
             raise ValueError(f"--lerobot is {lerobot}, expected -o with the name of a new folder")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from rich.markup import escape
 
-from energymargin.cli.places import require_free
+from energymargin.cli.places import dataset_of, require_free
 from energymargin.cli.terminal import loading, out, say
 from energymargin.summary import summary
 
@@ -61,8 +61,7 @@ def learn(
         from energymargin.store import ScoreStore
         from energymargin.surrogates import Surrogate
 
-    beside = scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
-    with ScoreStore(scores) as store, datasets.open(data or beside) as dataset:
+    with ScoreStore(scores) as store, datasets.open(dataset_of(scores, data)) as dataset:
         chosen = store.run(run)
         surrogate = Surrogate.learn(chosen, dataset, metric, coverage=coverage, seed=seed)
         batch, one, rollouts = *_seconds(surrogate, dataset), chosen.seconds()

@@ -20,9 +20,17 @@ PlanWord = Literal["script", "hold", "none"]
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
 
-def panel(title: str) -> Parameter:
-    """A heading in the help of a command; the first that is made comes first."""
-    return Parameter(group=Group.create_ordered(title, sort_key=0))
+def panel(title: str, name: str | None = None) -> Parameter:
+    """A heading in the help of a command; the first that is made comes first.
+
+    With the name "*" it decorates a class whose fields are the options.
+    """
+    return Parameter(name=name, group=Group.create_ordered(title, sort_key=0))
+
+
+def given(options: Any) -> dict[str, Any]:
+    """The fields of options that are not None, as arguments by name."""
+    return {name: value for name, value in vars(options).items() if value is not None}
 
 
 WHERE = Group.create_ordered("Where it runs", sort_key=1)  # the last one
