@@ -17,8 +17,8 @@ from rich.markup import escape
 
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.base.settings import flag_of
-from energymargin.cli.fields import in_words, keyword, option
-from energymargin.cli.options import WHERE
+from energymargin.cli.fields import in_words, options_of
+from energymargin.cli.options import WHERE, Output
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
 from energymargin_paper import STUDIES, load
@@ -28,42 +28,34 @@ from energymargin_paper.study import Study
 
 __all__ = ["command", "make", "typed"]
 
-OVER = "Take a folder that has files of others too, and replace those of the same names."
-THREADS = Parameter(
-    group=WHERE, help="Threads; all cores if not given. Numbers do not depend on it."
-)
+ARGS = """Args:
+    output: Folder for all files; out/{name}, or out/{name}-quick if not given.
+    quick: A first picture: {quick}.
+    overwrite: Take a folder that has files of others too, and replace those of the same names.
+    threads: Threads; all cores if not given. Numbers do not depend on it.
+"""
 
 
 def command(study: Study[Any, Any]) -> App:
     """The command of a study: its settings as options, a folder, --quick and --threads."""
 
+    @options_of(study.settings, *(own.name for own in fields(study.settings) if own.metadata))
     def run(
         *,
-        output: Path | None = None,
+        output: Output = None,
         quick: bool = False,
         overwrite: bool = False,
         threads: int | None = None,
         **given: Any,
     ) -> None:
         folder = output or Path("out", f"{study.name}-quick" if quick else study.name)
-        make(
-            study,
-            replace(study.quick if quick else study.settings, **given),
-            folder,
-            threads,
-            overwrite=overwrite,
-        )
+        settings = replace(study.quick if quick else study.settings, **given)
+        make(study, settings, folder, threads, overwrite=overwrite)
 
-    parameters = [
-        *(option(study.settings, own) for own in fields(study.settings) if "help" in own.metadata),
-        *([keyword("threads", Annotated[int | None, THREADS])] if study.threaded else []),
-        keyword("output", Annotated[Path | None, _folder(study)]),
-        keyword("quick", Annotated[bool, _quick(study)], default=False),
-        keyword("overwrite", Annotated[bool, Parameter(help=OVER)], default=False),
-    ]
-    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    run.__annotations__.clear()  # those of the signature count
-    run.__doc__ = f"{inspect.getdoc(study)}\n\n{_time(study)}"
+    there = Parameter(group=WHERE, parse=study.threaded)
+    run.__annotations__["threads"] = Annotated[int | None, there]
+    args = ARGS.format(name=study.name, quick=" ".join(_options(study.quick, study.settings)))
+    run.__doc__ = f"{inspect.getdoc(study)}\n\n{_time(study)}\n\n{args}"
     app = _Command(name=study.name)
     app.default(run)
     return app
@@ -72,14 +64,7 @@ def command(study: Study[Any, Any]) -> App:
 class _Command(App):
     """A command whose help is that of its study, not the line of it in the list of studies."""
 
-    @property
-    def help(self) -> str:
-        """The docstring of the command."""
-        return inspect.getdoc(self.default_command) or ""
-
-    @help.setter
-    def help(self, line: str) -> None:
-        """Keeps the docstring."""
+    help = property(App.help.fget, lambda self, line: None)  # type: ignore[attr-defined]
 
 
 def __getattr__(name: str) -> App:
@@ -187,14 +172,3 @@ def _time(study: Study[Any, Any]) -> str:
     if study.resumes:
         words.append("Stop it with Ctrl-C: the same command goes on from there.")
     return " ".join(words)
-
-
-def _folder(study: Study[Any, Any]) -> Parameter:
-    shown = f"out/{study.name}, or out/{study.name}-quick"
-    return Parameter(alias="-o", help="Folder for all files.", show_default=shown)
-
-
-def _quick(study: Study[Any, Any]) -> Parameter:
-    """Its help says what is less in it."""
-    text = f"A first picture: {' '.join(_options(study.quick, study.settings))}."
-    return Parameter(help=text)

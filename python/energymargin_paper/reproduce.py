@@ -22,10 +22,11 @@ from energymargin.base.checks import core_count, positive_number
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import DASH, markdown_table
 from energymargin.cli.fields import split
+from energymargin.cli.options import WHERE
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, out, say
 from energymargin_paper import STUDIES
-from energymargin_paper.commands import OVER, THREADS, make, typed
+from energymargin_paper.commands import make, typed
 from energymargin_paper.pages import Head, all_blocks, put
 from energymargin_paper.pieces import PIECES, QUICK, Piece
 from energymargin_paper.study import Study
@@ -54,7 +55,7 @@ def everything(
     *,
     only: Annotated[str | None, Parameter(show_default="all whose data are there")] = None,
     minutes: float | None = None,
-    threads: Annotated[int | None, THREADS] = None,
+    threads: Annotated[int | None, Parameter(group=WHERE)] = None,
     data: Path | None = None,
     pages: Path | None = None,
     output: Annotated[
@@ -63,7 +64,7 @@ def everything(
     ] = None,
     list_them: Annotated[bool, Parameter(name="--list")] = False,
     quick: bool = False,
-    overwrite: Annotated[bool, Parameter(help=OVER)] = False,
+    overwrite: bool = False,
 ) -> None:
     """All pages of results in pieces, shortest first, into one folder with an index page.
 
@@ -83,6 +84,9 @@ def everything(
         output: Folder for all folders.
         list_them: Print that table, of --pages if given, and make nothing.
         quick: A first picture of every study, in some minutes.
+        overwrite: Take a folder that has files of others too, and replace those of the same
+            names.
+        threads: Threads; all cores if not given. Numbers do not depend on it.
     """
     known = QUICK if quick else PIECES
     chosen = _chosen(known, only, data)

@@ -26,28 +26,11 @@ def options_of(
         signature = inspect.signature(command)
         named = {field.name: field for field in fields(settings)}
         own = [each for each in signature.parameters.values() if each.kind is not each.VAR_KEYWORD]
-        added = [option(settings, named[name], panel) for name in names]
+        added = [_option(settings, named[name], panel) for name in names]
         command.__signature__ = signature.replace(parameters=[*own, *added])  # type: ignore[attr-defined]
         return command
 
     return decorate
-
-
-def option(settings: Any, setting: Field[Any], panel: Parameter | None = None) -> inspect.Parameter:
-    """The option of a field."""
-    hint = get_type_hints(type(settings))[setting.name]
-    text, shown = setting.metadata["help"], setting.metadata["shown"]
-    info = [Parameter(name=flag_of(setting), help=text, show_default=shown or shown_default)]
-    info += [panel] if panel else []
-    info += [SEVERAL] if get_origin(hint) is tuple else []
-    default = getattr(settings, setting.name)
-    return keyword(setting.name, Annotated[(hint, *info)], default=default)
-
-
-def keyword(name: str, annotation: Any, *, default: Any = None) -> inspect.Parameter:
-    """An option of a command whose signature is made."""
-    kind = inspect.Parameter.KEYWORD_ONLY
-    return inspect.Parameter(name, kind, default=default, annotation=annotation)
 
 
 def in_words(value: Any) -> str:
@@ -82,3 +65,17 @@ def several(hint: Any, tokens: Sequence[Token]) -> tuple[Any, ...]:
 
 SEVERAL = Parameter(converter=several, n_tokens=1, allow_leading_hyphen=True)
 """Of an option that has several values with commas between."""
+
+
+def _option(
+    settings: Any, setting: Field[Any], panel: Parameter | None = None
+) -> inspect.Parameter:
+    """The option of a field."""
+    hint = get_type_hints(type(settings))[setting.name]
+    text, shown = setting.metadata["help"], setting.metadata["shown"]
+    info = [Parameter(name=flag_of(setting), help=text, show_default=shown or shown_default)]
+    info += [panel] if panel else []
+    info += [SEVERAL] if get_origin(hint) is tuple else []
+    default = getattr(settings, setting.name)
+    kind, annotation = inspect.Parameter.KEYWORD_ONLY, Annotated[(hint, *info)]
+    return inspect.Parameter(setting.name, kind, default=default, annotation=annotation)
