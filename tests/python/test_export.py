@@ -62,7 +62,7 @@ def test_parquet_and_csv_hold_the_same_bits(stored, tmp_path):
 
 def test_without_a_file_the_runs_are_listed(stored):
     done = invoke(["export", str(stored)])
-    first, second = done.stdout.splitlines()
+    first, second = done.output.splitlines()
     assert first.startswith("run 1: topple, 6 of 6 states, capture, success, effort, effort/est")
     assert "nodes 5" in second and second.startswith("run 2: scoop")
 

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 from command_line import invoke, run
+from cyclopts import CoercionError
 
 import energymargin
+from energymargin.cli import app
 from energymargin_paper import STUDIES, load
 from energymargin_paper.commands import command, make
 from energymargin_paper.study import Study, setting
@@ -83,7 +85,11 @@ def test_bad_threads_are_named_before_anything_is_written(tmp_path):
 
 def called(*words):
     """What the command of the study does with words; its errors are raised."""
-    command(STUDY).main([*map(str, words)], standalone_mode=False)
+    app.command(command(STUDY))
+    try:
+        app([STUDY.name, *map(str, words)])
+    finally:
+        del app[STUDY.name]
 
 
 def test_its_settings_are_the_options_of_its_command(tmp_path, capsys):
@@ -114,7 +120,7 @@ def test_what_cannot_be_is_named_before_anything_is_written(tmp_path):
         (("--power", 0), "power is 0"),
         (("--numbers", "1,few"), "numbers has 'few', expected whole numbers"),
     ):
-        with pytest.raises(ValueError, match=message):
+        with pytest.raises((ValueError, CoercionError), match=message):
             called(*words, "--output", tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
