@@ -73,7 +73,7 @@ app = App(
     help_flags="--help",
     version=_version,
     version_flags="--version",
-    default_parameter=Parameter(negative=(), show_default=shown_default),
+    default_parameter=Parameter(negative=(), show_default=shown_default, allow_repeating=True),
     exit_on_error=False,
     print_error=False,
     result_action="return_value",

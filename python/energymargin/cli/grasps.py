@@ -56,7 +56,7 @@ OF_OBJECT = {
     "object= of em.grasps.read": "--object-pose",
 }
 CHOICES = ("best", "doubtful", "worst")
-SIGNED = Parameter(allow_leading_hyphen=True)
+SIGNED, MAIN = Parameter(allow_leading_hyphen=True), Parameter(group="Parameters")
 
 
 @panel("Which grasps of the file", "*")
@@ -110,9 +110,9 @@ class Rows:
 class Thing:
     """Arguments of `GraspObject.of`."""
 
-    mesh: Annotated[Path | None, Parameter(name="--object")] = None
+    mesh: Annotated[Path | None, MAIN, Parameter(name="--object")] = None
     """The object's mesh or URDF, if the file of grasps does not name it."""
-    mass: float | None = None
+    mass: Annotated[float | None, MAIN] = None
     """Mass of the object [kg], if the file does not say it."""
     density: float | None = None
     """In place of the mass [kg/m^3]."""
@@ -125,12 +125,15 @@ class Thing:
     """The mesh's convex parts are nowhere farther from it [m]."""
 
 
-@panel("What a trial is", "*")
+TRIAL = panel("What a trial is", "*")
+
+
+@TRIAL
 @dataclass(frozen=True)
 class Trial:
     """Arguments of `em.grasps.score`."""
 
-    rollouts: int = 30
+    rollouts: Annotated[int, MAIN] = 30
     """Trials of each grasp."""
     colliding: Literal["lost", "redraw", "retreat"] = "lost"
     """What is done with a draw that puts the hand into the object or the table: it counts as lost,
@@ -150,8 +153,8 @@ def grasps(
     hand: str,
     protocol: str = "hold",
     belief: str | None = None,
-    strength: float = 1.0,
-    baselines: bool = False,
+    strength: Annotated[float, Parameter(group=TRIAL.group)] = 1.0,
+    baselines: Annotated[bool, panel("More figures")] = False,
     output: Outputs = None,
     write: Path | None = None,
     view: str | None = None,
