@@ -495,7 +495,10 @@ def test_data_that_have_no_next_frame_get_the_paper_s_scores_alone_and_it_says_s
         (["--paper", "--metrics", "force"], "--paper and --metrics are given, expected one"),
         (["--metrics", "force", "--plan", "hold"], "--plan is hold, expected --frames beside it"),
         (["--frames", 0], "frames is 0, expected a whole number of at least 1"),
-        (["--frames", 1, "--plan", "fly"], "plan is 'fly', expected 'script', 'hold' or None"),
+        (
+            ["--frames", 1, "--plan", "fly"],
+            'Invalid value "fly" for --plan. Choose from: "script", "hold", "none"',
+        ),
         (["--paper", "--common"], "--paper and --common are given, expected one of them"),
         (["--metrics", "force", "--dwell", 0.1], "--dwell is 0.1, expected --frames beside it"),
         (["--frames", 1, "--check", 0], "check is 0.0, expected a positive number"),

@@ -17,7 +17,6 @@ from energymargin.cli.options import (
     Elsewhere,
     Output,
     Parameters,
-    cluster,
     parsed,
     require_one,
 )
@@ -81,7 +80,7 @@ def generate(
                 frames=frames,
                 seed=seed,
                 processes=processes,
-                executor=None if where.scheduler is None else cluster(where.scheduler),
+                executor=where.cluster(),
                 progress=progress,
                 timeout=where.timeout,
             )

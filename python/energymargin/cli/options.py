@@ -25,7 +25,8 @@ def panel(title: str, name: str | None = None) -> Parameter:
 
     With the name "*" it decorates a class whose fields are the options.
     """
-    return Parameter(name=name, group=Group.create_ordered(title, sort_key=0))
+    group = Group.create_ordered(title, sort_key=0)
+    return Parameter(name=name, group=group) if name else Parameter(group=group)
 
 
 def given(options: Any) -> dict[str, Any]:
@@ -50,6 +51,12 @@ class Elsewhere:
     timeout: float | None = None
     """Seconds after which it ends with what is done; exit code 124."""
 
+    def cluster(self) -> Dask | None:
+        """The Dask cluster, if one is given; what its workers lack is printed."""
+        from energymargin.executors import Dask
+
+        return None if self.scheduler is None else Dask(self.scheduler, notice=warn)
+
 
 @Parameter(name="*", group=WHERE)
 @dataclass(frozen=True)
@@ -66,16 +73,8 @@ class Where(Elsewhere):
         from energymargin.executors import Processes, Threads
 
         require_one(threads=self.threads, processes=self.processes, scheduler=self.scheduler)
-        if self.scheduler is not None:
-            return cluster(self.scheduler)
-        return Threads(self.threads) if self.processes is None else Processes(self.processes)
-
-
-def cluster(scheduler: str) -> Dask:
-    """A Dask cluster; what its workers lack is printed."""
-    from energymargin.executors import Dask
-
-    return Dask(scheduler, notice=warn)
+        here = Threads(self.threads) if self.processes is None else Processes(self.processes)
+        return self.cluster() or here
 
 
 def require_one(**options: Any) -> None:
