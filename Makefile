@@ -88,7 +88,7 @@ bench-versions: .venv/built
 	@git archive $(OLD) | tar -x -C build/old/source
 	@$(PYTHON) -m venv build/old/venv
 	@echo "Building $(OLD): several minutes"
-	@build/old/venv/bin/python -m pip install -q build/old/source typer
+	@build/old/venv/bin/python -m pip install -q build/old/source cyclopts
 	$(BIN)/python python/bench/versions.py build/old/venv/bin/python $(BENCH)
 
 bench-scale: .venv/built

@@ -12,8 +12,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import cyclopts
 import numpy as np
-import typer
+from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from energymargin.cli.progress import share_bar
@@ -42,9 +43,9 @@ TAKE = "() => { window.watching = false; return window.frames; }"
 
 
 def main(
-    task: Annotated[str, typer.Option(help="Whose first trajectory is seen.")] = "push",
-    nodes: Annotated[str, typer.Option(help="Sizes of trees.")] = "1000,10000,100000",
-    out_file: Annotated[Path, typer.Option("--out", help="The table.")] = Path("out/frames.md"),
+    task: Annotated[str, Parameter(help="Whose first trajectory is seen.")] = "push",
+    nodes: Annotated[str, Parameter(help="Sizes of trees.")] = "1000,10000,100000",
+    out_file: Annotated[Path, Parameter(name="--out", help="The table.")] = Path("out/frames.md"),
 ) -> None:
     """Turns the scene of a task with the mouse, without a tree and with larger and larger ones.
 
@@ -100,4 +101,4 @@ def _turn(page: Page, url: str) -> NDArray[np.float64]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    cyclopts.run(main)

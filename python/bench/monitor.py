@@ -14,8 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
+import cyclopts
 import numpy as np
-import typer
+from cyclopts import Parameter
 from numpy.typing import NDArray
 
 import energymargin as em
@@ -73,13 +74,13 @@ class Played:
 
 def main(
     *,
-    seconds: Annotated[float, typer.Option(help="How long it is played [s].")] = Stream.seconds,
-    rate: Annotated[float, typer.Option(help="States a second.")] = Stream.rate,
-    rollouts: Annotated[str, typer.Option(help="A number, or LEAST,MOST.")] = "30",
-    horizon: Annotated[float, typer.Option(help="Of each state [s].")] = Stream.horizon,
-    threads: Annotated[int | None, typer.Option(help="All cores, if not given.")] = None,
-    out_file: Annotated[Path, typer.Option("--out", help="The table.")] = Path("out/monitor.md"),
-    pages: Annotated[Path | None, typer.Option(help="Folder of pages, as docs.")] = None,
+    seconds: Annotated[float, Parameter(help="How long it is played [s].")] = Stream.seconds,
+    rate: Annotated[float, Parameter(help="States a second.")] = Stream.rate,
+    rollouts: Annotated[str, Parameter(help="A number, or LEAST,MOST.")] = "30",
+    horizon: Annotated[float, Parameter(help="Of each state [s].")] = Stream.horizon,
+    threads: Annotated[int | None, Parameter(help="All cores, if not given.")] = None,
+    out_file: Annotated[Path, Parameter(name="--out", help="The table.")] = Path("out/monitor.md"),
+    pages: Annotated[Path | None, Parameter(help="Folder of pages, as docs.")] = None,
 ) -> None:
     """Plays pushes to a Monitor in real time, and says how many readings were late."""
     least, _, most = rollouts.partition(",")
@@ -163,4 +164,4 @@ def _counts(counters: Counters) -> tuple[int, ...]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    cyclopts.run(main)

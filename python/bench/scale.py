@@ -13,7 +13,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
-import typer
+import cyclopts
+from cyclopts import Parameter
+from cyclopts.types import PositiveInt
 
 from scale_cost import Cost, Sizes, measure_cost
 from scale_memory import Memory, measure_memory, picture
@@ -30,22 +32,22 @@ Part = Throughput | Memory | Cost
 
 def main(
     *,
-    parts: Annotated[str, typer.Option(help="With commas between.")] = ",".join(PARTS),
-    rounds: Annotated[int, typer.Option(min=1, help="Of the throughput.")] = 5,
+    parts: Annotated[str, Parameter(help="With commas between.")] = ",".join(PARTS),
+    rounds: Annotated[PositiveInt, Parameter(help="Of the throughput.")] = 5,
     data: Annotated[
         Path | None,
-        typer.Option(help="A dataset for the memory, instead of one that is generated."),
+        Parameter(help="A dataset for the memory, instead of one that is generated."),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Little: does it work?")] = False,
-    out: Annotated[Path, typer.Option(help="Folder for scale.md, scale.json, memory.png.")] = Path(
+    quick: Annotated[bool, Parameter(negative=(), help="Little: does it work?")] = False,
+    out: Annotated[Path, Parameter(help="Folder for scale.md, scale.json, memory.png.")] = Path(
         "out"
     ),
-    pages: Annotated[Path | None, typer.Option(help="Folder of pages, as docs.")] = None,
+    pages: Annotated[Path | None, Parameter(help="Folder of pages, as docs.")] = None,
 ) -> None:
     """Measures, and writes what there is, also after Ctrl-C."""
     chosen = parts.split(",")
     if unknown := sorted(set(chosen) - set(PARTS)):
-        raise typer.BadParameter(f"parts has {unknown[0]!r}, expected some of {', '.join(PARTS)}")
+        raise SystemExit(f"parts has {unknown[0]!r}, expected some of {', '.join(PARTS)}")
     folder = out / "scale"
     folder.mkdir(parents=True, exist_ok=True)
     measured: dict[str, Part] = {}
@@ -67,7 +69,7 @@ def main(
     shown = None if interrupted or quick else pages
     write(out / "scale.md", text, "bench-scale", shown, *pictures)
     if interrupted:
-        raise typer.Exit(128 + signal.SIGINT)
+        raise SystemExit(128 + signal.SIGINT)
 
 
 def start(
@@ -109,4 +111,4 @@ def tell(what: str) -> None:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    cyclopts.run(main)

@@ -12,7 +12,8 @@ import time
 from pathlib import Path
 from typing import Annotated
 
-import typer
+import cyclopts
+from cyclopts import Parameter
 
 import energymargin as em
 from energymargin.executors import Dask, Executor, Processes, Threads
@@ -23,7 +24,7 @@ EVERY = 0.1  # s
 def main(
     data: Path,
     store: Path,
-    executor: Annotated[str, typer.Option(help="threads:N, processes:N, or tcp://...")],
+    executor: Annotated[str, Parameter(help="threads:N, processes:N, or tcp://...")],
     nodes: int = 100,
     metrics: str | None = None,
 ) -> None:
@@ -91,4 +92,4 @@ class Samples:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    cyclopts.run(main)

@@ -14,7 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+import cyclopts
+from cyclopts import Parameter
+from cyclopts.types import PositiveInt
 from rich.console import Console
 
 from energymargin.cli.progress import share_bar
@@ -49,13 +51,13 @@ USUAL = tuple(part for part in PARTS if part not in ALONE)
 
 def main(
     *,
-    parts: Annotated[str, typer.Option(help="With commas between.")] = ",".join(USUAL),
-    tasks: Annotated[str, typer.Option(help="With commas between.")] = ",".join(TASKS),
-    states: Annotated[int, typer.Option(min=1, help="Of each task.")] = Settings.states,
-    rounds: Annotated[int, typer.Option(min=1, help="Of each comparison.")] = Settings.rounds,
-    quick: Annotated[bool, typer.Option("--quick", help="Little: does it work?")] = False,
-    out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.")] = None,
-    pages: Annotated[Path | None, typer.Option(help="Folder of pages, as docs.")] = None,
+    parts: Annotated[str, Parameter(help="With commas between.")] = ",".join(USUAL),
+    tasks: Annotated[str, Parameter(help="With commas between.")] = ",".join(TASKS),
+    states: Annotated[PositiveInt, Parameter(help="Of each task.")] = Settings.states,
+    rounds: Annotated[PositiveInt, Parameter(help="Of each comparison.")] = Settings.rounds,
+    quick: Annotated[bool, Parameter(negative=(), help="Little: does it work?")] = False,
+    out: Annotated[Path | None, Parameter(help="Markdown file to write as well.")] = None,
+    pages: Annotated[Path | None, Parameter(help="Folder of pages, as docs.")] = None,
 ) -> None:
     """Measures, and prints Markdown. Ctrl-C ends it at once: then it prints what there is."""
     chosen = some("parts", parts, tuple(PARTS))
@@ -68,16 +70,14 @@ def main(
     print(text)
     write(out, text, "bench", None if interrupted or quick else pages)
     if interrupted:
-        raise typer.Exit(128 + signal.SIGINT)
+        raise SystemExit(128 + signal.SIGINT)
 
 
 def some(option: str, words: str, known: tuple[str, ...]) -> tuple[str, ...]:
     """Those that an option names, in its order."""
     chosen = tuple(words.split(","))
     if unknown := sorted(set(chosen) - set(known)):
-        raise typer.BadParameter(
-            f"{option} has {unknown[0]!r}, expected some of {', '.join(known)}"
-        )
+        raise SystemExit(f"{option} has {unknown[0]!r}, expected some of {', '.join(known)}")
     return chosen
 
 
@@ -97,4 +97,4 @@ def fill(measured: dict[str, Any]) -> bool:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    cyclopts.run(main)

@@ -15,8 +15,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
+import cyclopts
 import numpy as np
-import typer
+from cyclopts import Parameter
+from cyclopts.types import PositiveInt
 
 SOON, ROLLOUTS = 0.5, 30  # s
 SLOWER = 1.05
@@ -142,11 +144,11 @@ def longest(asked: list[dict[str, Any]]) -> float:
 
 
 def main(
-    old: Annotated[str, typer.Argument(help="Interpreter that has the other version.")],
+    old: Annotated[str, Parameter(help="Interpreter that has the other version.")],
     *,
-    tasks: Annotated[str, typer.Option(help="With commas between.")] = "",
-    states: Annotated[int, typer.Option(min=1, help="Of each task.")] = 6,
-    rounds: Annotated[int, typer.Option(min=1, help="Pairs of each state.")] = 7,
+    tasks: Annotated[str, Parameter(help="With commas between.")] = "",
+    states: Annotated[PositiveInt, Parameter(help="Of each task.")] = 6,
+    rounds: Annotated[PositiveInt, Parameter(help="Pairs of each state.")] = 7,
 ) -> None:
     """Prints a table. Exits with 1 if a task takes more than 5 % longer than in the old version."""
     from measurements import TASKS
@@ -158,7 +160,7 @@ def main(
     heads = ["task", "old [ms]", "new [ms]", "new / old", "probability moved by", ""]
     heads += ["longest step [s]", "with it [ms]", "/ old"]
     print(markdown(heads, [each.row(task) for task, each in found.items()]))
-    raise typer.Exit(any(each.ratio() > SLOWER for each in found.values()))
+    raise SystemExit(int(any(each.ratio() > SLOWER for each in found.values())))
 
 
 if __name__ == "__main__":
@@ -166,4 +168,4 @@ if __name__ == "__main__":
         worker()
     else:
         sys.path.insert(0, str(Path(__file__).parent))
-        typer.run(main)
+        cyclopts.run(main)

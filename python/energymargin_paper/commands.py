@@ -12,14 +12,16 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from cyclopts import App, Parameter
 from rich.markup import escape
 
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.base.settings import flag_of
-from energymargin.cli.fields import changed, described, in_words, keyword, option
+from energymargin.cli.fields import in_words, options_of
+from energymargin.cli.options import WHERE, Output
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
+from energymargin_paper import STUDIES, load
 from energymargin_paper.pages import FILE, Head
 from energymargin_paper.pieces import PIECES
 from energymargin_paper.study import Study
@@ -27,42 +29,49 @@ from energymargin_paper.study import Study
 __all__ = ["command", "make", "typed"]
 
 ARGS = """Args:
+    output: Folder for all files; out/{name}, or out/{name}-quick if not given.
+    quick: A first picture: {quick}.
     overwrite: Take a folder that has files of others too, and replace those of the same names.
+    threads: Threads; all cores if not given. Numbers do not depend on it.
 """
 
 
-def command(study: Study[Any, Any]) -> Any:
+def command(study: Study[Any, Any]) -> App:
     """The command of a study: its settings as options, a folder, --quick and --threads."""
 
+    @options_of(study.settings, *(own.name for own in fields(study.settings) if own.metadata))
     def run(
         *,
-        output: Path | None,
-        quick: bool,
-        overwrite: bool,
+        output: Output = None,
+        quick: bool = False,
+        overwrite: bool = False,
         threads: int | None = None,
         **given: Any,
     ) -> None:
         folder = output or Path("out", f"{study.name}-quick" if quick else study.name)
-        make(
-            study,
-            changed(study.quick if quick else study.settings, given),
-            folder,
-            threads,
-            overwrite=overwrite,
-        )
+        settings = replace(study.quick if quick else study.settings, **given)
+        make(study, settings, folder, threads, overwrite=overwrite)
 
-    parameters = [
-        *(option(study.settings, own) for own in fields(study.settings) if "help" in own.metadata),
-        *([keyword("threads", int | None)] if study.threaded else []),
-        keyword("output", _folder(study)),
-        keyword("quick", _quick(study), default=False),
-        keyword("overwrite", bool, default=False),
-    ]
-    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    run.__doc__ = f"{inspect.getdoc(study)}\n\n{_time(study)}\n\n{ARGS}"
-    app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
-    app.command(study.name)(described(run))
-    return typer.main.get_command(app)
+    there = Parameter(group=WHERE, parse=study.threaded)
+    run.__annotations__["threads"] = Annotated[int | None, there]
+    args = ARGS.format(name=study.name, quick=" ".join(_options(study.quick, study.settings)))
+    run.__doc__ = f"{inspect.getdoc(study)}\n\n{_time(study)}\n\n{args}"
+    app = _Command(name=study.name)
+    app.default(run)
+    return app
+
+
+class _Command(App):
+    """A command whose help is that of its study, not the line of it in the list of studies."""
+
+    help = property(App.help.fget, lambda self, line: None)  # type: ignore[attr-defined]
+
+
+def __getattr__(name: str) -> App:
+    """The command of the study of this name, as the app of all imports it."""
+    if name not in STUDIES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return command(load(name))
 
 
 def typed(study: Study[Any, Any], settings: Any) -> str:
@@ -160,15 +169,3 @@ def _time(study: Study[Any, Any]) -> str:
     took = [f"{p.minutes:g} minutes of one processor (`{p.name}` of `all`)" for p in pieces]
     words = [f"It takes {', '.join(took)}."] if took else []
     return " ".join([*words, "Stop it with Ctrl-C: the same command goes on from there."])
-
-
-def _folder(study: Study[Any, Any]) -> Any:
-    shown = f"out/{study.name}, or out/{study.name}-quick"
-    names, text = ("--output", "-o"), "Folder for all files."
-    return Annotated[Path | None, typer.Option(*names, help=text, show_default=shown)]
-
-
-def _quick(study: Study[Any, Any]) -> Any:
-    """Its help says what is less in it."""
-    text = f"A first picture: {' '.join(_options(study.quick, study.settings))}."
-    return Annotated[bool, typer.Option("--quick", help=text)]

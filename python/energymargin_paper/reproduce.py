@@ -15,18 +15,18 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from cyclopts import App, Parameter
 from rich.markup import escape
-from typer.core import TyperCommand, TyperGroup
 
 from energymargin.base.checks import core_count, positive_number
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import DASH, markdown_table
-from energymargin.cli.fields import described, split
+from energymargin.cli.fields import split
+from energymargin.cli.options import WHERE
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, out, say
-from energymargin_paper import STUDIES, load
-from energymargin_paper.commands import command, make, typed
+from energymargin_paper import STUDIES
+from energymargin_paper.commands import make, typed
 from energymargin_paper.pages import Head, all_blocks, put
 from energymargin_paper.pieces import PIECES, QUICK, Piece
 from energymargin_paper.study import Study
@@ -42,31 +42,8 @@ img { max-width: 100%; }
 """
 
 
-class _Named(TyperCommand):
-    """A study in the list of commands; the whole command is made when it is called."""
-
-    def make_context(self, *args: Any, **more: Any) -> Any:
-        assert self.name is not None  # the group gives it one
-        return command(load(self.name)).make_context(*args, **more)
-
-
-class _Studies(TyperGroup):
-    """All STUDIES, beside the app's own commands."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        return [*STUDIES, *super().list_commands(ctx)]
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        if cmd_name in STUDIES:
-            return _Named(cmd_name, help=STUDIES[cmd_name], rich_markup_mode="markdown")
-        return super().get_command(ctx, cmd_name)
-
-
-app = typer.Typer(
-    cls=_Studies,
-    add_completion=False,
-    no_args_is_help=True,
-    rich_markup_mode="markdown",
+app = App(
+    name="reproduce",
     help="""The paper's tables and figures, made again, and what its definitions say on paper.
 
     Example: `energymargin reproduce table1 --quick`
@@ -74,39 +51,19 @@ app = typer.Typer(
 )
 
 
-@app.callback()
-def _studies() -> None:
-    """Makes the app a group, though it has one command of its own."""
-
-
 def everything(
     *,
-    only: Annotated[
-        str | None,
-        typer.Option(
-            help="Which pieces or studies, separated by commas.",
-            show_default="all whose data are there",
-        ),
-    ] = None,
+    only: Annotated[str | None, Parameter(show_default="all whose data are there")] = None,
     minutes: float | None = None,
-    threads: int | None = None,
+    threads: Annotated[int | None, Parameter(group=WHERE)] = None,
     data: Path | None = None,
     pages: Path | None = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            *("--output", "-o"),
-            help="Folder for all folders.",
-            show_default="out/all, or out/all-quick",
-        ),
+        Parameter(alias="-o", show_default="out/all, or out/all-quick"),
     ] = None,
-    list_them: Annotated[
-        bool,
-        typer.Option("--list", help="Print that table, of --pages if given, and make nothing."),
-    ] = False,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A first picture of every study, in some minutes.")
-    ] = False,
+    list_them: Annotated[bool, Parameter(name="--list")] = False,
+    quick: bool = False,
     overwrite: bool = False,
 ) -> None:
     """All pages of results in pieces, shortest first, into one folder with an index page.
@@ -120,11 +77,16 @@ def everything(
     Example: `energymargin reproduce all --only table1,table2 --minutes 30`
 
     Args:
+        only: Which pieces or studies, separated by commas.
         minutes: Stop after so many minutes; what is done is kept.
         data: Folder with published/ (the authors' data) and grasps/ (grasps of others).
         pages: Folder of pages, as docs, whose blocks of these pieces are written anew.
+        output: Folder for all folders.
+        list_them: Print that table, of --pages if given, and make nothing.
+        quick: A first picture of every study, in some minutes.
         overwrite: Take a folder that has files of others too, and replace those of the same
             names.
+        threads: Threads; all cores if not given. Numbers do not depend on it.
     """
     known = QUICK if quick else PIECES
     chosen = _chosen(known, only, data)
@@ -160,7 +122,9 @@ def everything(
         say(f"In {escape(str(folder))}/: index.html, index.md, and a folder for each piece")
 
 
-app.command("all")(described(everything))
+for _number, (_name, _line) in enumerate(STUDIES.items()):
+    app.command(f"energymargin_paper.commands:{_name}", name=_name, help=_line, sort_key=_number)
+app.command(everything, name="all", sort_key=len(STUDIES))
 
 
 def _print(table: str) -> None:

@@ -5,15 +5,14 @@ import json
 
 import numpy as np
 import pytest
+from command_line import invoke
 from reports import Document
 from scipy.stats import norm
-from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin import report
 from energymargin.base.limits import Limit
 from energymargin.beliefs import Uncertainty
-from energymargin.cli import app
 from energymargin.evaluate.belief_scoring import score_beliefs
 from energymargin.evaluate.executors import threads
 from energymargin.look.report.subject import read_subject
@@ -196,7 +195,7 @@ def test_a_picture_of_a_belief_shows_the_model_without_its_errors_and_says_so(tm
 
 
 def run_command(*words):
-    return CliRunner().invoke(app, [*map(str, words)])
+    return invoke([*map(str, words)])
 
 
 def test_the_command_scores_beliefs_and_export_tells_them(dataset, path, tmp_path):

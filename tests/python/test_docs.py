@@ -8,12 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from command_line import every_command, invoke
 
 import energymargin as em
 from energymargin import _core
 from energymargin.act.surrogates import surrogate
-from energymargin.cli import app
 from energymargin.evaluate.store import schema
 from energymargin.records.datasets import files
 
@@ -92,16 +91,15 @@ def test_each_module_has_its_public_values_on_its_page(extensions):
 
 
 def test_each_command_and_option_is_on_the_page_of_commands(extensions):
-    commands = extensions("commands")
-    page = commands.page()
+    page = extensions("commands").page()
     assert "```{commands}" in (DOCS / "cli.md").read_text()
-    found = [command for name, command in commands.commands() if name != "energymargin"]
+    found = every_command()
     assert len(found) > 20
-    for name, command in commands.commands():
-        words = name.removeprefix("energymargin").strip()
-        assert not words or re.search(rf"(?m)^#+ {words}$", page), name
-        options = [p for p in command.params if p.name != "help"]
-        assert all(f"`{option}`" in page for p in options for option in p.opts if option[0] == "-")
+    for name, command in found.items():
+        (text,) = re.findall(rf"(?ms)^#+ {name}$(.*?)(?=^#|\Z)", page)
+        options = [each for each in command.assemble_argument_collection() if each.parse]
+        names = [word for each in options for word in each.parameter.name]
+        assert all(word in text for word in names if word.startswith("-")), name
 
 
 def test_each_header_is_on_a_page_with_all_that_it_declares(extensions):
@@ -187,5 +185,5 @@ def run(text):
     """Commands of a shell block, but for what serves a page."""
     for line in text.splitlines():
         if line.startswith("energymargin") and not line.startswith(SERVES):
-            done = CliRunner().invoke(app, shlex.split(line, comments=True)[1:])
+            done = invoke(shlex.split(line, comments=True)[1:])
             assert done.exit_code == 0, done.output

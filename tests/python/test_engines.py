@@ -2,9 +2,8 @@
 
 import json
 
-from typer.testing import CliRunner
+from command_line import invoke
 
-from energymargin.cli import app
 from energymargin_paper.evidence.engines import STUDY, Engines, Settings, ratios
 from energymargin_paper.evidence.engines_states import Both, Escape, Job, Label, Probability
 
@@ -14,13 +13,13 @@ FAST = ("--parts", "1", "--threads", "1")
 
 def test_the_command_writes_its_tables_and_goes_on_from_its_runs(tmp_path):
     command = ["reproduce", "engines", *SMALL, *FAST, "-o", str(tmp_path)]
-    first = CliRunner().invoke(app, command)
+    first = invoke(command)
     assert first.exit_code == 0, first.output
     table, runs = (tmp_path / "engines.md").read_text(), tmp_path / "runs.jsonl"
     lines = runs.read_text().splitlines(keepends=True)
     assert len(lines) == 2
     runs.write_text(lines[0])
-    assert CliRunner().invoke(app, command).exit_code == 0
+    assert invoke(command).exit_code == 0
     assert (tmp_path / "engines.md").read_text() == table
     assert runs.read_text().splitlines(keepends=True) == lines
     assert (tmp_path / "engines.png").stat().st_size > 10_000

@@ -3,10 +3,9 @@ import csv
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin_paper.evidence.ceiling import ceiling_dataset
 
 
@@ -49,7 +48,7 @@ def test_one_run_has_its_own_columns_alone(stored):
 def test_parquet_and_csv_hold_the_same_bits(stored, tmp_path):
     frame = em.store.load(stored)
     for name in ("s.parquet", "s.csv"):
-        done = CliRunner().invoke(app, ["export", str(stored), "-o", str(tmp_path / name)])
+        done = invoke(["export", str(stored), "-o", str(tmp_path / name)])
         assert done.exit_code == 0 and "Wrote 12 rows" in done.output
     parquet = pd.read_parquet(tmp_path / "s.parquet").astype(frame.dtypes)
     pd.testing.assert_frame_equal(parquet, frame, check_exact=True)
@@ -62,8 +61,8 @@ def test_parquet_and_csv_hold_the_same_bits(stored, tmp_path):
 
 
 def test_without_a_file_the_runs_are_listed(stored):
-    done = CliRunner().invoke(app, ["export", str(stored)])
-    first, second = done.stdout.splitlines()
+    done = invoke(["export", str(stored)])
+    first, second = done.output.splitlines()
     assert first.startswith("run 1: topple, 6 of 6 states, capture, success, effort, effort/est")
     assert "nodes 5" in second and second.startswith("run 2: scoop")
 

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 from energymargin import datasets, tasks
-from energymargin.cli import app
 from energymargin.tasks import ScriptedTask
 from energymargin_paper import probabilities
 from energymargin_paper.evidence import foresight
@@ -92,7 +91,7 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_table(
     lines = (folder / "runs.jsonl").read_text().splitlines(keepends=True)
     half = len(lines) // 2
     (tmp_path / "runs.jsonl").write_text("".join(lines[:half]) + lines[half][:30])
-    result = CliRunner().invoke(app, [*COMMAND, "-o", str(tmp_path), "--overwrite"])
+    result = invoke([*COMMAND, "-o", str(tmp_path), "--overwrite"])
     assert result.exit_code == 0, result.output
     for name in ("foresight.csv", "reliability.csv", "foresight.md"):
         assert (tmp_path / name).read_text() == (folder / name).read_text()

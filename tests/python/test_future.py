@@ -7,13 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command_line import run as command
+from command_line import invoke, run as command
 from stores import rows, scores
-from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin import datasets
-from energymargin.cli import app
 from energymargin.datasets import Future
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.records.store.scoring import begin_run
@@ -374,7 +372,7 @@ def test_an_export_has_the_curves_in_a_file_beside_it(dataset, tmp_path):
     frame = em.store.load(path)
     assert frame["horizon"].isna().tolist() == [True] * 8 + [False] * 8
     assert frame["plan"].tolist()[8:] == ["none"] * 8
-    done = CliRunner().invoke(app, ["export", str(path), "-o", str(tmp_path / "out.csv")])
+    done = invoke(["export", str(path), "-o", str(tmp_path / "out.csv")])
     assert done.exit_code == 0 and "out-curves.csv" in done.output.replace("\n", "")
     with (tmp_path / "out-curves.csv").open() as file:
         lines = list(csv.DictReader(file))
@@ -497,7 +495,10 @@ def test_data_that_have_no_next_frame_get_the_paper_s_scores_alone_and_it_says_s
         (["--paper", "--metrics", "force"], "--paper and --metrics are given, expected one"),
         (["--metrics", "force", "--plan", "hold"], "--plan is hold, expected --frames beside it"),
         (["--frames", 0], "frames is 0, expected a whole number of at least 1"),
-        (["--frames", 1, "--plan", "fly"], "plan is 'fly', expected 'script', 'hold' or None"),
+        (
+            ["--frames", 1, "--plan", "fly"],
+            'Invalid value "fly" for --plan. Choose from: "script", "hold", "none"',
+        ),
         (["--paper", "--common"], "--paper and --common are given, expected one of them"),
         (["--metrics", "force", "--dwell", 0.1], "--dwell is 0.1, expected --frames beside it"),
         (["--frames", 1, "--check", 0], "check is 0.0, expected a positive number"),
@@ -511,6 +512,6 @@ def test_data_that_have_no_next_frame_get_the_paper_s_scores_alone_and_it_says_s
 )
 def test_what_the_command_cannot_ask_is_one_line_and_leaves_no_file(folder, options, words):
     arguments = ["score", str(folder / "topple.h5"), "-o", str(folder / "none.db")]
-    done = CliRunner().invoke(app, [*arguments, *map(str, options)])
+    done = invoke([*arguments, *map(str, options)])
     assert done.exit_code == 2 and re.search(words, " ".join(done.output.split())), done.output
     assert not (folder / "none.db").exists()

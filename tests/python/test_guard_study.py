@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 from energymargin._core import Cancel
-from energymargin.cli import app
 from energymargin_paper.evidence import guard as study
 from energymargin_paper.evidence.pairs_of_trials import paired
 
@@ -96,5 +95,5 @@ def test_the_interval_of_the_difference_holds_it():
     ],
 )
 def test_bad_settings_are_refused(words, message, tmp_path):
-    done = CliRunner().invoke(app, ["reproduce", "guard", *words, "-o", str(tmp_path)])
+    done = invoke(["reproduce", "guard", *words, "-o", str(tmp_path)])
     assert done.exit_code == 2 and message in " ".join(done.output.split())

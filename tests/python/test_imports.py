@@ -8,7 +8,7 @@ from energymargin.records.datasets.dataset import StateError
 from energymargin.records.datasets.files import FileError
 from energymargin.records.evaluation.curves import OneLabelError
 
-HEAVY = ("dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh", "typer")
+HEAVY = ("cyclopts", "dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh")
 OURS = (*energymargin.SUBPACKAGES, "cli", "meshes", "model.meshes.convex", "look.summaries")
 SCORE = f"""
 import sys
@@ -31,6 +31,7 @@ em.tasks.make("grasp").rollout(0, frames=2)
 print([name for name in {HEAVY} if name in sys.modules])
 """
 FOREIGN = (
+    "cyclopts",
     "dask",
     "gymnasium",
     "h5py",
@@ -41,7 +42,7 @@ FOREIGN = (
 )
 FIRST = f"""
 import os
-for name in {(*FOREIGN, "scipy.spatial", "skimage.measure", "sklearn.metrics", "trimesh", "typer")}:
+for name in {(*FOREIGN, "scipy.spatial", "skimage.measure", "sklearn.metrics", "trimesh")}:
     __import__(name)  # once, not in each child: what is held here are our own modules
 for name in {OURS}:
     child = os.fork()

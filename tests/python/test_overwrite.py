@@ -1,16 +1,10 @@
 """One rule for all commands: what is there is replaced with --overwrite alone."""
 
 import pytest
-import typer
-from command_line import run_here
+from command_line import every_command, run_here
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin.records.store.export import curves_path
-from energymargin_paper import STUDIES, load
-from energymargin_paper.commands import command
-from energymargin_paper.reproduce import app as studies
-from energymargin_paper.study import Study
 
 OWN = "a user's own"
 GOES_ON = {"score"}  # it adds to a file of scores, and refuses any other
@@ -31,29 +25,30 @@ def scored(tmp_path_factory):
     return folder
 
 
-def commands():
-    """All commands with their parameters, by name."""
-    named = typer.main.get_command(app).commands | {f"reproduce {n}": load(n) for n in STUDIES}
-    named["reproduce all"] = typer.main.get_command(studies).commands["all"]
-    return {n: command(one) if isinstance(one, Study) else one for n, one in named.items()}
+def options():
+    """The arguments and options of all commands, by name."""
+    return {
+        name: list(one.assemble_argument_collection(parse_docstring=True))
+        for name, one in every_command().items()
+    }
 
 
 def test_every_command_that_writes_a_file_has_overwrite():
-    options = {
-        name: {word for parameter in one.params for word in parameter.opts}
-        for name, one in commands().items()
+    words = {
+        name: {word for each in own for word in each.parameter.name}
+        for name, own in options().items()
     }
-    writing = {name for name, words in options.items() if words & {"--output", "--picture"}}
+    writing = {name for name, own in words.items() if own & {"--output", "--picture"}}
     assert {"export", "evaluate", "report", "view", "demo", "reproduce all"} <= writing
-    assert {name for name in writing if "--overwrite" not in options[name]} == GOES_ON
+    assert {name for name in writing if "--overwrite" not in words[name]} == GOES_ON
 
 
 def test_every_option_of_every_command_says_what_it_does():
     silent = {
         (name, each.name)
-        for name, one in commands().items()
-        for each in one.params
-        if not each.help
+        for name, own in options().items()
+        for each in own
+        if each.parse and each.show and not each.parameter.help
     }
     assert not silent
 

@@ -6,11 +6,10 @@ from itertools import chain
 
 import numpy as np
 import pytest
+from command_line import invoke
 from scipy.stats import t as student
-from typer.testing import CliRunner
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin.tasks.push import PushTask
 from energymargin_paper.paper import perturbation
 from energymargin_paper.paper.perturbation import Perturbation, Point
@@ -187,7 +186,7 @@ def test_it_says_where_the_capture_score_is_not_above_the_force_score():
 
 def test_the_command_writes_table_numbers_and_picture(tmp_path):
     command = ["reproduce", "perturbation", "--quick", "--trajectories", "6", "--nodes", "4"]
-    done = CliRunner().invoke(app, [*command, "--threads", "1", "-o", str(tmp_path)])
+    done = invoke([*command, "--threads", "1", "-o", str(tmp_path)])
     assert done.exit_code == 0, done.output
     assert (tmp_path / "perturbation.png").stat().st_size > 10_000
     assert (tmp_path / "perturbation.md").read_text().strip() in done.output

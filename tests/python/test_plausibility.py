@@ -181,7 +181,7 @@ def test_what_looks_wrong_warns_with_its_value_and_how_to_say_that_it_is_meant(w
 
 
 @pytest.mark.parametrize(
-    "host", ["gymnasium.wrappers", "typer.main", "energymargin_paper.evidence.act"]
+    "host", ["gymnasium.wrappers", "cyclopts.bind", "energymargin_paper.evidence.act"]
 )
 def test_a_warning_points_behind_what_calls_the_package_for_the_user(host):
     between = {"__name__": host}

@@ -8,9 +8,8 @@ import time
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
-from energymargin.cli import app
 from energymargin_paper import reproduce
 from energymargin_paper.pages import FILE, Head
 from energymargin_paper.pieces import PIECES, QUICK, Piece
@@ -21,7 +20,7 @@ SMALL = Piece("small", 0.1, "contact", {"percent": 1, "grasps": 0})
 
 
 def run(*words):
-    return CliRunner().invoke(app, ["reproduce", "all", *map(str, words)])
+    return invoke(["reproduce", "all", *map(str, words)])
 
 
 def lines(folder):

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin.store import ScoreStore, score_dataset
 
 
@@ -90,7 +89,7 @@ def test_the_command_hands_all_settings_on(dataset, tmp_path):
     dataset.save(tmp_path / "data.h5")
     options = ["--nodes-per-edge", "2", "--least-likelihood", "0.1", "--stop-at-escape"]
     command = ["score", str(tmp_path / "data.h5"), "--paper", "--nodes", "10", *options]
-    assert CliRunner().invoke(app, command).exit_code == 0
+    assert invoke(command).exit_code == 0
     with ScoreStore(tmp_path / "data-scores.db") as store:
         settings, scores = store.run().settings, store.run().labelled_scores().scores
     chosen = {"nodes_per_edge": 2, "least_likelihood": 0.1, "stop_at_escape": True}

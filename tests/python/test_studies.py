@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from command_line import run
-from typer.testing import CliRunner
+from command_line import invoke, run
+from cyclopts import CoercionError
 
 import energymargin
 from energymargin.cli import app
@@ -85,7 +85,11 @@ def test_bad_threads_are_named_before_anything_is_written(tmp_path):
 
 def called(*words):
     """What the command of the study does with words; its errors are raised."""
-    command(STUDY).main([*map(str, words)], standalone_mode=False)
+    app.command(command(STUDY))
+    try:
+        app([STUDY.name, *map(str, words)])
+    finally:
+        del app[STUDY.name]
 
 
 def test_its_settings_are_the_options_of_its_command(tmp_path, capsys):
@@ -116,7 +120,7 @@ def test_what_cannot_be_is_named_before_anything_is_written(tmp_path):
         (("--power", 0), "power is 0"),
         (("--numbers", "1,few"), "numbers has 'few', expected whole numbers"),
     ):
-        with pytest.raises(ValueError, match=message):
+        with pytest.raises((ValueError, CoercionError), match=message):
             called(*words, "--output", tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
@@ -139,7 +143,7 @@ def test_every_study_of_the_list_has_its_name_and_a_command_with_help(name):
     one = load(name)
     assert one.name == name
     assert one.quick != one.settings
-    done = CliRunner().invoke(app, ["reproduce", name, "--help"])
+    done = invoke(["reproduce", name, "--help"])
     text = " ".join(done.output.replace("│", " ").split())
     assert done.exit_code == 0 and "--quick" in text and "--output" in text
     assert f"Example: energymargin reproduce {name}" in text
@@ -166,7 +170,7 @@ def test_every_study_of_the_list_has_its_name_and_a_command_with_help(name):
 )
 def test_a_bad_option_is_named_and_no_result_is_written(words, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(app, ["reproduce", *words.split()])
+    done = invoke(["reproduce", *words.split()])
     assert done.exit_code == 2 and message in " ".join(done.output.split())
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".md", ".csv", ".png")]
 
@@ -174,7 +178,7 @@ def test_a_bad_option_is_named_and_no_result_is_written(words, message, tmp_path
 def test_help_lists_all_studies_and_imports_none():
     code = (
         "import sys\nfrom energymargin.cli import app\n"
-        "app(['reproduce', '--help'], standalone_mode=False)\n"
+        "app(['reproduce', '--help'])\n"
         "print([name for name in sys.modules if name.startswith('energymargin_paper.')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

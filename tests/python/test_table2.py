@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import energymargin as em
-from energymargin.cli import app
 from energymargin.evaluate.searches import SearchSettings
 from energymargin_paper.paper import table2
 
 
 def run(*words):
-    return CliRunner().invoke(app, ["reproduce", *map(str, words)])
+    return invoke(["reproduce", *map(str, words)])
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from contextvars import ContextVar
 MOST_KNOWN = 10_000  # warnings that are remembered, so that each warns once
 
 # Frames of these are not the user's: this package, its commands, and what calls it in between.
-HOSTS = {"click", "energymargin", "energymargin_paper", "gymnasium", "typer"}
+HOSTS = {"cyclopts", "energymargin", "energymargin_paper", "gymnasium"}
 
 HOW_TO_IGNORE = 'If it is meant: warnings.filterwarnings("ignore", category=em.PlausibilityWarning)'
 

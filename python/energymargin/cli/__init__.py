@@ -10,7 +10,7 @@ from typing import Any
 
 
 def __getattr__(name: str) -> Any:
-    if name not in ("app", "main"):
+    if name not in ("app", "main", "run"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from energymargin.cli import application
 

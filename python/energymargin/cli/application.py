@@ -2,37 +2,26 @@
 learn | rank | grasps | report | view. Each command has its own file; other packages register more,
 as `reproduce`.
 
-Heavy modules are imported where they are used, so that --help answers at once.
+A command is imported when it is called, and heavy modules where they are used, so that --help
+answers at once.
 """
 
 from __future__ import annotations
 
 import sqlite3
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from importlib.metadata import EntryPoint, entry_points
 from traceback import format_exception
 from typing import Annotated, Any
 
-import typer
+from cyclopts import App, CycloptsError, Parameter
 from rich.markup import escape
-from typer.core import TyperCommand, TyperGroup
 
 from energymargin.base.bars import bars_by
 from energymargin.base.interrupts import interrupted, remembered_interrupts
-from energymargin.cli.demo import demo
-from energymargin.cli.evaluate import evaluate
-from energymargin.cli.export import export
-from energymargin.cli.fields import described
-from energymargin.cli.generate import generate
-from energymargin.cli.grasps import grasps
-from energymargin.cli.importing import import_recordings
-from energymargin.cli.learn import learn
-from energymargin.cli.rank import rank
-from energymargin.cli.report import report
-from energymargin.cli.score import score
-from energymargin.cli.tasks import tasks
+from energymargin.cli.fields import shown_default
 from energymargin.cli.terminal import (
     BAD_INPUT,
     INTERRUPTED,
@@ -43,60 +32,28 @@ from energymargin.cli.terminal import (
     shown_warnings,
     warn,
 )
-from energymargin.cli.view import view_command
 
 # Errors that are shown as one line: those of bad input, of files and of other packages. Any other
 # is a bug, and shown in full.
-ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)
-
+ERRORS = (CycloptsError, ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)
 
 TRACEBACK = "--traceback"
 GROUP = "energymargin.commands"
-"""Entry points of this group name Typer apps: the commands that other packages register."""
+"""Entry points of this group name functions or cyclopts Apps: commands of other packages."""
+OWN = (
+    *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "grasps"),
+    *("report", "import", "view"),
+)
 
 
-class _Commands(TyperGroup):
-    def parse_args(  # type: ignore[override]
-        self, ctx: typer.Context, args: list[str]
-    ) -> list[str]:
-        """Takes --traceback anywhere."""
-        if TRACEBACK in args:
-            args = [TRACEBACK, *(word for word in args if word != TRACEBACK)]
-        return super().parse_args(ctx, args)
+def _version() -> str:
+    from energymargin import __version__
 
-    def list_commands(self, ctx: Any) -> list[str]:
-        registered = {entry.name for entry in entry_points(group=GROUP)}
-        return [*super().list_commands(ctx), *sorted(registered)]
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        return super().get_command(ctx, cmd_name) or _registered_command(cmd_name)
-
-    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        with remembered_interrupts(), bars_by(_bar), shown_warnings():
-            try:
-                return super().invoke(ctx)
-            except typer.Exit:  # how --help ends: a RuntimeError, but no error
-                raise
-            except BaseException as error:
-                if isinstance(error, KeyboardInterrupt) or interrupted():
-                    warn("stopped")
-                    raise typer.Exit(INTERRUPTED) from None
-                if isinstance(error, ERRORS):
-                    if ctx.params["traceback"]:
-                        err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
-                    late = isinstance(error, TimeoutError) and error.errno is None
-                    start = "[yellow]nothing is finished:[/]" if late else "[red]error:[/]"
-                    say(f"{start} {escape(_one_line(error))}")
-                    raise typer.Exit(TIMED_OUT if late else BAD_INPUT) from None
-                raise
+    return f"energymargin {__version__}"
 
 
-app = typer.Typer(
-    cls=_Commands,
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="markdown",
+app = App(
+    name="energymargin",
     help="""How robust is a manipulation, right now? Scores of robustness from energy margins.
 
     From nothing to a table and pictures: `energymargin demo`. Or step by step:
@@ -109,57 +66,89 @@ app = typer.Typer(
 
     Which of several plans holds best: `energymargin rank --help`. Which grasps of a file:
     `energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
+
+    `--traceback`, anywhere: show where an error comes from, line by line.
     """,
+    help_format="markdown",
+    help_flags="--help",
+    version=_version,
+    version_flags="--version",
+    default_parameter=Parameter(negative=(), show_default=shown_default, allow_repeating=True),
+    exit_on_error=False,
+    print_error=False,
+    result_action="return_value",
+    suppress_keyboard_interrupt=False,
 )
+for _flag in ("--help", "--version"):
+    app[_flag].group = "Options"
+for _number, _name in enumerate(OWN):
+    _file = "importing" if _name == "import" else _name
+    app.command(f"energymargin.cli.{_file}:{_file}", name=_name, sort_key=_number)
+for _name in sorted({entry.name for entry in entry_points(group=GROUP)} - set(OWN)):
+    app.command(f"{__name__}:{_name}", name=_name, sort_key=len(OWN))
+
+
+def __getattr__(name: str) -> Any:
+    """The command of another package. One that cannot be imported says so when it is called."""
+    for entry in entry_points(group=GROUP, name=name):
+        try:
+            return entry.load()
+        except ImportError as error:
+            return _unusable(entry, error)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _unusable(entry: EntryPoint, error: ImportError) -> Callable[..., None]:
+    """A command that takes whatever it is given, and raises ImportError."""
+    package = entry.module.partition(".")[0]
+    need = f"needs the package {package}, which cannot be imported"
+    way_out = f"({error}): install {package}, or energymargin as a whole"
+
+    def refuse(*words: Annotated[str, Parameter(allow_leading_hyphen=True, show=False)]) -> None:
+        raise ImportError(f"`energymargin {entry.name}` {need} {way_out}")
+
+    refuse.__doc__ = f"This command {need}."
+    return refuse
+
+
+def run(words: Sequence[str] | None = None) -> int:
+    """Runs a command, by default that of the terminal, and returns its exit code."""
+    words = list(sys.argv[1:] if words is None else words)
+    with remembered_interrupts(), bars_by(_bar), shown_warnings():
+        try:
+            if words[:1] in ([], ["--help"]):
+                app.resolved_commands()  # whose first lines it shows
+            app([word for word in words if word != TRACEBACK])
+        except SystemExit as end:
+            return int(end.code or 0)
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) or interrupted():
+                warn("stopped")
+                return INTERRUPTED
+            if not isinstance(error, ERRORS):
+                raise
+            if TRACEBACK in words:
+                err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
+            late = isinstance(error, TimeoutError) and error.errno is None
+            start = "[yellow]nothing is finished:[/]" if late else "[red]error:[/]"
+            say(f"{start} {escape(_one_line(error))}")
+            return TIMED_OUT if late else BAD_INPUT
+    return 0
+
+
+def main() -> None:
+    """Entry point of the command `energymargin`."""
+    sys.unraisablehook = _unless_interrupted(sys.unraisablehook)
+    code = run()
+    if code == INTERRUPTED:
+        leave(code)
+    sys.exit(code)
 
 
 def _bar(title: str, unit: str) -> AbstractContextManager[Callable[[int, int], None]]:
     from energymargin.cli.progress import progress_bar
 
     return progress_bar(err, title, unit)
-
-
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        from energymargin import __version__
-
-        typer.echo(f"energymargin {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _options(
-    version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
-        ),
-    ] = False,
-    traceback: Annotated[
-        bool,
-        typer.Option(
-            TRACEBACK, help="Show where an error comes from, line by line; after a command too."
-        ),
-    ] = False,
-) -> None:
-    pass
-
-
-for command in (demo, tasks, generate, score, evaluate, export, learn, rank, grasps, report):
-    app.command()(described(command))
-app.command("import")(described(import_recordings))
-app.command("view")(described(view_command))
-
-
-def main() -> None:
-    """Entry point of the command `energymargin`."""
-    sys.unraisablehook = _unless_interrupted(sys.unraisablehook)
-    try:
-        app()
-    except SystemExit as end:
-        if end.code == INTERRUPTED:
-            leave(INTERRUPTED)
-        raise
 
 
 def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -170,31 +159,8 @@ def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:
 def _one_line(error: BaseException) -> str:
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         return f"{error.filename}: {error.strerror}"
-    return " ".join(str(error).split())
-
-
-def _registered_command(name: str) -> Any:
-    """The command of that name; None if there is none. A command whose package cannot be imported
-    says so when it is called."""
-    for entry in entry_points(group=GROUP, name=name):
-        try:
-            command: Any = typer.main.get_command(entry.load())
-        except ImportError as error:
-            command = _unusable(entry, error)
-        command.name = name
-        return command
-    return None
-
-
-def _unusable(entry: EntryPoint, error: ImportError) -> TyperCommand:
-    """A command that takes whatever it is given, and raises ImportError."""
-    package = entry.module.partition(".")[0]
-    need = f"needs the package {package}, which cannot be imported"
-    way_out = f"({error}): install {package}, or energymargin as a whole"
-
-    def refuse() -> None:
-        raise ImportError(f"`energymargin {entry.name}` {need} {way_out}")
-
-    anything = {"allow_extra_args": True, "ignore_unknown_options": True}
-    help = f"This command {need}."
-    return TyperCommand(entry.name, callback=refuse, help=help, context_settings=anything)
+    text = " ".join(str(error).split())
+    if isinstance(error, CycloptsError):
+        command = " ".join((*app.name, *(error.command_chain or ())))
+        return f"{text} `{command} --help` shows what it takes."
+    return text

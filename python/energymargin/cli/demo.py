@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.demo_grips import draw_grips, score_grips
 from energymargin.cli.evaluate import print_evaluation
-from energymargin.cli.fields import changed, options_of
-from energymargin.cli.options import chosen_executor
+from energymargin.cli.fields import options_of
+from energymargin.cli.options import WHERE, Where
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import out, say
@@ -29,10 +31,10 @@ SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 @options_of(SEARCH, "nodes", "seed")
 def demo(
     *,
-    output: Path = Path("out"),
+    output: Annotated[Path, Parameter(alias="-o")] = Path("out"),
     trajectories: int = 50,
     trials: int = 30,
-    threads: int | None = None,
+    threads: Annotated[int | None, Parameter(group=WHERE)] = None,
     overwrite: bool = False,
     **given: Any,
 ) -> None:
@@ -45,6 +47,7 @@ def demo(
         output: Folder for all files.
         trajectories: How many pushes.
         trials: How many trials each grip of the mallet has.
+        threads: Threads; all cores if not given. Scores do not depend on it.
         overwrite: Take a folder that has files of others too, and replace those of the same
             names.
     """
@@ -55,7 +58,7 @@ def demo(
     if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
     require_own_folder(output, overwrite=overwrite)
-    settings, executor = changed(SEARCH, given), chosen_executor(threads)
+    settings, executor = replace(SEARCH, **given), Where(threads=threads).executor()
     say(
         f"{trajectories} pushes, each state of which is scored, and six grips of a mallet. With 50 "
         "pushes and 30 trials a grip this takes about a minute on two cores."

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from energymargin.base.replacing import replace_text
+from energymargin.cli.options import Outputs
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, out
 from energymargin.summary import summary
@@ -18,8 +19,9 @@ if TYPE_CHECKING:
 
 def evaluate(
     scores: Path,
+    /,
     *,
-    output: list[Path] | None = None,
+    output: Outputs = None,
     run: int | None = None,
     frames: list[int] | None = None,
     last: int = 5,
@@ -38,11 +40,16 @@ def evaluate(
     Example: `energymargin evaluate push-scores.db -o table.md`
 
     Args:
+        scores: A file of scores, from `energymargin score`.
         output: Write the table to a .md file, or every number to a .csv file; may be repeated.
+        run: Which run, if there are several; `energymargin export` lists them.
+        last: Frames of a trajectory whose success scores count: k-bar.
         frames: How many frames the label looks ahead; may be repeated.
         among: Compare all states, or those that are captured now, by horizon.
         clipped: Let a horizon end with its trajectory, instead of leaving such states out.
+        draws: Bootstrap resamples of each interval: with many states, fewer do.
         seed: Seed of the bootstrap intervals.
+        overwrite: Replace the file if it exists.
     """
     from energymargin.store import ScoreStore
 

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 from rich.markup import escape
 
-from energymargin.cli.options import require_beside
-from energymargin.cli.places import require_free
+from energymargin.cli.options import Output, panel, require_beside
+from energymargin.cli.places import dataset_of, require_free
 from energymargin.cli.terminal import out, say
+
+WITH_DATA = panel("With the dataset")
 
 
 def export(
     scores: Path,
+    /,
     *,
-    output: Path | None = None,
+    output: Output = None,
     run: int | None = None,
-    lerobot: Path | None = None,
-    data: Path | None = None,
+    lerobot: Annotated[Path | None, WITH_DATA] = None,
+    data: Annotated[Path | None, WITH_DATA] = None,
     overwrite: bool = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
@@ -28,9 +32,11 @@ def export(
     pusht-scored`
 
     Args:
+        scores: A file of scores, from `energymargin score`.
         output: A .csv or .parquet file; without it, the runs are listed. With --lerobot it is a
             new folder.
-    With the dataset:
+        run: Which run, if there are several; `energymargin export` lists them.
+        overwrite: Replace the file if it exists.
         lerobot: The LeRobot dataset that was imported: a copy of it gets each score as a column.
         data: The dataset, for --lerobot; if not given, the one beside the scores: push.h5 of
             push-scores.db.
@@ -41,7 +47,7 @@ def export(
     if lerobot is not None:
         if output is None:
             raise ValueError(f"--lerobot is {lerobot}, expected -o with the name of a new folder")
-        beside = data or scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
+        beside = dataset_of(scores, data)
         names = store.export_lerobot(scores, beside, lerobot, output, run=run)
         say(f"Wrote {escape(str(output))}, a copy with {', '.join(names)}")
         return

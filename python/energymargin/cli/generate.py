@@ -4,14 +4,22 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
-from energymargin.cli.options import PICTURE_NODES, cluster, parsed, require_one
+from energymargin.cli.options import (
+    PICTURE_NODES,
+    WHERE,
+    Elsewhere,
+    Output,
+    Parameters,
+    parsed,
+    require_one,
+)
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, say
 
@@ -21,18 +29,18 @@ if TYPE_CHECKING:
 
 def generate(
     task: str,
+    /,
     *,
-    output: Path | None = None,
+    output: Output = None,
     trajectories: int = 50,
     frames: int = 10,
     seed: int = 0,
-    parameter: list[str] | None = None,
+    parameter: Parameters = None,
     engine: str = "native",
     overwrite: bool = False,
     picture: Path | None = None,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    timeout: float | None = None,
+    processes: Annotated[int | None, Parameter(group=WHERE)] = None,
+    where: Elsewhere = Elsewhere(),
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
     command goes on from there.
@@ -44,9 +52,11 @@ def generate(
         output: The dataset; TASK.h5 if not given.
         trajectories: How many trajectories.
         frames: How many frames of each are recorded.
+        seed: The same seed gives the same numbers, to the last bit.
+        parameter: A parameter of the task: NAME=VALUE; may be repeated.
         engine: What steps the simulation, native or bullet.
+        overwrite: Replace the file if it exists.
         picture: Draw a failed and a successful trajectory with their search trees.
-    Where it runs:
         processes: Processes; all cores if not given, and there is work for them. The file does not
             depend on it.
     """
@@ -55,9 +65,9 @@ def generate(
 
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
-    require_one(processes=processes, scheduler=scheduler)
+    require_one(processes=processes, scheduler=where.scheduler)
     output = output or Path(f"{task}.h5")
-    made = tasks.make(task, engine=engine, **parsed(parameter or []))
+    made = tasks.make(task, engine=engine, **parsed(parameter))
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture")
@@ -70,9 +80,9 @@ def generate(
                 frames=frames,
                 seed=seed,
                 processes=processes,
-                executor=None if scheduler is None else cluster(scheduler),
+                executor=where.cluster(),
                 progress=progress,
-                timeout=timeout,
+                timeout=where.timeout,
             )
     except (KeyboardInterrupt, OSError, RuntimeError):
         if count := trajectories_kept(output):
@@ -90,7 +100,7 @@ def generate(
                 f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
                 "with --overwrite the same command goes on from there."
             )
-            raise typer.Exit(TIMED_OUT)
+            raise SystemExit(TIMED_OUT)
 
 
 def say_written(dataset: Dataset, path: Path, judged: str = "") -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-import typer
+from cyclopts import Parameter
 from numpy.typing import NDArray
 from rich.markup import escape
 
@@ -26,7 +27,7 @@ from energymargin.cli.grasp_words import (
     chosen_rows,
     numbers,
 )
-from energymargin.cli.options import chosen_executor
+from energymargin.cli.options import Outputs, Where, given, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
 from energymargin.cli.view import serve
@@ -55,40 +56,113 @@ OF_OBJECT = {
     "object= of em.grasps.read": "--object-pose",
 }
 CHOICES = ("best", "doubtful", "worst")
+SIGNED, MAIN = Parameter(allow_leading_hyphen=True), Parameter(group="Parameters")
+
+
+@panel("Which grasps of the file", "*")
+@dataclass(frozen=True)
+class Rows:
+    """The grasps of a file that are asked about."""
+
+    frame: Annotated[str | None, SIGNED] = None
+    """What its poses are of: grasp (midway between the pads, z the approach, x the way the fingers
+    open), franka_panda, panda_hand, panda_tcp, robotiq_2f_85, robotiq_2f_140, a distance along z
+    [m], or x,y,z,qx,qy,qz,qw. Needed for GraspGen's and isaac_grasp's."""
+    scale: float = 1.0
+    """What makes metres of its lengths."""
+    where: list[str] | None = None
+    """Rows with these values alone: COLUMN=VALUE, with commas between; may be repeated."""
+    most: int | None = None
+    """At most so many of the rows, evenly spaced."""
+    object_pose: Annotated[str | None, SIGNED] = None
+    """Where the object is, if the poses are not in its frame: x,y,z,qx,qy,qz,qw, or a CSV file with
+    columns in common, as layout and object."""
+
+    def read(self, file: Path) -> GraspSet:
+        """The grasps. Raises ValueError on those of several objects."""
+        from energymargin.grasps import read
+
+        pose: Path | list[float] | None = None
+        if self.object_pose is not None:
+            there = Path(self.object_pose).exists()
+            pose = Path(self.object_pose) if there else numbers("--object-pose", self.object_pose)
+        with _arguments_as_options(OF_FILE):
+            found = read(
+                file,
+                frame=None if self.frame is None else chosen_frame(self.frame),
+                object=pose,
+                where=chosen_rows(self.where or []),
+                scale=self.scale,
+            )
+        if self.most is not None and whole_number("--most", self.most, 1) < len(found):
+            found = found[np.linspace(0, len(found) - 1, self.most).round().astype(int)]
+        objects = list(dict.fromkeys(found.columns.get("object", ())))
+        if len(objects) > 1:
+            raise ValueError(
+                f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
+                f"object={objects[0]}"
+            )
+        return found
+
+
+@panel("The object", "*")
+@dataclass(frozen=True)
+class Thing:
+    """Arguments of `GraspObject.of`."""
+
+    mesh: Annotated[Path | None, MAIN, Parameter(name="--object")] = None
+    """The object's mesh or URDF, if the file of grasps does not name it."""
+    mass: Annotated[float | None, MAIN] = None
+    """Mass of the object [kg], if the file does not say it."""
+    density: float | None = None
+    """In place of the mass [kg/m^3]."""
+    friction: float | None = None
+    """Coefficient of its surface; that of a contact is its product with the hand's. That of the
+    file, or else 0.5."""
+    scale: Annotated[float | None, Parameter(name="--mesh-scale")] = None
+    """What makes metres of the mesh's lengths."""
+    accuracy: float | None = None
+    """The mesh's convex parts are nowhere farther from it [m]."""
+
+
+TRIAL = panel("What a trial is", "*")
+
+
+@TRIAL
+@dataclass(frozen=True)
+class Trial:
+    """Arguments of `em.grasps.score`."""
+
+    rollouts: Annotated[int, MAIN] = 30
+    """Trials of each grasp."""
+    colliding: Literal["lost", "redraw", "retreat"] = "lost"
+    """What is done with a draw that puts the hand into the object or the table: it counts as lost,
+    or redraw its pose, or retreat along the approach."""
+    step: float | None = None
+    """Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much."""
+    seed: int = 0
+    """The same seed gives the same numbers, to the last bit."""
+    effort: int | None = None
+    """Also search for the least effort of escape at the weakest moment, with so many nodes."""
 
 
 def grasps(
     file: Path,
+    /,
     *,
     hand: str,
-    object: Path | None = None,
-    mass: float | None = None,
     protocol: str = "hold",
     belief: str | None = None,
-    rollouts: int = 30,
-    output: list[Path] | None = None,
+    strength: Annotated[float, Parameter(group=TRIAL.group)] = 1.0,
+    baselines: Annotated[bool, panel("More figures")] = False,
+    output: Outputs = None,
     write: Path | None = None,
     view: str | None = None,
     overwrite: bool = False,
-    frame: str | None = None,
-    scale: float = 1.0,
-    where: list[str] | None = None,
-    most: int | None = None,
-    object_pose: str | None = None,
-    density: float | None = None,
-    friction: float | None = None,
-    mesh_scale: float | None = None,
-    accuracy: float | None = None,
-    strength: float = 1.0,
-    colliding: Literal["lost", "redraw", "retreat"] = "lost",
-    step: float | None = None,
-    seed: int = 0,
-    effort: int | None = None,
-    baselines: bool = False,
-    threads: int | None = None,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    timeout: float | None = None,
+    rows: Rows = Rows(),
+    thing: Thing = Thing(),
+    trial: Trial = Trial(),
+    runs: Where = Where(),
 ) -> None:
     """Rank the grasps of a file: which of them hold on this hand, and how sure is that?
 
@@ -109,13 +183,13 @@ def grasps(
             (.csv).
         hand: panda, robotiq_2f85, or a hand by its numbers, as JSON or a file of it: '{"preset":
             "panda", "force": 20}', '{"opening": 0.1, "pad": [0.02, 0.03]}'.
-        object: The object's mesh or URDF, if the file of grasps does not name it.
-        mass: Mass of the object [kg], if the file does not say it.
         protocol: What is done once the hand has closed: hold, lift, shake, graspa, acronym, or JSON
             or a file of it: '{"preset": "lift", "radius": 0.03}'.
         belief: What is not known exactly, as JSON or a file of it: pose (3 errors in m, 3 in rad),
             friction, mass, force.
-        rollouts: Trials of each grasp.
+        strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
+        baselines: Also what is commonly computed in place of a simulation, as Ferrari-Canny
+            epsilon: columns of .csv and --write, and their AUC where there are labels.
         output: .h5 keeps the scores, and the same command goes on from there; .csv and .md are
             tables, .html is a page with pictures, .png, .pdf and .svg are pictures. May be
             repeated.
@@ -123,65 +197,30 @@ def grasps(
             (isaac_grasp), .csv.
         view: See a grasp in a browser at the end: its name, or best, doubtful, worst.
         overwrite: Replace files that exist; a .h5 of scores never is.
-    Which grasps of the file:
-        frame: What its poses are of: grasp (midway between the pads, z the approach, x the way the
-            fingers open), franka_panda, panda_hand, panda_tcp, robotiq_2f_85, robotiq_2f_140, a
-            distance along z [m], or x,y,z,qx,qy,qz,qw. Needed for GraspGen's and isaac_grasp's.
-        scale: What makes metres of its lengths.
-        where: Rows with these values alone: COLUMN=VALUE, with commas between; may be repeated.
-        most: At most so many of the rows, evenly spaced.
-        object_pose: Where the object is, if the poses are not in its frame: x,y,z,qx,qy,qz,qw, or a
-            CSV file with columns in common, as layout and object.
-    The object:
-        density: In place of the mass [kg/m^3].
-        friction: Coefficient of its surface; that of a contact is its product with the hand's. That
-            of the file, or else 0.5.
-        mesh_scale: What makes metres of the mesh's lengths.
-        accuracy: The mesh's convex parts are nowhere farther from it [m].
-    What a trial is:
-        strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
-        colliding: What is done with a draw that puts the hand into the object or the table: it
-            counts as lost, or redraw its pose, or retreat along the approach.
-        step: Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much.
-        seed: The same seed gives the same numbers, to the last bit.
-    More figures:
-        effort: Search for the least effort of escape at the weakest moment, with so many nodes.
-        baselines: Also what is commonly computed in place of a simulation, as Ferrari-Canny
-            epsilon: columns of .csv and --write, and their AUC where there are labels.
     """
     outputs = output or []
     for path in outputs:
         require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=SUFFIXES)
     store = _store(outputs, write)
-    executor = chosen_executor(threads, processes, scheduler)
+    executor = runs.executor()
     with loading():
         from energymargin.disturbances import Uniform
         from energymargin.grasps import GraspObject, score
         from energymargin.grasps.files import WRITERS
-        from energymargin.grasps.trials import STEP
 
         _import_extras(outputs, view)
     if write is not None:
         require_free(write, overwrite=overwrite, option="--write", suffixes=WRITERS)
     disturbance, known = Uniform(strength), chosen_belief(belief)
     tried = chosen_hand(hand), chosen_protocol(protocol)
-    found = _read(file, most, frame=frame, object=object_pose, where=where or [], scale=scale)
+    found = rows.read(file)
     if view is not None and view not in (*found.names, *CHOICES):
         raise ValueError(
             f"--view is {view!r}, expected {', '.join(CHOICES)}, or a name as {found.names[0]}"
         )
-    _require_one_object(found, file)
     with _arguments_as_options(OF_OBJECT):
-        thing = GraspObject.of(
-            found.object,
-            mesh=object,
-            mass=mass,
-            density=density,
-            friction=friction,
-            scale=mesh_scale,
-            **({} if accuracy is None else {"accuracy": accuracy}),
-        )
-    _say_read(file, found, thing)
+        object = GraspObject.of(found.object, **given(thing))
+    _say_read(file, found, object)
     with (
         _cancelled_by_interrupt() as cancel,
         _arguments_as_options(OF_OBJECT),
@@ -189,19 +228,15 @@ def grasps(
         bar("Scoring", "grasps") as progress,
     ):
         scores = score(
-            *(found, tried[0], thing, tried[1]),
+            *(found, tried[0], object, tried[1]),
             belief=known,
             disturbance=disturbance,
-            rollouts=rollouts,
-            colliding=colliding,
-            effort=effort,
-            seed=seed,
-            step=STEP if step is None else step,
             store=store,
             executor=executor,
             progress=progress,
-            timeout=timeout,
+            timeout=runs.timeout,
             cancel=cancel,
+            **given(trial),
         )
     out.print(summary(scores))
     columns = _baselines(scores) if baselines else {}
@@ -210,7 +245,7 @@ def grasps(
         _say_stopped(scores, store)
         if cancel.is_set:
             raise KeyboardInterrupt
-        raise typer.Exit(TIMED_OUT)
+        raise SystemExit(TIMED_OUT)
     if view is not None:
         _view(scores, view)
 
@@ -237,43 +272,6 @@ def _import_extras(outputs: Sequence[Path], view: str | None) -> None:
         import energymargin.plots
     if view is not None:
         import energymargin.viewer  # noqa: F401
-
-
-def _read(
-    file: Path,
-    most: int | None,
-    *,
-    frame: str | None,
-    object: str | None,
-    where: list[str],
-    scale: float,
-) -> GraspSet:
-    """The grasps that are asked about."""
-    from energymargin.grasps import read
-
-    stands: Path | list[float] | None = None if object is None else Path(object)
-    if object is not None and not Path(object).exists():
-        stands = numbers("--object-pose", object)
-    with _arguments_as_options(OF_FILE):
-        found = read(
-            file,
-            frame=None if frame is None else chosen_frame(frame),
-            object=stands,
-            where=chosen_rows(where),
-            scale=scale,
-        )
-    if most is None or whole_number("--most", most, 1) >= len(found):
-        return found
-    return found[np.linspace(0, len(found) - 1, most).round().astype(int)]
-
-
-def _require_one_object(grasps: GraspSet, file: Path) -> None:
-    objects = list(dict.fromkeys(grasps.columns.get("object", ())))
-    if len(objects) > 1:
-        raise ValueError(
-            f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
-            f"object={objects[0]}"
-        )
 
 
 def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:

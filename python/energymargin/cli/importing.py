@@ -6,13 +6,15 @@ Heavy modules are imported where they are used, so that --help answers at once.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.cli.generate import say_written
-from energymargin.cli.options import parsed, require_one
+from energymargin.cli.options import Output, Parameters, panel, parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import say, warn
 
@@ -20,24 +22,48 @@ if TYPE_CHECKING:
     from energymargin.recordings import Columns, Recording
 
 
-def import_recordings(
+@panel("Bags of ROS 2", "*")
+@dataclass(frozen=True)
+class Topics:
+    """The topics of a bag."""
+
+    object: Annotated[str | None, Parameter(name="--object-topic")] = None
+    """The topic of the object's poses in a bag, as /box/pose, or with a frame, as /tf:box."""
+    effector: Annotated[str | None, Parameter(name="--effector-topic")] = None
+    """The topic of the poses of the effector, the robot's tool."""
+
+
+@panel("How frames are put right", "*")
+@dataclass(frozen=True)
+class Rules:
+    """Arguments of all readers."""
+
+    repair: Annotated[bool, Parameter(negative="--no-repair")] = True
+    """Fill short gaps and replace outliers, or refuse them."""
+    longest_gap: float = 0.1
+    """The longest gap that is filled, in a body's poses or in frames [s]."""
+    smoothing: float = 0.06
+    """Time scale of the smoothing where the files have no velocities [s]."""
+    causal: bool = False
+    """Smooth each frame with frames up to it alone, as a robot has them: scores foresee without
+    frames to come."""
+
+
+def importing(
     files: list[Path] | None = None,
+    /,
     *,
     task: str | None = None,
     problem: Path | None = None,
     labels: Path | None = None,
-    output: Path | None = None,
-    parameter: list[str] | None = None,
+    output: Output = None,
+    parameter: Parameters = None,
     columns: Path | None = None,
-    object_topic: str | None = None,
-    effector_topic: str | None = None,
     captured: Path | None = None,
-    repair: bool = True,
-    longest_gap: float = 0.1,
-    smoothing: float = 0.06,
-    causal: bool = False,
     most_overlap: float = 0.01,
     overwrite: bool = False,
+    topics: Topics = Topics(),
+    rules: Rules = Rules(),
 ) -> None:
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 
@@ -59,20 +85,12 @@ def import_recordings(
             episode succeeded whose next.success was ever true, and another recording whose last
             state lies in the success set.
         output: The dataset; TASK-recorded.h5 or P-recorded.h5 if not given.
+        parameter: A parameter of the task: NAME=VALUE; may be repeated.
         columns: JSON file that says which column is what, and in which units.
         captured: CSV file recording,frame,captured; if not given, labels are those of the capture
             set.
-    Bags of ROS 2:
-        object_topic: The topic of the object's poses in a bag, as /box/pose, or with a frame, as
-            /tf:box.
-        effector_topic: The topic of the poses of the effector, the robot's tool.
-    How frames are put right:
-        repair: Fill short gaps and replace outliers, or refuse them.
-        longest_gap: The longest gap that is filled, in a body's poses or in frames [s].
-        smoothing: Time scale of the smoothing where the files have no velocities [s].
-        causal: Smooth each frame with frames up to it alone, as a robot has them: scores foresee
-            without frames to come.
         most_overlap: How far a body may be moved out of another one [m].
+        overwrite: Replace the file if it exists.
     """
     require_one(task=task, problem=problem)
     if not files or (task is None and problem is None):
@@ -86,7 +104,7 @@ def import_recordings(
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     bodies = ("object", "effector")
     if problem is None:
-        made = tasks.make(task or "", **parsed(parameter or []))
+        made = tasks.make(task or "", **parsed(parameter))
     elif parameter:
         raise ValueError("--problem has no parameters, expected no -p: its file has all of them")
     else:
@@ -94,10 +112,8 @@ def import_recordings(
         bodies = (of_problem.body("object"), of_problem.body("effector"))
     require_free(output, overwrite=overwrite)
     layout, read = recordings.Columns.of(columns), []
-    rules = {"repair": repair, "longest_gap": longest_gap}
-    rules |= {"smoothing": smoothing, "causal": causal}
     for path in files:
-        found = _read(path, layout, (object_topic, effector_topic), rules)
+        found = _read(path, layout, topics, vars(rules))
         frames = sum(len(one) for one in found)
         seconds = sum(one.times[-1] - one.times[0] for one in found)
         text = f"{frames} frames, {seconds:.3g} s; {found[0].repairs}"
@@ -107,7 +123,7 @@ def import_recordings(
         say(f"{escape(str(path))}: {text}")
         read += found
     motions = [motion for recording in read for motion in (recording.object, recording.effector)]
-    if not causal and any(motion.velocity_covariances is not None for motion in motions):
+    if not rules.causal and any(motion.velocity_covariances is not None for motion in motions):
         say(
             "Velocities are smoothed over frames before and after; with --causal over those "
             "before, as a robot would know them"
@@ -141,9 +157,7 @@ def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
     return {name: success for one in told if one is not None for name, success in one.items()}
 
 
-def _read(
-    path: Path, layout: Columns, topics: tuple[str | None, str | None], rules: dict[str, Any]
-) -> list[Recording]:
+def _read(path: Path, layout: Columns, topics: Topics, rules: dict[str, Any]) -> list[Recording]:
     """The recordings of a file; `topics` are those of a bag, `rules` those of all readers."""
     from energymargin import recordings
     from energymargin.records.recordings.bags import is_bag
@@ -155,12 +169,10 @@ def _read(
         return [recordings.read_csv(path, layout, **rules)]
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
-    object_topic, effector_topic = topics
-    if object_topic is None or effector_topic is None:
+    if topics.object is None or topics.effector is None:
         known = ", ".join(f"{name} ({kind})" for name, kind in recordings.bag_topics(path).items())
         raise ValueError(
             f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
             f"{known or 'none'}"
         )
-    bodies: dict[str, Any] = {"object": object_topic, "effector": effector_topic}
-    return [recordings.read_bag(path, **bodies, origin=layout.origin, **rules)]
+    return [recordings.read_bag(path, origin=layout.origin, **vars(topics), **rules)]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
 from rich.markup import escape
 
-from energymargin.cli.places import require_free
+from energymargin.cli.places import dataset_of, require_free
 from energymargin.cli.terminal import loading, out, say
 from energymargin.summary import summary
 
@@ -22,8 +23,9 @@ REPEATS = 20  # of which the fastest counts, whatever else the machine does
 
 def learn(
     scores: Path,
+    /,
     *,
-    output: Path,
+    output: Annotated[Path, Parameter(alias="-o")],
     data: Path | None = None,
     run: int | None = None,
     metric: str | None = None,
@@ -43,11 +45,15 @@ def learn(
     `energymargin learn push-scores.db -o push-surrogate.npz`
 
     Args:
+        scores: A file of scores, from `energymargin score`.
         output: The surrogate, a .npz file.
         data: The dataset; if not given, the one beside the scores: push.h5 of push-scores.db.
+        run: Which run, if there are several; `energymargin export` lists them.
         metric: Which score; the probability of the run if not given, or else its first.
         coverage: How probable it is that the score of a state of a new trajectory is within its
             interval.
+        seed: The same seed gives the same numbers, to the last bit.
+        overwrite: Replace the file if it exists.
     """
     require_free(output, overwrite=overwrite, suffixes=(".npz",))
     with loading():
@@ -55,8 +61,7 @@ def learn(
         from energymargin.store import ScoreStore
         from energymargin.surrogates import Surrogate
 
-    beside = scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")
-    with ScoreStore(scores) as store, datasets.open(data or beside) as dataset:
+    with ScoreStore(scores) as store, datasets.open(dataset_of(scores, data)) as dataset:
         chosen = store.run(run)
         surrogate = Surrogate.learn(chosen, dataset, metric, coverage=coverage, seed=seed)
         batch, one, rollouts = *_seconds(surrogate, dataset), chosen.seconds()

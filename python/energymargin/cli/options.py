@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Group, Parameter
 
 from energymargin.cli.terminal import warn
 
@@ -16,43 +19,62 @@ if TYPE_CHECKING:
 PlanWord = Literal["script", "hold", "none"]
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
-# The help of options that several commands have, by its heading in the commands' help.
-SHARED: dict[str | None, dict[str, str]] = {
-    None: {
-        "scores": "A file of scores, from `energymargin score`.",
-        "seed": "The same seed gives the same numbers, to the last bit.",
-        "parameter": "A parameter of the task: NAME=VALUE.",
-        "overwrite": "Replace the file if it exists.",
-        "run": "Which run, if there are several; `energymargin export` lists them.",
-        "last": "Frames of a trajectory whose success scores count: k-bar.",
-        "draws": "Bootstrap resamples of each interval: with many states, fewer do.",
-    },
-    "Where it runs": {
-        "threads": "Threads; all cores if not given. Scores do not depend on it.",
-        "processes": "So many processes instead of threads: a crash costs little.",
-        "timeout": "Seconds after which it ends with what is done; exit code 124.",
-        "scheduler": "The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
-    },
-}
+
+def panel(title: str, name: str | None = None) -> Parameter:
+    """A heading in the help of a command; the first that is made comes first.
+
+    With the name "*" it decorates a class whose fields are the options.
+    """
+    group = Group.create_ordered(title, sort_key=0)
+    return Parameter(name=name, group=group) if name else Parameter(group=group)
 
 
-def chosen_executor(
-    threads: int | None, processes: int | None = None, scheduler: str | None = None
-) -> Executor:
-    """Executor that these options choose, of which one may be given; threads if none is."""
-    from energymargin.executors import Processes, Threads
-
-    require_one(threads=threads, processes=processes, scheduler=scheduler)
-    if scheduler is not None:
-        return cluster(scheduler)
-    return Threads(threads) if processes is None else Processes(processes)
+def given(options: Any) -> dict[str, Any]:
+    """The fields of options that are not None, as arguments by name."""
+    return {name: value for name, value in vars(options).items() if value is not None}
 
 
-def cluster(scheduler: str) -> Dask:
-    """A Dask cluster; what its workers lack is printed."""
-    from energymargin.executors import Dask
+WHERE = Group.create_ordered("Where it runs", sort_key=1)  # the last one
 
-    return Dask(scheduler, notice=warn)
+Output = Annotated[Path | None, Parameter(alias="-o")]
+Outputs = Annotated[list[Path] | None, Parameter(alias="-o")]
+Parameters = Annotated[list[str] | None, Parameter(alias="-p")]
+
+
+@Parameter(name="*", group=WHERE)
+@dataclass(frozen=True)
+class Elsewhere:
+    """Where a command runs, and how long."""
+
+    scheduler: str | None = None
+    """The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."""
+    timeout: float | None = None
+    """Seconds after which it ends with what is done; exit code 124."""
+
+    def cluster(self) -> Dask | None:
+        """The Dask cluster, if one is given; what its workers lack is printed."""
+        from energymargin.executors import Dask
+
+        return None if self.scheduler is None else Dask(self.scheduler, notice=warn)
+
+
+@Parameter(name="*", group=WHERE)
+@dataclass(frozen=True)
+class Where(Elsewhere):
+    """Where a command runs that has threads too."""
+
+    threads: int | None = None
+    """Threads; all cores if not given. Scores do not depend on it."""
+    processes: int | None = None
+    """So many processes instead of threads: a crash costs little."""
+
+    def executor(self) -> Executor:
+        """The chosen executor; threads if none is. Raises ValueError on more than one."""
+        from energymargin.executors import Processes, Threads
+
+        require_one(threads=self.threads, processes=self.processes, scheduler=self.scheduler)
+        here = Threads(self.threads) if self.processes is None else Processes(self.processes)
+        return self.cluster() or here
 
 
 def require_one(**options: Any) -> None:
@@ -94,10 +116,10 @@ def require_beside(option: str, value: object, **others: object) -> None:
             raise ValueError(f"--{name} is {other}, expected --{option} beside it")
 
 
-def parsed(parameters: list[str]) -> dict[str, Any]:
+def parsed(parameters: list[str] | None) -> dict[str, Any]:
     """NAME=VALUE, where a value is JSON, or else a word. Raises ValueError on another text."""
     values = {}
-    for text in parameters:
+    for text in parameters or ():
         name, equals, value = text.partition("=")
         if not (equals and name.isidentifier()):
             raise ValueError(f"--parameter is {text!r}, expected NAME=VALUE")

@@ -47,3 +47,8 @@ def require_own_folder(folder: Path, *, overwrite: bool) -> None:
         )
     folder.mkdir(parents=True, exist_ok=True)
     replace_text(mark, "A command of energymargin made this folder, and goes on with its files.\n")
+
+
+def dataset_of(scores: Path, data: Path | None) -> Path:
+    """The dataset that is given, or the one beside its scores: push.h5 of push-scores.db."""
+    return data or scores.with_name(f"{scores.stem.removesuffix('-scores')}.h5")

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.cli.fields import options_of
-from energymargin.cli.options import chosen_executor, chosen_sampling
+from energymargin.cli.options import Output, Where, chosen_sampling, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, out, say, warn
 from energymargin.evaluate.searches import SearchSettings
@@ -20,25 +20,24 @@ if TYPE_CHECKING:
     from energymargin import Problem
 
 TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
+COMPARED = panel("How candidates are compared")
 
 
 @options_of(SearchSettings(), "nodes", "seed")
 def rank(
     problems: list[Path],
+    /,
     *,
     metric: str = "probability",
     rollouts: int = 200,
     strength: float | None = None,
     belief: str | None = None,
-    confidence: float = 0.95,
-    tolerance: float = 0.05,
-    race: bool = True,
-    output: Path | None = None,
+    confidence: Annotated[float, COMPARED] = 0.95,
+    tolerance: Annotated[float, COMPARED] = 0.05,
+    race: Annotated[bool, COMPARED, Parameter(negative="--no-race")] = True,
+    output: Output = None,
     overwrite: bool = False,
-    threads: int | None = None,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    timeout: float | None = None,
+    where: Where = Where(),
     **given: Any,
 ) -> None:
     """Rank problems: which plan, grasp or push holds best, and how sure is that?
@@ -58,7 +57,7 @@ def rank(
         belief: How well the models are known, as JSON or a file of it: friction, mass, pose,
             velocity.
         output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg.
-    How candidates are compared:
+        overwrite: Replace the file if it exists.
         confidence: Confidence in all comparisons together, below 1.
         tolerance: A difference of probabilities that does not matter, below 1.
         race: Whoever is beaten is out before the end.
@@ -82,10 +81,10 @@ def rank(
             confidence=confidence,
             tolerance=tolerance,
             race=race,
-            **{name: value for name, value in given.items() if value is not None},
-            executor=chosen_executor(threads, processes, scheduler),
+            **given,
+            executor=where.executor(),
             progress=progress,
-            timeout=timeout,
+            timeout=where.timeout,
         )
     table = ranking.to_markdown()
     out.print(table, markup=False, highlight=False, soft_wrap=True)
@@ -101,7 +100,7 @@ def rank(
         say(f"Wrote {escape(str(output))}")
     if not ranking.complete:
         warn("the time was over before all draws were made")
-        raise typer.Exit(TIMED_OUT)
+        raise SystemExit(TIMED_OUT)
 
 
 def _candidates(paths: list[Path]) -> dict[str, Problem]:

@@ -9,14 +9,16 @@ from pathlib import Path
 
 from rich.markup import escape
 
+from energymargin.cli.options import Output
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, loading, say
 
 
 def report(
     scores: Path,
+    /,
     *,
-    output: Path | None = None,
+    output: Output = None,
     run: int | None = None,
     data: Path | None = None,
     trajectories: int = 30,
@@ -34,7 +36,9 @@ def report(
     Example: `energymargin report push-scores.db -o report.html`
 
     Args:
+        scores: A file of scores, from `energymargin score`.
         output: The page; SCORES with .html if not given.
+        run: Which run, if there are several; `energymargin export` lists them.
         data: The dataset, for times and pictures; if not given, the one beside the scores:
             push.h5 of push-scores.db.
         trajectories: How many trajectories are shown at most: half of them those that the scores
@@ -42,7 +46,10 @@ def report(
         pictures: How many states of each score and label are drawn, whose trees are grown again.
         frames: Frames that the label looks ahead in histograms and pictures; if not given 2, or
             fewer if no trajectory has as many.
+        last: Frames of a trajectory whose success scores count: k-bar.
+        draws: Bootstrap resamples of each interval: with many states, fewer do.
         seed: Seed of the bootstrap intervals.
+        overwrite: Replace the file if it exists.
     """
     with loading():
         from energymargin.cli.progress import share_bar

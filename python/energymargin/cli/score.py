@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.base.settings import flag_of
 from energymargin.cli.evaluate import print_tables, question_of
-from energymargin.cli.fields import changed, options_of, split
+from energymargin.cli.fields import options_of, split
 from energymargin.cli.options import (
+    Output,
     PlanWord,
-    chosen_executor,
+    Where,
     chosen_future,
     chosen_sampling,
+    panel,
     require_beside,
     require_one,
 )
@@ -34,32 +35,30 @@ if TYPE_CHECKING:
     from energymargin.store import Run
 
 SEARCH = SearchSettings()
+GROWTH, AHEAD = panel("How trees are grown"), panel("Over a horizon")
+BELIEF = panel("Models known with an error")
 COMPARED = 20000  # states; the intervals of more take longer than one would wait after scoring
 PROBABILITY = ("rollouts", "strength", "objects", "common_random_numbers")
 
 
 @options_of(SEARCH, "nodes", "seed")
-@options_of(
-    *(SEARCH, "stop_at_escape", "nodes_per_edge", "least_likelihood"), panel="How trees are grown"
-)
-@options_of(SEARCH, *PROBABILITY, panel="Over a horizon")
+@options_of(*(SEARCH, "stop_at_escape", "nodes_per_edge", "least_likelihood"), panel=GROWTH)
+@options_of(SEARCH, *PROBABILITY, panel=AHEAD)
 def score(
     data: Path,
+    /,
     *,
-    output: Path | None = None,
+    output: Output = None,
     paper: bool = False,
     metrics: str | None = None,
     engine: str | None = None,
-    frames: int | None = None,
-    plan: PlanWord | None = None,
-    check: float | None = None,
-    dwell: float | None = None,
-    belief: str | None = None,
-    particles: int | None = None,
-    threads: int | None = None,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    timeout: float | None = None,
+    frames: Annotated[int | None, AHEAD] = None,
+    plan: Annotated[PlanWord | None, AHEAD] = None,
+    check: Annotated[float | None, AHEAD] = None,
+    dwell: Annotated[float | None, AHEAD] = None,
+    belief: Annotated[str | None, BELIEF] = None,
+    particles: Annotated[int | None, BELIEF] = None,
+    where: Where = Where(),
     **given: Any,
 ) -> None:
     """Does it stay captured over the next frames? Scores every state of a dataset that is not
@@ -83,7 +82,6 @@ def score(
         metrics: These scores alone, with commas between. One without a clock, such as capture, is
             of the state as it is. Efforts have the horizon if a probability or --frames is given.
         engine: What steps the simulation, native or bullet; that of the dataset if not given.
-    Over a horizon:
         frames: The horizon in frames of a trajectory. If not given 5, or as many as half a second
             has, but no more than there are. A frame behind the last one counts the mean time
             between frames, so all states are asked the same.
@@ -93,7 +91,6 @@ def score(
         check: The time between two looks at the capture set [s]; about 1/60 if not given.
         dwell: How long the objects have to be outside to be lost [s], at least --check; 0 if not
             given: one look is enough.
-    Models known with an error:
         belief: How well the models are known, as JSON or a file of it: friction, mass, pose,
             velocity. Scores are then means over a belief, at as many steps.
         particles: With --belief, draws of it for each state; 16 if not given.
@@ -102,11 +99,11 @@ def score(
     from energymargin.base.limits import Limit
     from energymargin.evaluate.scoring import ScoreError
 
-    settings = changed(SEARCH, given)
+    settings = replace(SEARCH, **given)
     flags = {each.name: flag_of(each).removeprefix("--") for each in fields(SEARCH)}
     times = {"check": check, "dwell": dwell}
     clock = {"frames": frames, "plan": plan, **times}
-    clock |= {flags[name]: given[name] for name in PROBABILITY}
+    clock |= {flags[name]: given.get(name) for name in PROBABILITY}
     for name, value in {"metrics": metrics, **clock}.items():
         require_one(paper=paper or None, **{name: value})
     named = None if metrics is None else split(metrics)
@@ -115,9 +112,9 @@ def score(
         others = {name: value for name, value in clock.items() if name != "frames"}
         require_beside("frames", frames, **others)
     sampling = chosen_sampling(belief, particles)
-    executor = chosen_executor(threads, processes, scheduler)
+    executor = where.executor()
     output = output or data.with_name(f"{data.stem}-scores.db")
-    limit, failed, numbers = Limit(timeout), None, []
+    limit, failed, numbers = Limit(where.timeout), None, []
     with datasets.open(data) as recorded:
         dataset = recorded if engine is None else recorded.in_engine(engine)
         future = None
@@ -136,7 +133,7 @@ def score(
                     numbers.append(run.number)
                     if not complete:
                         say(f"[yellow]the time was over:[/] {_progress_text(run)}")
-                        raise typer.Exit(TIMED_OUT)
+                        raise SystemExit(TIMED_OUT)
                     _say_scored(run, horizon=future is not None)
             except ScoreError as error:  # of some states alone: raised after all runs
                 failed = failed or error

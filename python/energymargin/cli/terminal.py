@@ -9,17 +9,8 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, NoReturn
 
-from rich.console import (
-    Console,
-    ConsoleOptions,
-    ConsoleRenderable,
-    RenderableType,
-    RenderHook,
-    RenderResult,
-)
-from rich.control import Control
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
-from rich.measure import Measurement
 from rich.segment import Segment
 
 from energymargin.base.interrupts import on_interrupt
@@ -44,30 +35,18 @@ def plain(text: str) -> str:
     return text.translate(_COMMANDS)
 
 
-class _Plain:
-    """What is to be printed, without characters that command a terminal: names are of files."""
+class _Console(Console):
+    """One that prints no characters which command a terminal: names are of files."""
 
-    def __init__(self, content: RenderableType) -> None:
-        self._content = content
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        for segment in console.render(self._content, options):
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterator[Segment]:
+        for segment in super().render(renderable, options):
             text, style, control = segment
             yield segment if control else Segment(plain(text), style)
 
-    def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
-        return Measurement.get(console, options, self._content)
 
-
-class _PlainText(RenderHook):
-    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
-        return [one if isinstance(one, Control) else _Plain(one) for one in renderables]
-
-
-out = Console()
-err = Console(stderr=True)
-for _console in (out, err):
-    _console.push_render_hook(_PlainText())
+out, err = _Console(), _Console(stderr=True)
 
 
 def say(text: str) -> None:

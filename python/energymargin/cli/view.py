@@ -6,13 +6,14 @@ import threading
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
-from energymargin.cli.options import PlanWord, chosen_future, parsed
+from energymargin.cli.options import Output, Parameters, PlanWord, chosen_future, panel, parsed
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, leave, loading, say
 
@@ -20,25 +21,28 @@ if TYPE_CHECKING:
     from energymargin.viewer import Viewer
 
 SIZE = "1400x1250"  # the whole panel is seen
+SERVED = panel("How the page is served")
+PICTURE = panel("A picture instead")
 
 
-def view_command(
+def view(
     what: str,
+    /,
     *,
     trajectory: int | None = None,
     frame: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
-    parameter: list[str] | None = None,
+    parameter: Parameters = None,
     frames: int | None = None,
     plan: PlanWord | None = None,
     scores: Path | None = None,
     run: int | None = None,
-    port: int = 8080,
-    open_browser: bool = False,
-    output: Path | None = None,
-    size: str = SIZE,
-    overwrite: bool = False,
+    port: Annotated[int, SERVED] = 8080,
+    open_browser: Annotated[bool, SERVED, Parameter(name="--open")] = False,
+    output: Annotated[Output, PICTURE] = None,
+    size: Annotated[str, PICTURE] = SIZE,
+    overwrite: Annotated[bool, PICTURE] = False,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
     score what you see. Ctrl-C ends it.
@@ -57,17 +61,18 @@ def view_command(
             or else the middle one.
         nodes: Nodes of each search tree, at first: those of --scores, or else 1000.
         seed: Seed of a task's trajectories, and of searches: that of --scores, or else 0.
+        parameter: A parameter of the task: NAME=VALUE; may be repeated.
         frames: Ask of each state of a dataset or a task whether it stays captured over the next so
             many frames; that of --scores if not given.
         plan: With --frames, what the robot does meanwhile: script, as its task's (if not given);
             hold, it goes on as it moves; none, it coasts.
         scores: Scores of the dataset, from `score`, which are shown too.
-    How the page is served:
+        run: Which run, if there are several; `energymargin export` lists them.
         port: Where this machine finds it; the next free port if that is taken.
         open_browser: Open the page in your browser.
-    A picture instead:
         output: Draw the page into this PNG file instead of serving it.
         size: Size of the picture: WIDTHxHEIGHT in pixels.
+        overwrite: Replace the file if it exists.
     """
     pixels = _size(size)
     if output is not None:
@@ -75,12 +80,12 @@ def view_command(
         if find_spec("playwright") is None:  # before the search, not after it
             raise ImportError("-o draws with Playwright: pip install 'energymargin[screenshot]'")
     with loading():
-        from energymargin.look.viewer import view
+        from energymargin.look.viewer import view as open_viewer
 
     with bar(f"Generating {what}", "trajectories") as progress:
-        viewer = view(
+        viewer = open_viewer(
             what,
-            parameters=parsed(parameter or []),
+            parameters=parsed(parameter),
             trajectory=trajectory,
             frame=frame,
             nodes=nodes,

@@ -9,17 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import (
-    CaptureProbability,
-    CaptureScore,
-    EscapeEffort,
-    EscapeEnergy,
-    ForceScore,
-    Plan,
-    Problem,
-    Scene,
-    Tree,
-)
+from energymargin import _core
 from energymargin.base.metrics import ANY, TIMED, unit, value_text
 from energymargin.base.summary import MOST_ROWS, Picture, Summary
 from energymargin.base.table_text import DASH
@@ -54,7 +44,7 @@ Row = tuple[str, object]
 # Searches
 
 
-def capture_score(score: CaptureScore) -> Summary:
+def capture_score(score: _core.CaptureScore) -> Summary:
     """Likelihoods with their standard errors, if there are several trees."""
     rows: dict[str, object] = {}
     for name in ("capture", "success", "capture_any", "success_any"):
@@ -67,7 +57,7 @@ def capture_score(score: CaptureScore) -> Summary:
     return _search("Capture score", rows, score, score.nodes)
 
 
-def escape_effort(result: EscapeEffort) -> Summary:
+def escape_effort(result: _core.EscapeEffort) -> Summary:
     """The effort, and when it was found."""
     rows: dict[str, object] = {"effort": _energy(result.effort)}
     if math.isfinite(result.effort):
@@ -76,7 +66,7 @@ def escape_effort(result: EscapeEffort) -> Summary:
     return _search("Effort of escape", {**rows, "nodes": result.nodes}, result, result.nodes)
 
 
-def escape_energy(result: EscapeEnergy) -> Summary:
+def escape_energy(result: _core.EscapeEnergy) -> Summary:
     """The barrier, and how it was found."""
     rows: dict[str, object] = {"energy": _energy(result.energy)}
     if math.isfinite(result.energy):
@@ -92,7 +82,7 @@ def _search(title: str, rows: Mapping[str, object], result: Any, size: int) -> S
     return Summary(title, list(rows.items()), notes=_notes(result))
 
 
-def force_score(score: ForceScore) -> Summary:
+def force_score(score: _core.ForceScore) -> Summary:
     """The score and its terms."""
     rows: list[Row] = [
         ("score", _without_noise(score.force)),
@@ -108,7 +98,7 @@ def _without_noise(value: float) -> str:
     return f"{value:.4g}" if abs(value) > NOISE else "0"
 
 
-def tree(found: Tree) -> Summary:
+def tree(found: _core.Tree) -> Summary:
     """The size of a search tree."""
     rows: list[Row] = [
         ("nodes", f"{len(found) - 1} and the root"),
@@ -129,7 +119,7 @@ def _notes(result: Any) -> list[str]:
     return sentences if result.complete else [*sentences, UNFINISHED]
 
 
-def capture_probability(found: CaptureProbability) -> Summary:
+def capture_probability(found: _core.CaptureProbability) -> Summary:
     """The probability with its interval, what happens undisturbed, and the curve beside."""
 
     def with_interval(value: float, which: str) -> str:
@@ -168,7 +158,7 @@ def capture_probability(found: CaptureProbability) -> Summary:
 # Questions
 
 
-def problem(asked: Problem) -> Summary:
+def problem(asked: _core.Problem) -> Summary:
     """The question, beside a picture of the state."""
     sets = {
         "capture set": asked.captured,
@@ -192,12 +182,12 @@ def problem(asked: Problem) -> Summary:
     return Summary("Problem", rows, picture=state)
 
 
-def plan(of_robot: Plan) -> Summary:
+def plan(of_robot: _core.Plan) -> Summary:
     """What the robot does, and how long."""
     return Summary(type(of_robot).__name__, plan_rows(of_robot))
 
 
-def scene(made: Scene) -> Summary:
+def scene(made: _core.Scene) -> Summary:
     """Its bodies, a row each."""
     head = ("body", "role", "shape", "mass [kg]", "friction")
     bodies = []
@@ -225,7 +215,7 @@ def _vector(values: Iterable[float], unit: str) -> str:
     return f"({', '.join(f'{value:.4g}' for value in values)}) {unit}"
 
 
-def _bodies_in_words(scene: Scene) -> str:
+def _bodies_in_words(scene: _core.Scene) -> str:
     parts = []
     for role, title in {"object": "object", "effector": "effector", "none": "others"}.items():
         names = [body.name for body in scene.bodies if body.role == role]

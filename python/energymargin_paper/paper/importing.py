@@ -6,24 +6,26 @@ Heavy modules are imported where they are used, so that --help answers at once.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
-import typer
+from cyclopts import App, Parameter
 from rich.markup import escape
 
-from energymargin.cli.fields import described
 from energymargin.cli.places import require_free
 from energymargin.cli.progress import progress_bar
 from energymargin.cli.terminal import err, say
 
 __all__ = ["app"]
 
-app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
+app = App(name="import-published")
 
 
+@app.default
 def import_published(
     data: Path,
+    /,
     *,
-    output: Path = Path("published"),
+    output: Annotated[Path, Parameter(alias="-o")] = Path("published"),
     overwrite: bool = False,
 ) -> None:
     """Read the data that the paper's authors published: a dataset of each part, and their scores.
@@ -33,6 +35,7 @@ def import_published(
     Args:
         data: The folder of the authors' data.
         output: A dataset of each part, with its scores beside it.
+        overwrite: Replace files that exist.
     """
     from energymargin.records.datasets.dataset import left_out_text
     from energymargin_paper.paper import authors
@@ -60,6 +63,3 @@ def import_published(
         f"[bold]energymargin evaluate {one}-scores.db[/], or "
         f"[bold]energymargin score {one}.h5 --paper[/]"
     )
-
-
-app.command()(described(import_published))
