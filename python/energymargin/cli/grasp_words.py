@@ -1,21 +1,132 @@
-"""What the words of `energymargin grasps` mean: hands, protocols, beliefs, frames, rows."""
+"""Options of `energymargin grasps`, and what their words mean: hands, protocols, beliefs, frames,
+rows."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import MISSING, fields, replace
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from energymargin.base.checks import check_type, one_of, shown
+import numpy as np
+from cyclopts import Parameter
+
+from energymargin.base.checks import check_type, one_of, shown, whole_number
 from energymargin.cli.fields import split
-from energymargin.cli.options import parsed
+from energymargin.cli.options import panel, parsed
 
 if TYPE_CHECKING:
-    from energymargin.grasps import GraspBelief, Hand, Protocol
+    from energymargin.grasps import GraspBelief, GraspSet, Hand, Protocol
 
 Made = TypeVar("Made")
+OF_FILE = {
+    "scale=0.001": "--scale 0.001",
+    "object is None": "--object-pose is not given",
+    "frame is None": "--frame is not given",
+    "need object=": "need --object-pose",
+}
+SIGNED, MAIN = Parameter(allow_leading_hyphen=True), Parameter(group="Parameters")
+
+
+@panel("Which grasps of the file", "*")
+@dataclass(frozen=True)
+class Rows:
+    """The grasps of a file that are asked about."""
+
+    frame: Annotated[str | None, SIGNED] = None
+    """What its poses are of: grasp (midway between the pads, z the approach, x the way the fingers
+    open), franka_panda, panda_hand, panda_tcp, robotiq_2f_85, robotiq_2f_140, a distance along z
+    [m], or x,y,z,qx,qy,qz,qw. Needed for GraspGen's and isaac_grasp's."""
+    scale: float = 1.0
+    """What makes metres of its lengths."""
+    where: list[str] | None = None
+    """Rows with these values alone: COLUMN=VALUE, with commas between; may be repeated."""
+    most: int | None = None
+    """At most so many of the rows, evenly spaced."""
+    object_pose: Annotated[str | None, SIGNED] = None
+    """Where the object is, if the poses are not in its frame: x,y,z,qx,qy,qz,qw, or a CSV file with
+    columns in common, as layout and object."""
+
+    def read(self, file: Path) -> GraspSet:
+        """The grasps. Raises ValueError on those of several objects."""
+        from energymargin.grasps import read
+
+        pose: Path | list[float] | None = None
+        if self.object_pose is not None:
+            there = Path(self.object_pose).exists()
+            pose = Path(self.object_pose) if there else numbers("--object-pose", self.object_pose)
+        with arguments_as_options(OF_FILE):
+            found = read(
+                file,
+                frame=None if self.frame is None else chosen_frame(self.frame),
+                object=pose,
+                where=chosen_rows(self.where or []),
+                scale=self.scale,
+            )
+        if self.most is not None and whole_number("--most", self.most, 1) < len(found):
+            found = found[np.linspace(0, len(found) - 1, self.most).round().astype(int)]
+        objects = list(dict.fromkeys(found.columns.get("object", ())))
+        if len(objects) > 1:
+            raise ValueError(
+                f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
+                f"object={objects[0]}"
+            )
+        return found
+
+
+@panel("The object", "*")
+@dataclass(frozen=True)
+class Thing:
+    """Arguments of `GraspObject.of`."""
+
+    mesh: Annotated[Path | None, MAIN, Parameter(name="--object")] = None
+    """The object's mesh or URDF, if the file of grasps does not name it."""
+    mass: Annotated[float | None, MAIN] = None
+    """Mass of the object [kg], if the file does not say it."""
+    density: float | None = None
+    """In place of the mass [kg/m^3]."""
+    friction: float | None = None
+    """Coefficient of its surface; that of a contact is its product with the hand's. That of the
+    file, or else 0.5."""
+    scale: Annotated[float | None, Parameter(name="--mesh-scale")] = None
+    """What makes metres of the mesh's lengths."""
+    accuracy: float | None = None
+    """The mesh's convex parts are nowhere farther from it [m]."""
+
+
+TRIAL = panel("What a trial is", "*")
+
+
+@TRIAL
+@dataclass(frozen=True)
+class Trial:
+    """Arguments of `em.grasps.score`."""
+
+    rollouts: Annotated[int, MAIN] = 30
+    """Trials of each grasp."""
+    colliding: Literal["lost", "redraw", "retreat"] = "lost"
+    """What is done with a draw that puts the hand into the object or the table: it counts as lost,
+    or redraw its pose, or retreat along the approach."""
+    step: float | None = None
+    """Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much."""
+    seed: int = 0
+    """The same seed gives the same numbers, to the last bit."""
+    effort: int | None = None
+    """Also search for the least effort of escape at the weakest moment, with so many nodes."""
+
+
+@contextmanager
+def arguments_as_options(options: Mapping[str, str]) -> Iterator[None]:
+    """Errors name the options of the command where they name arguments of Python."""
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        for argument, option in options.items():
+            text = text.replace(argument, option)
+        raise ValueError(text) from error
 
 
 def chosen_hand(text: str) -> Hand:

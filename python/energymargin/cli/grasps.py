@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from cyclopts import Parameter
@@ -14,18 +13,19 @@ from numpy.typing import NDArray
 from rich.markup import escape
 
 from energymargin.base.bars import bar
-from energymargin.base.checks import whole_number
 from energymargin.base.interrupts import on_interrupt
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.base.table_text import markdown_table
 from energymargin.cli.grasp_words import (
+    TRIAL,
+    Rows,
+    Thing,
+    Trial,
+    arguments_as_options,
     chosen_belief,
-    chosen_frame,
     chosen_hand,
     chosen_protocol,
-    chosen_rows,
-    numbers,
 )
 from energymargin.cli.options import Outputs, Where, given, panel
 from energymargin.cli.places import require_free
@@ -43,12 +43,6 @@ STORE, PAGE, PICTURES = ".h5", ".html", (".png", ".pdf", ".svg")
 TEXTS = (".csv", ".md")
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
-OF_FILE = {
-    "scale=0.001": "--scale 0.001",
-    "object is None": "--object-pose is not given",
-    "frame is None": "--frame is not given",
-    "need object=": "need --object-pose",
-}
 OF_OBJECT = {
     "mesh is None": "--object is not given",
     "mass is None and density is None": "--mass is not given",
@@ -56,94 +50,6 @@ OF_OBJECT = {
     "object= of em.grasps.read": "--object-pose",
 }
 CHOICES = ("best", "doubtful", "worst")
-SIGNED, MAIN = Parameter(allow_leading_hyphen=True), Parameter(group="Parameters")
-
-
-@panel("Which grasps of the file", "*")
-@dataclass(frozen=True)
-class Rows:
-    """The grasps of a file that are asked about."""
-
-    frame: Annotated[str | None, SIGNED] = None
-    """What its poses are of: grasp (midway between the pads, z the approach, x the way the fingers
-    open), franka_panda, panda_hand, panda_tcp, robotiq_2f_85, robotiq_2f_140, a distance along z
-    [m], or x,y,z,qx,qy,qz,qw. Needed for GraspGen's and isaac_grasp's."""
-    scale: float = 1.0
-    """What makes metres of its lengths."""
-    where: list[str] | None = None
-    """Rows with these values alone: COLUMN=VALUE, with commas between; may be repeated."""
-    most: int | None = None
-    """At most so many of the rows, evenly spaced."""
-    object_pose: Annotated[str | None, SIGNED] = None
-    """Where the object is, if the poses are not in its frame: x,y,z,qx,qy,qz,qw, or a CSV file with
-    columns in common, as layout and object."""
-
-    def read(self, file: Path) -> GraspSet:
-        """The grasps. Raises ValueError on those of several objects."""
-        from energymargin.grasps import read
-
-        pose: Path | list[float] | None = None
-        if self.object_pose is not None:
-            there = Path(self.object_pose).exists()
-            pose = Path(self.object_pose) if there else numbers("--object-pose", self.object_pose)
-        with _arguments_as_options(OF_FILE):
-            found = read(
-                file,
-                frame=None if self.frame is None else chosen_frame(self.frame),
-                object=pose,
-                where=chosen_rows(self.where or []),
-                scale=self.scale,
-            )
-        if self.most is not None and whole_number("--most", self.most, 1) < len(found):
-            found = found[np.linspace(0, len(found) - 1, self.most).round().astype(int)]
-        objects = list(dict.fromkeys(found.columns.get("object", ())))
-        if len(objects) > 1:
-            raise ValueError(
-                f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
-                f"object={objects[0]}"
-            )
-        return found
-
-
-@panel("The object", "*")
-@dataclass(frozen=True)
-class Thing:
-    """Arguments of `GraspObject.of`."""
-
-    mesh: Annotated[Path | None, MAIN, Parameter(name="--object")] = None
-    """The object's mesh or URDF, if the file of grasps does not name it."""
-    mass: Annotated[float | None, MAIN] = None
-    """Mass of the object [kg], if the file does not say it."""
-    density: float | None = None
-    """In place of the mass [kg/m^3]."""
-    friction: float | None = None
-    """Coefficient of its surface; that of a contact is its product with the hand's. That of the
-    file, or else 0.5."""
-    scale: Annotated[float | None, Parameter(name="--mesh-scale")] = None
-    """What makes metres of the mesh's lengths."""
-    accuracy: float | None = None
-    """The mesh's convex parts are nowhere farther from it [m]."""
-
-
-TRIAL = panel("What a trial is", "*")
-
-
-@TRIAL
-@dataclass(frozen=True)
-class Trial:
-    """Arguments of `em.grasps.score`."""
-
-    rollouts: Annotated[int, MAIN] = 30
-    """Trials of each grasp."""
-    colliding: Literal["lost", "redraw", "retreat"] = "lost"
-    """What is done with a draw that puts the hand into the object or the table: it counts as lost,
-    or redraw its pose, or retreat along the approach."""
-    step: float | None = None
-    """Of the simulation [s], 1/960 by default. 0.004 is faster, and holds too much."""
-    seed: int = 0
-    """The same seed gives the same numbers, to the last bit."""
-    effort: int | None = None
-    """Also search for the least effort of escape at the weakest moment, with so many nodes."""
 
 
 def grasps(
@@ -218,12 +124,12 @@ def grasps(
         raise ValueError(
             f"--view is {view!r}, expected {', '.join(CHOICES)}, or a name as {found.names[0]}"
         )
-    with _arguments_as_options(OF_OBJECT):
+    with arguments_as_options(OF_OBJECT):
         object = GraspObject.of(found.object, **given(thing))
     _say_read(file, found, object)
     with (
         _cancelled_by_interrupt() as cancel,
-        _arguments_as_options(OF_OBJECT),
+        arguments_as_options(OF_OBJECT),
         kept_warnings(),
         bar("Scoring", "grasps") as progress,
     ):
@@ -283,18 +189,6 @@ def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
     deviation = getattr(object.shape, "deviation", None)
     if deviation is not None and deviation.distance > COARSE:
         say(f"With --accuracy {COARSE:g} its parts are closer to the mesh.")
-
-
-@contextmanager
-def _arguments_as_options(options: Mapping[str, str]) -> Iterator[None]:
-    """Errors name the options of the command where they name arguments of Python."""
-    try:
-        yield
-    except ValueError as error:
-        text = str(error)
-        for argument, option in options.items():
-            text = text.replace(argument, option)
-        raise ValueError(text) from error
 
 
 @contextmanager
