@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
-from typing import Any, NamedTuple, NoReturn, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -239,7 +239,7 @@ class Trials(Closing):
                 if gathered[first.candidate].add(first.number, draws):
                     self._keep(gathered[first.candidate])
 
-        run(self._workers, partial(draw_chunk, question), pieces, deliver, limit, give_up=_given_up)
+        run(self._workers, partial(draw_chunk, question), pieces, deliver, limit)
         return [one.whole for one in gathered.values()]
 
     def _keep(self, done: Gathered) -> None:
@@ -267,10 +267,6 @@ class Gathered:
         if self.count == len(self.trial):
             self.whole = Draws.joined([self.parts[number] for number in sorted(self.parts)])
         return self.whole is not None
-
-
-def _given_up(draw: Draw, why: str) -> NoReturn:
-    raise RuntimeError(f"candidate {draw.candidate}: {why}")
 
 
 def draw_chunk(
