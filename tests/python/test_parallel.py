@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
 
@@ -149,7 +150,7 @@ def fail(_numbers, _cancel):
 
 
 def test_an_error_that_cannot_be_sent_back_comes_in_words():
-    with pytest.raises(RuntimeError, match="^Awkward: it is full$"):
+    with pytest.raises(RuntimeError, match=r"^Awkward: it is full$"):
         run(Processes(1), fail, range(3), [].extend)
 
 
@@ -214,6 +215,32 @@ def test_ctrl_c_at_a_terminal_is_for_the_program_alone(tmp_path, wait):
     _, stderr = process.communicate(timeout=60)
     assert process.returncode == -signal.SIGINT
     assert stderr.count("Traceback") == 1 and "resource_tracker" not in stderr
+
+
+class Gone:
+    """A future of Dask's whose worker went after its results were fetched."""
+
+    status = "lost"
+
+    async def _result(self, raiseit):
+        return [2], 0.1, False
+
+
+def test_results_that_go_with_their_worker_are_made_again(cluster, monkeypatch):
+    from distributed import cfexecutor
+
+    submit, lost, taken = cfexecutor.ClientExecutor.submit, [], []
+
+    def loses_one(self, *call, **options):
+        if lost:
+            return submit(self, *call, **options)
+        lost.append(Future())
+        self._client.loop.add_callback(cfexecutor._cascade_future, Gone(), lost[0])
+        return lost[0]
+
+    monkeypatch.setattr(cfexecutor.ClientExecutor, "submit", loses_one)
+    assert run(Dask(cluster.address), double, range(3), taken.extend)
+    assert lost and sorted(taken) == [0, 2, 4]
 
 
 def test_a_scheduler_that_goes_ends_the_run_with_what_to_do():

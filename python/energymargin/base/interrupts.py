@@ -73,9 +73,7 @@ def _raise_and_remember(_signal: int, _frame: FrameType | None) -> None:
 
 
 @contextmanager
-def _handled_by(
-    handler: Callable[[int, FrameType | None], Any], *instead_of: Any
-) -> Iterator[Any]:
+def _handled_by(handler: Callable[[int, FrameType | None], Any], *instead_of: Any) -> Iterator[Any]:
     """Whether the handler is in place: in the main thread, instead of one of these functions."""
     before = signal.getsignal(signal.SIGINT)
     acts = threading.current_thread() is threading.main_thread() and before in instead_of

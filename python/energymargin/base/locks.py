@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from filelock import FileLock, Timeout
-
 from energymargin.base.closing import Closing
 
 WAIT = 0.05  # s; an owner that is just leaving may take so long to remove its lock
@@ -21,6 +19,8 @@ class Lock(Closing):
     def __init__(self, path: Path, doing: str) -> None:
         """`doing`: what it does to the file, as "scoring into". Raises ValueError with the number
         of the process that has the lock."""
+        from filelock import FileLock, Timeout  # takes long
+
         path = Path(os.path.realpath(path))
         self._path = path.with_name(f".{path.name}.lock")
         self._lock = FileLock(self._path, thread_local=False)

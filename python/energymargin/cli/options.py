@@ -29,7 +29,7 @@ SHARED: dict[str | None, dict[str, str]] = {
     },
     "Where it runs": {
         "threads": "Threads; all cores if not given. Scores do not depend on it.",
-        "processes": "So many processes instead of threads: a crash costs little.",
+        "processes": "So many processes instead of threads: a crash loses a second of work.",
         "timeout": "Seconds after which it ends with what is done; exit code 124.",
         "scheduler": "The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT.",
     },

@@ -72,6 +72,10 @@ class Workers(Closing):
     def stop(self, chunks: Collection[Future[Done]]) -> None:
         """Drops the chunks that wait, and ends those that run as soon as that can be."""
 
+    def is_lost(self, error: Exception) -> bool:
+        """Whether a chunk has to be done again, as its results were lost on their way."""
+        return False
+
     def explained(self, error: Exception) -> Exception:
         """What is raised for the error of a chunk."""
         return error
@@ -194,7 +198,7 @@ class _Flow(Generic[Item, Result]):
     _most: int
     _all_came: bool = False
     _items: deque[Item] = field(default_factory=deque)  # that came, and were not handed out
-    _running: dict[Future[Done], int] = field(default_factory=dict)  # how many items each has
+    _running: dict[Future[Done], Sequence[Item]] = field(default_factory=dict)
     _ended: SimpleQueue[Future[Done]] = field(default_factory=SimpleQueue)
     _error: Exception | None = None
     _cancelled: bool = False  # a chunk was, so items of it may have no results
@@ -225,7 +229,7 @@ class _Flow(Generic[Item, Result]):
         for _ in range(chunks):
             items = [self._items.popleft() for _ in range(min(size, len(self._items)))]
             future = self._workers.submit(self._function, items, limit.rest()["timeout"])
-            self._running[future] = len(items)
+            self._running[future] = items
             future.add_done_callback(self._ended.put)
 
     def results(self) -> list[Result]:
@@ -249,7 +253,7 @@ class _Flow(Generic[Item, Result]):
         for future in [future for future in self._running if _went_well(future)]:
             found, _, cancelled = future.result()
             results += found
-            if not cancelled or len(found) == self._running[future]:
+            if not cancelled or len(found) == len(self._running[future]):
                 del self._running[future]
         return results
 
@@ -268,12 +272,16 @@ class _Flow(Generic[Item, Result]):
         return max(1, min(self._most, int(seconds / max(self._seconds, 1e-9))))
 
     def _results_of(self, future: Future[Done]) -> Sequence[Result]:
-        count = self._running.pop(future)
+        items = self._running.pop(future)
         try:
             results, seconds, cancelled = future.result()
         except Exception as error:
-            self._error = self._workers.explained(error)
+            if self._workers.is_lost(error):
+                self._items.extend(items)
+            else:
+                self._error = self._workers.explained(error)
             return []
+        count = len(items)
         self._cancelled |= cancelled and len(results) < count
         before = seconds / count if self._seconds is None else self._seconds
         self._seconds = before + NEWEST * (seconds / count - before)

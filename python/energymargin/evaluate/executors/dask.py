@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 import time
+import traceback
 from collections.abc import Callable, Collection
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
@@ -87,6 +88,13 @@ class _DaskWorkers(RemoteWorkers):
         """Leaves the cluster; a Client that was given stays."""
         if self._is_ours:
             self._client.close(timeout=CLOSE)
+
+    def is_lost(self, error: Exception) -> bool:
+        """As Workers.is_lost: a worker took them with it while they were fetched, at which Dask's
+        executor itself fails."""
+        last = traceback.extract_tb(error.__traceback__)[-1:]
+        fails = [at.name for at in last] == ["_cascade_future"]
+        return fails and isinstance(error, AttributeError | ValueError)
 
     def explained(self, error: Exception) -> Exception:
         """As Workers.explained."""
