@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
 
 from energymargin import Cancel
 from energymargin.base.limits import Limit
@@ -192,13 +191,8 @@ def chunks_a_second(address: str, count: int) -> float:
     with Dask(address).workers() as workers:
         start = time.perf_counter()
         items = [range(count)]
-        run(workers, nothing, items, lambda _done: None, Limit(), give_up=given_up, most=1)
+        run(workers, nothing, items, lambda _done: None, Limit(), most=1)
     return count / (time.perf_counter() - start)
-
-
-def given_up(_chunk: int, why: str) -> NoReturn:
-    """No worker is to die."""
-    raise RuntimeError(why)
 
 
 def nothing(chunks: Sequence[int], _cancel: Cancel) -> Sequence[int]:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from energymargin._core import Cancel
 from energymargin.base.limits import Limit
@@ -90,11 +90,8 @@ def run_jobs(
     `keep` gets results as they come. Ctrl-C and errors: as `energymargin.evaluate.parallel.run`.
     """
 
-    def given_up(job: Job, why: str) -> NoReturn:
-        raise RuntimeError(f"{job}: {why}")
-
     with executor.workers() as workers:
-        return run_all(workers, run, [jobs], keep, limit, give_up=given_up, most=1)
+        return run_all(workers, run, [jobs], keep, limit, most=1)
 
 
 def _complete_lines(path: Path) -> list[str]:

@@ -98,7 +98,7 @@ def workers_of(process):
     for status in Path("/proc").glob("[0-9]*/status"):
         try:
             of_parent = f"\nPPid:\t{process}\n" in status.read_text()
-            if of_parent and b"executors.worker" in (status.parent / "cmdline").read_bytes():
+            if of_parent and b"loky.backend.popen_loky" in (status.parent / "cmdline").read_bytes():
                 found.append(int(status.parent.name))
         except OSError:  # it has just ended
             continue

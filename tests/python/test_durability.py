@@ -156,12 +156,16 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
     require_complete(folder / "cluster.db", undisturbed)
 
 
-def test_a_process_that_is_killed_is_replaced_and_nothing_is_lost(folder, undisturbed):
+def test_a_process_that_is_killed_ends_the_command_and_the_same_one_goes_on(folder, undisturbed):
     process = start(folder, "processes.db", "--processes", 2)
     await_scores(process, folder / "processes.db", 50)
     os.kill(workers_of(process.pid)[0], signal.SIGKILL)
-    stderr = finish(process)
-    assert "300 states are scored" in stderr and "Traceback" not in stderr
+    _, stderr = process.communicate(timeout=120)
+    assert process.returncode == 2 and "Traceback" not in stderr
+    said = " ".join(stderr.split())
+    assert "SIGKILL" in said and "is kept: the same call goes on from there" in said
+    assert 50 <= score_count(folder / "processes.db") < STATES * METRICS
+    finish(start(folder, "processes.db", "--processes", 2))
     require_complete(folder / "processes.db", undisturbed)
 
 

@@ -21,7 +21,7 @@ from clusters import Cluster, workers_of
 
 import energymargin as em
 from energymargin.evaluate import parallel
-from energymargin.evaluate.executors import Dask, Processes, Threads, processes
+from energymargin.evaluate.executors import Dask, Processes, Threads
 
 NODES, SEED = 60, 5
 
@@ -186,15 +186,13 @@ def test_what_a_limit_cut_is_not_taken_for_complete(monkeypatch):
     assert not table.complete and len(table) < 3
 
 
-def test_there_are_no_more_processes_than_chunks(problems, monkeypatch):
-    started, start = [], processes._Process._start
-    monkeypatch.setattr(
-        processes._Process, "_start", lambda self: (started.append(self), start(self))
-    )
-    em.score(problems[:1], ["force"], executor=Processes(60))
-    assert len(started) == 1
-    em.score(problems[:3], ["force"], executor=Processes(60))
-    assert 2 <= len(started) <= 1 + 3
+def test_there_are_no_more_processes_than_problems(problems):
+    seen = []
+    count = lambda _: seen.append(len(workers_of(os.getpid())))  # noqa: E731
+    em.score(problems[:1], ["force"], executor=Processes(60), on_rows=count)
+    assert seen == [1]
+    em.score(problems[:3], ["force"], executor=Processes(60), on_rows=count)
+    assert {*seen[1:]} == {3}
 
 
 def test_a_part_of_the_metrics_and_other_indices_are_handed_on(problems, table):
@@ -206,25 +204,23 @@ def test_a_part_of_the_metrics_and_other_indices_are_handed_on(problems, table):
     assert np.array_equal(part["effort/rrt"], table["effort/rrt"][[3, 11]])
 
 
-def test_a_problem_over_which_every_worker_dies_is_an_error_of_its_own(problems, table):
-    over = threading.Event()
+def test_a_process_that_is_killed_ends_the_call_in_words_with_what_is_done(problems):
+    asked, killed = {"nodes": 30, "seed": SEED}, []
 
-    def kill_all():
-        """Those that have been at work for a second: one has the endless problem."""
-        seen = {}
-        while not over.wait(0.02):
-            for process in workers_of(os.getpid()):
-                if time.monotonic() > seen.setdefault(process, time.monotonic()) + 1.5:
-                    os.kill(process, signal.SIGKILL)
+    def kill_one(_done, _total):
+        if not killed:
+            killed.append(workers_of(os.getpid())[0])
+            os.kill(killed[0], signal.SIGKILL)
 
-    killer = threading.Thread(target=kill_all)
-    killer.start()
-    try:
-        with pytest.raises(em.ScoreError, match=r"1 of 1 problems .* 3 workers died .*SIGKILL"):
-            em.score(problems[:1], ["capture"], nodes=10**8, executor=Processes(1))
-    finally:
-        over.set()
-        killer.join()
+    with pytest.raises(em.ScoreError, match=r"worker processes cannot go on.*SIGKILL") as caught:
+        em.score(problems * 500, ["capture"], executor=Processes(2), progress=kill_one, **asked)
+    table = caught.value.table
+    assert 0 < len(table) < 500 * len(problems) and not workers_of(os.getpid())
+    some = table.index[:5].tolist()
+    again = em.score(
+        [problems[i % len(problems)] for i in some], ["capture"], indices=some, **asked
+    )
+    assert table["capture"][:5].tolist() == again["capture"].tolist()
 
 
 def test_a_problem_that_fails_in_a_process_leaves_the_others_their_scores(problems, table):

@@ -240,16 +240,16 @@ def mortal(tmp_path, monkeypatch):
     return tasks.make("mortal", lives=str(lives)), give, lives
 
 
-def test_a_shard_whose_worker_died_is_made_again_until_it_has_ended_three(mortal, tmp_path):
+def test_a_worker_that_dies_ends_the_call_and_the_same_call_goes_on(mortal, tmp_path):
     task, give, lives = mortal
-    generate(tmp_path / "calm.h5", trajectories=120, task=task, frames=2)
-    give(2)
-    generate(tmp_path / "died.h5", trajectories=120, task=task, frames=2, processes=2)
+    asked = {"trajectories": 120, "task": task, "frames": 2, "processes": 2}
+    generate(tmp_path / "calm.h5", **asked)
+    give(1)
+    with pytest.raises(em.ExecutorError, match=r"SIGKILL.* is kept: the same call goes on"):
+        generate(tmp_path / "died.h5", **asked)
     assert not list(lives.iterdir())
+    generate(tmp_path / "died.h5", **asked)
     assert (tmp_path / "died.h5").read_bytes() == (tmp_path / "calm.h5").read_bytes()
-    give(50)
-    with pytest.raises(RuntimeError, match=r"trajectory \d+: 3 workers died .* killed by SIGKILL"):
-        generate(tmp_path / "fatal.h5", trajectories=120, task=task, frames=2, processes=2)
 
 
 def test_an_executor_makes_the_same_bytes(whole, tmp_path):

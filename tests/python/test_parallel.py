@@ -1,14 +1,16 @@
 """The runner of chunks: what comes back when workers die, a limit is reached, or Ctrl-C comes."""
 
 import os
-import pickle
 import signal
+import subprocess
 import sys
 import time
+from concurrent.futures import Future
 from functools import partial
+from pathlib import Path
 
 import pytest
-from clusters import PATHS, Cluster, free_port
+from clusters import Cluster, free_port, workers_of
 
 import energymargin as em
 from energymargin.base.limits import Limit
@@ -42,17 +44,8 @@ def die_at(deadly, numbers, _cancel):
 
 
 def run(executor, function, numbers, deliver, limit=None, **options):
-    lost = lambda number, why: f"{number}: {why}"  # noqa: E731
     with executor.workers() as workers:
-        return parallel.run(
-            workers, function, [numbers], deliver, limit or Limit(), give_up=lost, **options
-        )
-
-
-@pytest.fixture(autouse=True)
-def path_of_workers(monkeypatch):
-    """Where they find the functions of this file."""
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(PATHS))
+        return parallel.run(workers, function, [numbers], deliver, limit or Limit(), **options)
 
 
 @pytest.fixture(scope="module")
@@ -114,30 +107,140 @@ def test_an_error_of_who_takes_the_results_is_raised_once_what_is_finished_is_de
     assert 0 < len(taken) < 200
 
 
-def test_of_a_chunk_whose_worker_dies_the_guilty_item_alone_is_given_up():
+def test_a_process_that_dies_ends_the_run_with_what_is_done():
     taken = []
-    assert run(Processes(2), partial(die_at, {77}), range(200), taken.extend)
-    lost = [result for result in taken if isinstance(result, str)]
-    assert lost == ["77: 3 workers died over it, the last killed by SIGKILL"]
-    right = sorted(result for result in taken if not isinstance(result, str))
-    assert right == [2 * number for number in range(200) if number != 77]
+    with pytest.raises(em.ExecutorError, match=r"SIGKILL.*was done before is kept: the same call"):
+        run(Processes(2), partial(die_at, {150}), range(200), taken.extend)
+    assert 0 < len(taken) < 200 and not workers_of(os.getpid())
+    rest = sorted({*range(200)} - {number // 2 for number in taken})
+    assert run(Processes(2), double, rest, taken.extend)
+    assert sorted(taken) == [2 * number for number in range(200)]
 
 
-def test_workers_that_all_die_end_the_run(monkeypatch):
-    monkeypatch.setattr(parallel, "MOST_DEATHS", 3)
-    with pytest.raises(RuntimeError, match="4 workers in a row have died, the last killed by SIG"):
-        run(Processes(2), partial(die_at, range(200)), range(200), [].extend)
-
-
-def test_a_dask_cluster_gives_up_what_kills_its_workers():
+def test_a_dask_cluster_says_what_kills_its_workers():
     settings = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
     taken = []
     with Cluster(**settings) as cluster:
-        for _ in range(2):
-            cluster.start_worker(nanny=True)
-        assert run(Dask(cluster.address), partial(die_at, {5}), range(40), taken.extend)
-    (lost,) = [result for result in taken if isinstance(result, str)]
-    assert lost.startswith("5: 3 workers died over it") and len(taken) == 40
+        cluster.start_worker(nanny=True)
+        with pytest.raises(em.ExecutorError, match=r"of the cluster cannot go on.* died.*is kept"):
+            run(Dask(cluster.address), partial(die_at, {39}), range(40), taken.extend, most=1)
+    assert 0 < len(taken) < 40
+
+
+def test_there_are_as_many_processes_as_there_is_work_for():
+    counts = []
+    count = lambda _: counts.append(len(workers_of(os.getpid())))  # noqa: E731
+    with Processes(3).workers() as workers:
+        for chunks in (1, 2, 1):
+            assert parallel.run(workers, partial(slow, 0.1), [range(chunks)], count, Limit())
+            assert {*counts} == {max(chunks, workers._processes)}
+            counts.clear()
+    assert not workers_of(os.getpid())
+
+
+class Awkward(Exception):
+    """What cannot be made again from its text."""
+
+    def __init__(self, what, why):
+        super().__init__(f"{what} {why}")
+
+
+def fail(_numbers, _cancel):
+    raise Awkward("it is", "full")
+
+
+def test_an_error_that_cannot_be_sent_back_comes_in_words():
+    with pytest.raises(RuntimeError, match=r"^Awkward: it is full$"):
+        run(Processes(1), fail, range(3), [].extend)
+
+
+PROGRAM = """
+import sys, time
+import energymargin as em
+from energymargin.base.limits import Limit
+from energymargin.evaluate import parallel
+from test_parallel import double, slow
+from functools import partial
+
+print("begins", flush=True)
+show = lambda results: print(*results, flush=True) if results else None
+with em.executors.Processes(1).workers() as workers:
+    parallel.run(workers, {function}, [range(3)], show, Limit(), most=1)
+print("ends")
+"""
+
+
+def program(tmp_path, function):
+    """One that works in processes, at its top level."""
+    path = tmp_path / "program.py"
+    path.write_text(PROGRAM.format(function=function))
+    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    return subprocess.Popen(
+        [sys.executable, str(path)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def test_a_program_without_a_main_guard_runs_once(tmp_path):
+    process = program(tmp_path, "double")
+    assert process.communicate(timeout=60) == ("begins\n0\n2\n4\nends\n", "")
+
+
+def test_processes_end_with_a_parent_that_is_killed(tmp_path):
+    process = program(tmp_path, "partial(slow, 1000)")
+    assert process.stdout.readline() == "begins\n"
+    deadline = time.monotonic() + 60
+    while not (started := workers_of(process.pid)):
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.01)
+    time.sleep(1.0)  # it is at work
+    process.kill()
+    process.communicate(timeout=60)  # until nobody has its streams
+    while any(Path(f"/proc/{number}").exists() for number in started):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("wait", [0.0, 0.2, 2.0])
+def test_ctrl_c_at_a_terminal_is_for_the_program_alone(tmp_path, wait):
+    """All processes get it, whatever they are about."""
+    process = program(tmp_path, "partial(slow, 1000)")
+    assert process.stdout.readline() == "begins\n"
+    time.sleep(wait)
+    os.killpg(process.pid, signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == -signal.SIGINT
+    assert stderr.count("Traceback") == 1 and "resource_tracker" not in stderr
+
+
+class Gone:
+    """A future of Dask's whose worker went after its results were fetched."""
+
+    status = "lost"
+
+    async def _result(self, raiseit):
+        return [2], 0.1, False
+
+
+def test_results_that_go_with_their_worker_are_made_again(cluster, monkeypatch):
+    from distributed import cfexecutor
+
+    submit, lost, taken = cfexecutor.ClientExecutor.submit, [], []
+
+    def loses_one(self, *call, **options):
+        if lost:
+            return submit(self, *call, **options)
+        lost.append(Future())
+        self._client.loop.add_callback(cfexecutor._cascade_future, Gone(), lost[0])
+        return lost[0]
+
+    monkeypatch.setattr(cfexecutor.ClientExecutor, "submit", loses_one)
+    assert run(Dask(cluster.address), double, range(3), taken.extend)
+    assert lost and sorted(taken) == [0, 2, 4]
 
 
 def test_a_scheduler_that_goes_ends_the_run_with_what_to_do():
@@ -164,13 +267,10 @@ def test_a_worker_without_the_library_is_an_error_that_says_so(tmp_path):
 
 
 def test_a_worker_of_another_release_is_refused_with_both(monkeypatch):
+    release = parallel.algorithm()
     monkeypatch.setattr(parallel, "algorithm", lambda: "99.1")
-    call = pickle.dumps(parallel._RemoteWork(double, [1]))
-    monkeypatch.undo()
-    with pytest.raises(
-        RuntimeError, match=rf"has release {parallel.algorithm()} .* is 99\.1; inst"
-    ):
-        pickle.loads(call)
+    with pytest.raises(RuntimeError, match=rf"has release {release} .* is 99\.1; inst"):
+        run(Processes(1), double, [1], [].extend)
 
 
 def test_no_scheduler_is_an_error_that_names_the_address():

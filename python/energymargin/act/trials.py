@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +64,7 @@ class Trials(Closing):
                 if whole is not None and self._kept:
                     self._kept.keep_draws(digests[first.candidate], whole)
 
-        run(self._workers, partial(draw_chunk, question), pieces, deliver, limit, give_up=_given_up)
+        run(self._workers, partial(draw_chunk, question), pieces, deliver, limit)
         return [one.whole for one in gathered.values()]
 
     def close(self) -> None:
@@ -89,10 +89,6 @@ class Gathered:
         if self.count == len(self.trial):
             self.whole = Draws.joined([self.parts[number] for number in sorted(self.parts)])
         return self.whole
-
-
-def _given_up(draw: Draw, why: str) -> NoReturn:
-    raise RuntimeError(f"candidate {draw.candidate}: {why}")
 
 
 def draw_chunk(

@@ -50,16 +50,12 @@ class DivergedError(EnergyMarginError, RuntimeError):
 
 
 class ExecutorError(EnergyMarginError, RuntimeError):
-    """The Executor that was given cannot work any more."""
+    """The workers of a call cannot go on: one of them has died, or their executor was shut down."""
 
     def __init__(self, why: str) -> None:
-        """`why`: what the executor said."""
+        """`why`: what has happened."""
         super().__init__(why)
 
     def __str__(self) -> str:
         """What happened, and what to do."""
-        return (
-            f"the executor that was given is broken, or was shut down: {self.args[0]}; what was "
-            "done before is kept: ask again with a new one, or with Processes(), which replaces "
-            "those that die"
-        )
+        return f"{self.args[0]}; what was done before is kept: the same call goes on from there"

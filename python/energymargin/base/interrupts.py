@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 from typing import Any
 
@@ -16,10 +16,7 @@ _remembered = threading.Event()  # set once a Ctrl-C was raised
 def on_interrupt(act: Callable[[], object]) -> AbstractContextManager[None]:
     """Ctrl-C calls `act` instead of raising. Only where it would raise KeyboardInterrupt: a
     program's own handler stays in place."""
-    raises = signal.getsignal(signal.SIGINT) in (signal.default_int_handler, _raise_and_remember)
-    if _in_main_thread() and raises:
-        return _handled_by(lambda _signal, _frame: act())
-    return nullcontext()
+    return _handled_by(lambda *_: act(), signal.default_int_handler, _raise_and_remember)
 
 
 @contextmanager
@@ -35,17 +32,13 @@ def held_interrupts() -> Iterator[threading.Event]:
 def delayed_interrupts() -> Iterator[None]:
     """Ctrl-C takes effect at the end of the `with` block, which has to be short: for what cannot be
     left half done."""
-    before = signal.getsignal(signal.SIGINT)
-    if not callable(before) or not _in_main_thread():
-        yield
-        return
-    came: list[tuple[int, FrameType | None]] = []
+    came = threading.Event()
     try:
-        with _handled_by(lambda number, frame: came.append((number, frame))):
+        with _handled_by(lambda *_: came.set(), signal.getsignal(signal.SIGINT)):
             yield
     finally:
-        if came:
-            before(*came[0])
+        if came.is_set():
+            signal.raise_signal(signal.SIGINT)
 
 
 @contextmanager
@@ -55,15 +48,12 @@ def remembered_interrupts() -> Iterator[None]:
 
     Only where Python's own handler is in place; within another such block it changes nothing.
     """
-    if not (_in_main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler):
-        yield
-        return
-    _remembered.clear()
-    with _handled_by(_raise_and_remember):
+    with _handled_by(_raise_and_remember, signal.default_int_handler) as is_outermost:
         try:
             yield
         finally:
-            _remembered.clear()
+            if is_outermost:
+                _remembered.clear()
 
 
 def interrupted() -> bool:
@@ -73,7 +63,7 @@ def interrupted() -> bool:
 
 def raise_if_interrupted() -> None:
     """Raises KeyboardInterrupt in the main thread if it was `interrupted`."""
-    if interrupted() and _in_main_thread():
+    if interrupted() and threading.current_thread() is threading.main_thread():
         raise KeyboardInterrupt
 
 
@@ -82,14 +72,16 @@ def _raise_and_remember(_signal: int, _frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def _in_main_thread() -> bool:
-    return threading.current_thread() is threading.main_thread()
-
-
 @contextmanager
-def _handled_by(handler: Callable[[int, FrameType | None], Any]) -> Iterator[None]:
-    before = signal.signal(signal.SIGINT, handler)
+def _handled_by(handler: Callable[[int, FrameType | None], Any], *instead_of: Any) -> Iterator[Any]:
+    """Whether the handler is in place: in the main thread, instead of one of these functions."""
+    before = signal.getsignal(signal.SIGINT)
+    acts = threading.current_thread() is threading.main_thread() and before in instead_of
+    if not (acts and callable(before)):
+        yield False
+        return
+    signal.signal(signal.SIGINT, handler)
     try:
-        yield
+        yield True
     finally:
         signal.signal(signal.SIGINT, before)

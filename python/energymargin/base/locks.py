@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-from contextlib import suppress
 from pathlib import Path
 
 from energymargin.base.closing import Closing
+
+WAIT = 0.05  # s; an owner that is just leaving may take so long to remove its lock
 
 
 class Lock(Closing):
@@ -19,35 +19,24 @@ class Lock(Closing):
     def __init__(self, path: Path, doing: str) -> None:
         """`doing`: what it does to the file, as "scoring into". Raises ValueError with the number
         of the process that has the lock."""
+        from filelock import FileLock, Timeout  # takes long
+
         path = Path(os.path.realpath(path))
         self._path = path.with_name(f".{path.name}.lock")
+        self._lock = FileLock(self._path, thread_local=False)
         try:
-            self._take(f"is {doing} {path}: let it finish, or stop it")
+            path.parent.stat()  # filelock would make the folder
+            self._lock.acquire(WAIT, poll_interval=WAIT / 10)
+            self._path.write_text(str(os.getpid()))
+        except Timeout:
+            text = f"process {self._path.read_text()} is {doing} {path}: let it finish, or stop it"
+            raise ValueError(text) from None
         except OSError as error:  # as of a full disk
-            raise type(error)(error.errno, error.strerror, str(path)) from error
-
-    def _take(self, held: str) -> None:
-        while True:
-            self._file = self._path.open("ab+", buffering=0)
-            try:
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                with self._file:
-                    self._file.seek(0)
-                    raise ValueError(f"process {self._file.read().decode()} {held}") from None
-            with suppress(FileNotFoundError):
-                if os.path.samestat(os.fstat(self._file.fileno()), os.stat(self._path)):
-                    break
-            self._file.close()  # its last owner has just removed it
-        try:
-            self._file.truncate(0)
-            self._file.write(str(os.getpid()).encode())
-        except OSError:
             self.close()
-            raise
+            raise type(error)(error.errno, error.strerror, str(path)) from error
 
     def close(self) -> None:
         """Gives it up, once: its file may be another's then."""
-        if not self._file.closed:
-            with self._file:
-                self._path.unlink(missing_ok=True)
+        if self._lock.is_locked:
+            self._path.unlink(missing_ok=True)
+            self._lock.release()

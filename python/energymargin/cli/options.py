@@ -66,7 +66,7 @@ class Where(Elsewhere):
     threads: int | None = None
     """Threads; all cores if not given. Scores do not depend on it."""
     processes: int | None = None
-    """So many processes instead of threads: a crash costs little."""
+    """So many processes instead of threads: a crash loses what was not kept, a second of work."""
 
     def executor(self) -> Executor:
         """The chosen executor; threads if none is. Raises ValueError on more than one."""

@@ -23,7 +23,7 @@ from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.divergence import ANY, too_many_diverged
 from energymargin.evaluate.executors import Executor, Row
 from energymargin.evaluate.executors.choice import chosen_executor
-from energymargin.evaluate.executors.rows import Work, given_up, score_chunk
+from energymargin.evaluate.executors.rows import Work, score_chunk
 from energymargin.evaluate.parallel import run
 from energymargin.evaluate.scoring import ScoreError
 from energymargin.evaluate.searches import (
@@ -292,7 +292,7 @@ def score_beliefs(
 
     chunk = partial(particle_chunk, sharing.settings)
     with executor.workers() as workers:
-        run(workers, chunk, source, deliver, limit, give_up=given_up)
+        run(workers, chunk, source, deliver, limit)
     found = source.found()
     errors.update({index: text for index, s in found.items() if (text := _too_many_diverged(s))})
     if errors:

@@ -1,8 +1,5 @@
-"""One runner for work in parallel, on the workers of any `concurrent.futures.Executor`.
-
-Items go out in chunks, and results come back as they are done. A chunk whose worker dies is cut in
-halves, which run with nothing beside them: in the end the item that ends worker after worker is
-alone, and is given up.
+"""One runner for work in parallel: items go out to workers in chunks, and results come back as they
+are done.
 """
 
 from __future__ import annotations
@@ -12,8 +9,8 @@ import threading
 import time
 from abc import abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, wait
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
@@ -21,6 +18,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from energymargin._core import Cancel
 from energymargin.base.closing import Closing
+from energymargin.base.errors import ExecutorError
 from energymargin.base.interrupts import held_interrupts
 from energymargin.base.limits import Limit
 from energymargin.evaluate.searches import algorithm
@@ -32,8 +30,6 @@ GRACE = 0.1  # s; so long after the limit of a call a worker elsewhere ends what
 MOST = 1000  # items of a chunk
 CHUNKS_A_SECOND = 200  # of a large cluster, whose scheduler has no time for more
 NEWEST = 0.2  # weight of the newest chunk in how long an item takes
-TRIES = 3  # workers that one item may take with it
-MOST_DEATHS = 30  # of workers in a row, before one of them has finished a chunk
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -52,28 +48,18 @@ class Workers(Closing):
     """Work of a chunk [s]: so much is lost with a worker, and beside it sending costs little."""
     ahead: ClassVar[int] = 2
     """Chunks for each worker: one at work, one that waits."""
-    deaths: tuple[type[Exception], ...] = (BrokenExecutor,)
-    """What is raised in place of a chunk's results if its worker died."""
 
-    def __init__(self, start: Callable[[], Executor], slots: int) -> None:
-        """`start` makes the executor that runs them, `slots` chunks at once."""
-        self._start, self._slots = start, slots
-        self._executor: Executor | None = None
+    def __init__(self, slots: int) -> None:
+        """`slots`: how many chunks can run at once."""
+        self._slots = slots
 
     @property
     def slots(self) -> int:
         """How many chunks can run at once; of a cluster, right now."""
         return self._slots
 
-    def is_death(self, error: Exception) -> bool:
-        """Whether a chunk has no results since its worker died."""
-        return isinstance(error, self.deaths)
-
-    def executor(self) -> Executor:
-        """The one that runs them, started if it was not, or has broken."""
-        if self._executor is None:
-            self._executor = self._start()
-        return self._executor
+    def begin(self, chunks: int) -> None:
+        """Makes ready for so many chunks, while none is there."""
 
     @abstractmethod
     def submit(
@@ -82,15 +68,13 @@ class Workers(Closing):
         """Puts `work(function, items)` at the end of the queue; `left`: time until the limit of
         the call [s], None without one."""
 
-    def stop(self) -> None:
-        """Drops what waits, and ends what runs as soon as that can be."""
-        if self._executor is not None:
-            self._executor.shutdown(cancel_futures=True)
-            self._executor = None
+    @abstractmethod
+    def stop(self, chunks: Collection[Future[Done]]) -> None:
+        """Drops the chunks that wait, and ends those that run as soon as that can be."""
 
-    def close(self) -> None:
-        """Frees them."""
-        self.stop()
+    def is_lost(self, error: Exception) -> bool:
+        """Whether a chunk has to be done again, as its results were lost on their way."""
+        return False
 
     def explained(self, error: Exception) -> Exception:
         """What is raised for the error of a chunk."""
@@ -101,47 +85,69 @@ class RemoteWorkers(Workers):
     """Workers in other processes, which get each chunk as bytes: a cluster's scheduler needs no
     energymargin to hand it on."""
 
+    broken: ClassVar[str]
+    """What has happened if the executor cannot work any more."""
+    _pool: Any
+    """The executor."""
+
     def submit(
         self, function: Function[Any, Any], items: Sequence[Any], left: float | None
     ) -> Future[Done]:
-        """As Workers.submit. Raises ValueError on what cannot be sent."""
+        """As Workers.submit. Raises ValueError on what cannot be sent, and ExecutorError if the
+        executor is broken, or shut down."""
         try:
-            call = pickle.dumps(_RemoteWork(function, items, left))
+            call = pickle.dumps(_Call(algorithm(), pickle.dumps((function, items)), left))
         except (AttributeError, TypeError, ValueError, pickle.PicklingError) as error:
             raise ValueError(
                 f"what is asked cannot be sent to another process ({error}): use threads"
             ) from error
-        return self.executor().submit(pickle.loads, call)
+        try:
+            future: Future[Done] = self._pool.submit(pickle.loads, call)
+        except RuntimeError as error:
+            raise self.lost(error) from error
+        return future
+
+    def explained(self, error: Exception) -> Exception:
+        """As Workers.explained."""
+        return self.lost(error) if isinstance(error, BrokenExecutor | CancelledError) else error
+
+    def lost(self, error: Exception) -> ExecutorError:
+        """What is raised if the executor cannot work any more."""
+        words = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        return ExecutorError(f"{self.broken}: {words}")
 
 
-class _RemoteWork:
+@dataclass(frozen=True)
+class _Call:
     """A call of `work` in another process: `pickle.loads` runs it there."""
 
-    def __init__(
-        self, function: Function[Any, Any], items: Sequence[Any], left: float | None = None
-    ) -> None:
-        self._arguments = (algorithm(), function, items, left)
+    release: str
+    work: bytes
+    left: float | None
 
     def __reduce__(self) -> tuple[Callable[..., Done], tuple[Any, ...]]:
-        return _work_elsewhere, self._arguments
+        return _work_elsewhere, (self.release, self.work, self.left)
 
 
-def _work_elsewhere(
-    release: str, function: Function[Any, Any], items: Sequence[Any], left: float | None
-) -> Done:
+def _work_elsewhere(release: str, call: bytes, left: float | None) -> Done:
     if algorithm() != release:
         raise RuntimeError(
             f"a worker has release {algorithm()} of energymargin, and this is {release}; install "
             "the same release there"
         )
-    cancel = Cancel()
-    if left is None:
-        return work(function, items, cancel)
-    end = threading.Timer(min(left + GRACE, threading.TIMEOUT_MAX), cancel.set)
+    cancel, most = Cancel(), threading.TIMEOUT_MAX
+    end = threading.Timer(most if left is None else min(left + GRACE, most), cancel.set)
     end.daemon = True
     end.start()
     try:
+        function, items = pickle.loads(call)
         return work(function, items, cancel)
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))
+        except Exception:  # so it cannot be sent back
+            raise RuntimeError(f"{type(error).__name__}: {error}") from None
+        raise
     finally:
         end.cancel()
 
@@ -160,7 +166,6 @@ def run(
     deliver: Callable[[Sequence[Result]], None],
     limit: Limit,
     *,
-    give_up: Callable[[Item, str], Result],
     most: int = MOST,
 ) -> bool:
     """Runs a function on all items; False if the limit came before the last one.
@@ -168,10 +173,9 @@ def run(
     A batch of items is made when workers have room for it; it may be empty. `deliver` gets results
     as they come, in this thread, and is called again and again. On Ctrl-C it gets within 0.2 s
     those that are finished, and KeyboardInterrupt is raised; so with any other error, which is then
-    raised. `give_up(item, why)` makes the result of an item over which three workers have died, or
-    raises. A chunk has at most so many items (`most`).
+    raised: ExecutorError if a worker has died. A chunk has at most so many items (`most`).
     """
-    flow = _Flow(workers, function, iter(batches), give_up, most)
+    flow = _Flow(workers, function, iter(batches), most)
     with held_interrupts() as interrupted:
         try:
             while flow.busy and not (interrupted.is_set() or limit.reached):
@@ -184,13 +188,6 @@ def run(
     return not flow.busy
 
 
-@dataclass(frozen=True, eq=False)
-class _Chunk(Generic[Item]):
-    items: Sequence[Item]
-    deaths: int = 0
-    """Workers that died over it."""
-
-
 @dataclass(eq=False)
 class _Flow(Generic[Item, Result]):
     """Chunks of items on their way to workers and back."""
@@ -198,22 +195,19 @@ class _Flow(Generic[Item, Result]):
     _workers: Workers
     _function: Function[Item, Result]
     _batches: Iterator[Sequence[Item]]
-    _give_up: Callable[[Item, str], Result]
     _most: int
     _all_came: bool = False
     _items: deque[Item] = field(default_factory=deque)  # that came, and were not handed out
-    _running: dict[Future[Done], _Chunk[Item]] = field(default_factory=dict)
-    _suspects: list[_Chunk[Item]] = field(default_factory=list)  # whose worker has died
+    _running: dict[Future[Done], Sequence[Item]] = field(default_factory=dict)
     _ended: SimpleQueue[Future[Done]] = field(default_factory=SimpleQueue)
     _error: Exception | None = None
     _cancelled: bool = False  # a chunk was, so items of it may have no results
-    _deaths: int = 0  # in a row
     _seconds: float | None = None  # of an item
 
     @property
     def busy(self) -> bool:
         """Whether there is work to hand out, or a result to come."""
-        left = self._running or self._suspects or self._items or not self._all_came
+        left = self._running or self._items or not self._all_came
         return bool(left) or self._error is not None or self._cancelled
 
     def hand_out(self, limit: Limit) -> None:
@@ -221,10 +215,21 @@ class _Flow(Generic[Item, Result]):
         all others were returned."""
         if self._error is not None:
             raise self._error
-        for chunk in self._chunks():
-            left = limit.rest()["timeout"]
-            future = self._workers.submit(self._function, chunk.items, left)
-            self._running[future] = chunk
+        slots = self._workers.slots
+        room = self._workers.ahead * slots - len(self._running)
+        if room <= 0:
+            return
+        size = self._size(max(self._workers.chunk, slots / CHUNKS_A_SECOND))
+        self._take(room * size)
+        if self._all_came and len(self._items) <= room * size:  # none is to be idle at the end
+            size = min(size, max(1, -(-len(self._items) // slots)))
+        chunks = min(room, -(-len(self._items) // size))
+        if chunks and not self._running:
+            self._workers.begin(chunks if self._all_came else room)
+        for _ in range(chunks):
+            items = [self._items.popleft() for _ in range(min(size, len(self._items)))]
+            future = self._workers.submit(self._function, items, limit.rest()["timeout"])
+            self._running[future] = items
             future.add_done_callback(self._ended.put)
 
     def results(self) -> list[Result]:
@@ -242,33 +247,15 @@ class _Flow(Generic[Item, Result]):
         """Ends what runs; results that are finished."""
         if not self._running:
             return []
-        self._workers.stop()
+        self._workers.stop(self._running)
         wait(self._running, LAST)
         results: list[Result] = []
         for future in [future for future in self._running if _went_well(future)]:
             found, _, cancelled = future.result()
             results += found
-            if not cancelled or len(found) == len(self._running[future].items):
+            if not cancelled or len(found) == len(self._running[future]):
                 del self._running[future]
         return results
-
-    def _chunks(self) -> Iterator[_Chunk[Item]]:
-        """Those for which there is room; one that a worker has died over is alone."""
-        if self._suspects:
-            if not self._running:
-                yield self._suspects.pop()
-            return
-        slots = self._workers.slots
-        room = self._workers.ahead * slots - len(self._running)
-        if room <= 0:
-            return
-        size = self._size(max(self._workers.chunk, slots / CHUNKS_A_SECOND))
-        self._take(room * size)
-        if self._all_came and len(self._items) <= room * size:  # none is to be idle at the end
-            size = min(size, max(1, -(-len(self._items) // slots)))
-        for _ in range(min(room, -(-len(self._items) // size))):
-            many = min(size, len(self._items))
-            yield _Chunk([self._items.popleft() for _ in range(many)])
 
     def _take(self, most: int) -> None:
         """Makes batches until so many items are there, but not for longer than TAKE."""
@@ -285,38 +272,20 @@ class _Flow(Generic[Item, Result]):
         return max(1, min(self._most, int(seconds / max(self._seconds, 1e-9))))
 
     def _results_of(self, future: Future[Done]) -> Sequence[Result]:
-        chunk = self._running.pop(future)
+        items = self._running.pop(future)
         try:
             results, seconds, cancelled = future.result()
         except Exception as error:
-            if self._workers.is_death(error):
-                return self._again(chunk, " ".join(str(error).split()))
-            self._error = self._workers.explained(error)
+            if self._workers.is_lost(error):
+                self._items.extend(items)
+            else:
+                self._error = self._workers.explained(error)
             return []
-        self._deaths = 0
-        self._cancelled |= cancelled and len(results) < len(chunk.items)
-        newest = seconds / len(chunk.items)
-        before = newest if self._seconds is None else self._seconds
-        self._seconds = before + NEWEST * (newest - before)
+        count = len(items)
+        self._cancelled |= cancelled and len(results) < count
+        before = seconds / count if self._seconds is None else self._seconds
+        self._seconds = before + NEWEST * (seconds / count - before)
         return results
-
-    def _again(self, chunk: _Chunk[Item], why: str) -> Sequence[Result]:
-        """A chunk whose worker has died, in halves; an item that is alone, unless it was so often.
-
-        With some executors the chunks beside it end too, so blame is sure where it ran alone.
-        """
-        self._deaths += chunk.deaths > 0
-        if self._deaths > MOST_DEATHS:
-            self._error = RuntimeError(f"{self._deaths} workers in a row have died, the last {why}")
-        elif len(chunk.items) > 1:
-            half = len(chunk.items) // 2
-            halves = chunk.items[:half], chunk.items[half:]
-            self._suspects += [_Chunk(items, 1) for items in halves]
-        elif chunk.deaths + 1 < TRIES:
-            self._suspects.append(_Chunk(chunk.items, chunk.deaths + 1))
-        else:
-            return [self._give_up(chunk.items[0], f"{TRIES} workers died over it, the last {why}")]
-        return []
 
 
 def _went_well(future: Future[Done]) -> bool:

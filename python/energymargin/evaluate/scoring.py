@@ -19,7 +19,7 @@ from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors import Executor, Row
 from energymargin.evaluate.executors.choice import chosen_executor
-from energymargin.evaluate.executors.rows import Work, given_up, score_chunk
+from energymargin.evaluate.executors.rows import Work, score_chunk
 from energymargin.evaluate.parallel import run
 from energymargin.evaluate.searches import (
     LooseSettings,
@@ -96,7 +96,7 @@ def score(
     chunk = partial(score_chunk, settings)
     try:
         with executor.workers() as workers:
-            complete = run(workers, chunk, [work], deliver, limit, give_up=given_up)
+            complete = run(workers, chunk, [work], deliver, limit)
     except ExecutorError as error:
         complete, there = False, {row.index for row in done} | set(errors)
         errors.update({index: str(error) for index in numbers if index not in there})

@@ -131,12 +131,9 @@ def score(
 
         deliver(found)
 
-        def give_up(grasp: Grasp, why: str) -> GraspRow:
-            return GraspRow(grasp.number, error=why)
-
         function = partial(score_grasps, trials, count, nodes)
         with on.workers() as workers:
-            run(workers, function, [left], deliver, limit, give_up=give_up)
+            run(workers, function, [left], deliver, limit)
     if done == 0:
         limit.require("a grasp has its score")
     warn([(text, text) for text in scores.warnings], None)

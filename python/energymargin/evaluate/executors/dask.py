@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import concurrent.futures
 import re
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from energymargin.base.errors import needs_extra
-from energymargin.evaluate.parallel import RemoteWorkers
+from energymargin.evaluate.parallel import Done, RemoteWorkers
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -55,16 +54,16 @@ class _DaskWorkers(RemoteWorkers):
     """The threads of a cluster's workers. Dask replaces those that die, and does their work again;
     what ends worker after worker it calls a KilledWorker."""
 
+    broken: ClassVar[str] = "the workers of the cluster cannot go on"
+
     def __init__(self, scheduler: str | Client, notice: Callable[[str], None]) -> None:
+        super().__init__(0)
         self._notice = notice
         self._client, self._is_ours = _connected(scheduler), isinstance(scheduler, str)
-        super().__init__(partial(self._client.get_executor, pure=False), 0)
+        self._pool = self._client.get_executor(pure=False)
         self._address = self._client.scheduler.address
         self._threads: dict[str, int] | None = None  # of each worker
         self._next_look = 0.0
-        from distributed import KilledWorker
-
-        self.deaths = (KilledWorker,)
 
     @property
     def slots(self) -> int:
@@ -79,28 +78,31 @@ class _DaskWorkers(RemoteWorkers):
                 self._see(dict(self._client.sync(ask, callback_timeout=ANSWER)))
         return sum((self._threads or {}).values())
 
-    def stop(self) -> None:
+    def stop(self, chunks: Collection[Future[Done]]) -> None:
         """As Workers.stop; a chunk that a worker has begun runs to its end there."""
-        if self._executor is not None and self._client.status == "running":
-            self._executor.shutdown(wait=False)
-        self._executor = None
+        if self._client.status == "running":
+            self._pool.shutdown(wait=False)
+            self._pool = self._client.get_executor(pure=False)
 
     def close(self) -> None:
         """Leaves the cluster; a Client that was given stays."""
-        self.stop()
         if self._is_ours:
             self._client.close(timeout=CLOSE)
 
-    def is_death(self, error: Exception) -> bool:
-        """Also of a worker that took its results with it while they were fetched: Dask's executor
-        fails at that with an error of its own."""
+    def is_lost(self, error: Exception) -> bool:
+        """As Workers.is_lost: a worker took them with it while they were fetched, at which Dask's
+        executor itself fails."""
         last = traceback.extract_tb(error.__traceback__)[-1:]
-        lost = isinstance(error, ValueError) and [at.name for at in last] == ["_cascade_future"]
-        return lost or super().is_death(error)
+        fails = [at.name for at in last] == ["_cascade_future"]
+        return fails and isinstance(error, AttributeError | ValueError)
 
     def explained(self, error: Exception) -> Exception:
         """As Workers.explained."""
-        if isinstance(error, concurrent.futures.CancelledError):  # all are, with the scheduler
+        from distributed import KilledWorker
+
+        if isinstance(error, KilledWorker):
+            return self.lost(error)
+        if isinstance(error, CancelledError):  # all are, with the scheduler
             return self._away()
         if isinstance(error, ImportError):
             return RuntimeError(

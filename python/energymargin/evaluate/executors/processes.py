@@ -1,37 +1,34 @@
-"""Work in processes of this machine.
-
-ProcessPoolExecutor would run the user's script again in each of its processes, and of those that
-die it does not tell which chunk they had.
-"""
+"""Work in processes of this machine, which loky starts and watches."""
 
 from __future__ import annotations
 
+import os
 import signal
-import subprocess
-import sys
-from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
-from contextlib import suppress
+import threading
+import time
+from collections.abc import Collection, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing import Pipe
-from queue import Empty, SimpleQueue
-from threading import Lock
-from typing import Any
+from multiprocessing import resource_tracker
+from typing import Any, ClassVar
 
 from energymargin.base.checks import core_count
-from energymargin.evaluate.parallel import RemoteWorkers
+from energymargin.evaluate.parallel import Done, Function, RemoteWorkers
+
+LOOK = 0.1  # s; how long a process may outlive the one that it works for
 
 
 @dataclass(frozen=True)
 class Processes:
-    """Processes of this machine: one that crashes costs no more than a second of its work.
+    """Processes of this machine. If one dies, as for want of memory, the call ends with what is
+    finished.
 
     Problems are sent to them as JSON, so regions made of a Python predicate need threads, and so
     does an em.Policy whose code cannot be pickled.
     """
 
     count: int | None = None
-    """How many; None is one for each core that this process may use."""
+    """How many at most; None is one for each core that this process may use."""
 
     def __post_init__(self) -> None:
         """Raises ValueError if `count` is below 1."""
@@ -39,96 +36,50 @@ class Processes:
 
     def workers(self) -> RemoteWorkers:
         """As Executor.workers."""
-        processes = core_count("processes", self.count)
-        return RemoteWorkers(partial(_ProcessPool, processes), processes)
+        return _ProcessWorkers(core_count("processes", self.count))
 
 
-class _ProcessPool(ThreadPoolExecutor):
-    """Threads, each of which waits for a process, which gets nothing from this one but chunks, and
-    ends with it. There are no more than chunks; one that dies is replaced."""
+class _ProcessWorkers(RemoteWorkers):
+    broken: ClassVar[str] = "the worker processes cannot go on"
+    _processes = 0  # that the pool has
 
-    def __init__(self, processes: int) -> None:
-        super().__init__(processes)
-        self._idle: SimpleQueue[_Process] = SimpleQueue()
-        self._all: list[_Process] = []
-        self._starting, self._ended = Lock(), False
+    def begin(self, chunks: int) -> None:
+        """As Workers.begin: no more processes than chunks."""
+        from loky import ProcessPoolExecutor
 
-    def submit(self, _loads: Any, /, *call: Any, **_: Any) -> Future[Any]:
-        """Runs `pickle.loads` of the one argument, some bytes, in a process."""
-        return super().submit(self._answer, *call)
+        wanted = min(chunks, self.slots)
+        if wanted > self._processes:
+            self.close()
+            resource_tracker.ensure_running()  # as it would let Ctrl-C in again
+            self._pool = ProcessPoolExecutor(wanted, initializer=_begin, initargs=(os.getpid(),))
+            self._processes = wanted
 
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
-        """Kills the processes."""
-        super().shutdown(wait=False, cancel_futures=cancel_futures)
-        with self._starting:
-            self._ended = True
-        for process in self._all:
-            process.close()
-        super().shutdown(wait=wait)
-
-    def _answer(self, call: bytes) -> Any:
-        process = self._process()
+    def submit(
+        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
+    ) -> Future[Done]:
+        """As Workers.submit. What starts meanwhile never gets a Ctrl-C, which is for this one."""
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            value, error = process.answer(call)
+            return super().submit(function, items, left)
         finally:
-            self._idle.put(process)
-        if error is not None:
-            raise error
-        return value
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
-    def _process(self) -> _Process:
-        """One that is idle, or else a new one: there are as many threads as processes at most."""
-        with suppress(Empty):
-            return self._idle.get_nowait()
-        with self._starting:
-            if self._ended:
-                raise BrokenExecutor("it was shut down")
-            self._all.append(_Process())
-            return self._all[-1]
-
-
-class _Process:
-    """A process that answers one call after the other; after its death, another in its place."""
-
-    def __init__(self) -> None:
-        self._closed = False
-        self._start()
-
-    def _start(self) -> None:
-        self._connection, theirs = Pipe()
-        with theirs:
-            self._process = subprocess.Popen(
-                [
-                    sys.executable,
-                    "-m",
-                    "energymargin.evaluate.executors.worker",
-                    str(theirs.fileno()),
-                ],
-                pass_fds=[theirs.fileno()],
-                start_new_session=True,  # Ctrl-C is for whoever started it
-                stdin=subprocess.DEVNULL,
-            )
-
-    def answer(self, call: bytes) -> Any:
-        """What the call returns there, and the error that it raises; BrokenExecutor if the process
-        dies."""
-        try:
-            self._connection.send_bytes(call)
-            return self._connection.recv()
-        except (EOFError, OSError):
-            self._connection.close()
-            code = self.kill()
-            if not self._closed:
-                self._start()
-            died = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-            raise BrokenExecutor(died) from None
+    def stop(self, chunks: Collection[Future[Done]]) -> None:
+        """As Workers.stop: kills them."""
+        self.close()
 
     def close(self) -> None:
-        """Ends it for good."""
-        self._closed = True
-        self.kill()
+        """Kills them."""
+        if self._processes:
+            self._processes = 0
+            self._pool.shutdown(kill_workers=True)
 
-    def kill(self) -> int:
-        """Its exit code."""
-        self._process.kill()
-        return self._process.wait()
+
+def _begin(parent: int) -> None:
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(LOOK)
+    os._exit(1)

@@ -80,11 +80,6 @@ def _read(index: int, problem: bytes, metrics: tuple[str, ...]) -> Work:
     return Work(index, pickle.loads(problem), metrics)
 
 
-def given_up(work: Work, why: str) -> Row:
-    """The row of a problem over which workers have died."""
-    return Row(work.index, error=why)
-
-
 def score_chunk(
     settings: SearchSettings, work: Sequence[Work], cancel: Cancel, *, most_diverged: float = MOST
 ) -> Sequence[Row]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, ClassVar
 
 from energymargin._core import Cancel
@@ -30,45 +30,42 @@ class Threads:
 
 
 class _ThreadWorkers(Workers):
-    """Threads, none of which dies."""
-
     chunk: ClassVar[float] = 0.2
 
     def __init__(self, threads: int) -> None:
-        super().__init__(partial(ThreadPoolExecutor, threads), threads)
-        self._cancel = Cancel()
+        super().__init__(threads)
+        self._pool, self._cancel = ThreadPoolExecutor(threads), Cancel()
 
     def submit(
         self, function: Function[Any, Any], items: Sequence[Any], left: float | None
     ) -> Future[Done]:
         """As Workers.submit; `stop` ends what runs, whatever is `left`."""
         done: Future[Done] = Future()
-        job = partial(_work_once, done, iter([True]), function, items, self._cancel)
+        calls = [(function, items, self._cancel)]
+
+        def job() -> None:
+            with suppress(IndexError):  # another thread was quicker
+                call = calls.pop()
+                if done.set_running_or_notify_cancel():
+                    try:
+                        done.set_result(work(*call))
+                    except BaseException as error:
+                        done.set_exception(error)
+
         try:
-            queued = self.executor().submit(job)
-            queued.add_done_callback(lambda left: done.cancel() if left.cancelled() else None)
+            self._pool.submit(job)
         except RuntimeError:  # no thread can start, but the pool may have one already
             job()
         return done
 
-    def stop(self) -> None:
+    def stop(self, chunks: Collection[Future[Done]]) -> None:
         """As Workers.stop."""
         self._cancel.set()
-        super().stop()
-        self._cancel = Cancel()
+        for chunk in chunks:
+            chunk.cancel()
+        self.close()
+        self._pool, self._cancel = ThreadPoolExecutor(self.slots), Cancel()
 
-
-def _work_once(
-    done: Future[Done],
-    turns: Iterator[bool],
-    function: Function[Any, Any],
-    items: Sequence[Any],
-    cancel: Cancel,
-) -> None:
-    """Does the work for whoever comes first."""
-    if not next(turns, False) or not done.set_running_or_notify_cancel():
-        return
-    try:
-        done.set_result(work(function, items, cancel))
-    except BaseException as error:
-        done.set_exception(error)
+    def close(self) -> None:
+        """Ends them."""
+        self._pool.shutdown()

@@ -13,7 +13,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NoReturn
 
 from energymargin import tasks
 from energymargin._core import Cancel
@@ -163,7 +162,7 @@ def _make_missing(
     with (executor or Threads(1)).workers() as workers:
         for first, last in missing:  # a shard is of trajectories in a row
             shards = (range(k, min(k + size, last)) for k in range(first, last, size))
-            run(workers, make, shards, deliver, limit, give_up=_given_up, most=size)
+            run(workers, make, shards, deliver, limit, most=size)
 
 
 def _executor(
@@ -182,13 +181,6 @@ def _executor(
         _require_registered(task, f"processes is {processes}")
     processes = min(processes, sum(-(-(last - first) // size) for first, last in missing))
     return None if processes <= 1 else Processes(processes)
-
-
-def _given_up(index: int, why: str) -> NoReturn:
-    raise RuntimeError(
-        f"trajectory {index}: {why}; what is done is kept: see what that task does there, or "
-        "whether memory is short"
-    )
 
 
 def _require_registered(task: Task, given: str) -> None:

@@ -19,7 +19,7 @@ from energymargin.evaluate import parallel
 from energymargin.evaluate.belief_scoring import ParticleSource, Sharing, particle_chunk
 from energymargin.evaluate.executors import Executor, Row
 from energymargin.evaluate.executors.choice import chosen_executor
-from energymargin.evaluate.executors.rows import Work, given_up, score_chunk
+from energymargin.evaluate.executors.rows import Work, score_chunk
 from energymargin.evaluate.scoring import ScoreError
 from energymargin.evaluate.searches import (
     LooseSettings,
@@ -165,7 +165,7 @@ def score_run(
         missing.deliver(gathered(rows))
 
     with executor.workers() as workers:
-        complete = parallel.run(workers, chunk, batches, deliver, limit, give_up=given_up)
+        complete = parallel.run(workers, chunk, batches, deliver, limit)
     run.store.require_in_place()
     advance(*run.counts())
     if missing.left_out:
