@@ -32,7 +32,7 @@ def data_file(name: str) -> Path:
 
     Raises FileNotFoundError if there is none of that name.
     """
-    package = Path(__file__).parents[1]
+    package = Path(__file__).parents[2]
     for folder in (package / "data", package.parents[1] / "data"):  # installed, or in a checkout
         if (folder / name).is_file():
             return folder / name
