@@ -31,6 +31,7 @@ def import_recordings(
     columns: Path | None = None,
     object_topic: str | None = None,
     effector_topic: str | None = None,
+    topic: list[str] | None = None,
     captured: Path | None = None,
     repair: bool = True,
     longest_gap: float = 0.1,
@@ -66,6 +67,7 @@ def import_recordings(
         object_topic: The topic of the object's poses in a bag, as /box/pose, or with a frame, as
             /tf:box.
         effector_topic: The topic of the poses of the effector, the robot's tool.
+        topic: The topic of the poses in space of a body of the scene: BODY=/cup/pose.
     How frames are put right:
         repair: Fill short gaps and replace outliers, or refuse them.
         longest_gap: The longest gap that is filled, in a body's poses or in frames [s].
@@ -84,20 +86,20 @@ def import_recordings(
     from energymargin.tasks.from_problem import ProblemTask
 
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
-    bodies = ("object", "effector")
     if problem is None:
-        made = tasks.make(task or "", **parsed(parameter or []))
+        made: Any = tasks.make(task or "", **parsed(parameter or []))
     elif parameter:
         raise ValueError("--problem has no parameters, expected no -p: its file has all of them")
     else:
-        made = of_problem = ProblemTask(str(problem.resolve()))
-        bodies = (of_problem.body("object"), of_problem.body("effector"))
+        made = ProblemTask(str(problem.resolve()))
     require_free(output, overwrite=overwrite)
     layout, read = recordings.Columns.of(columns), []
+    topics: dict[str, Any] = {"object": object_topic, "effector": effector_topic}
+    topics |= {"bodies": dict(one.split("=", 1) for one in topic)} if topic else {}
     rules = {"repair": repair, "longest_gap": longest_gap}
     rules |= {"smoothing": smoothing, "causal": causal}
     for path in files:
-        found = _read(path, layout, (object_topic, effector_topic), rules)
+        found = _read(path, layout, topics, rules)
         frames = sum(len(one) for one in found)
         seconds = sum(one.times[-1] - one.times[0] for one in found)
         text = f"{frames} frames, {seconds:.3g} s; {found[0].repairs}"
@@ -106,12 +108,16 @@ def import_recordings(
             text = f"{len(found)} episodes, {frames} frames, {seconds:.3g} s; repaired {repaired}"
         say(f"{escape(str(path))}: {text}")
         read += found
-    motions = [motion for recording in read for motion in (recording.object, recording.effector)]
+    motions = [motion for recording in read for motion in recording.bodies.values()]
     if not causal and any(motion.velocity_covariances is not None for motion in motions):
         say(
             "Velocities are smoothed over frames before and after; with --causal over those "
             "before, as a robot would know them"
         )
+    roles: dict[str, Any] = {}
+    if isinstance(made, ProblemTask):
+        known = {body for recording in read for body in recording.bodies}
+        roles = {role: made.body(role) for role in ("object", "effector") if role in known}
     told = _successes(files) if labels is None else recordings.read_labels(labels)
     dataset = recordings.dataset(
         made,
@@ -120,8 +126,7 @@ def import_recordings(
         captured=None if captured is None else recordings.read_frame_labels(captured),
         most_overlap=most_overlap,
         notice=lambda text: say(escape(text)),
-        object=bodies[0],
-        effector=bodies[1],
+        **roles,
     )
     dataset.save(output)
     _, reasons = dataset.possible_problems()
@@ -142,7 +147,7 @@ def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
 
 
 def _read(
-    path: Path, layout: Columns, topics: tuple[str | None, str | None], rules: dict[str, Any]
+    path: Path, layout: Columns, topics: dict[str, Any], rules: dict[str, Any]
 ) -> list[Recording]:
     """The recordings of a file; `topics` are those of a bag, `rules` those of all readers."""
     from energymargin import recordings
@@ -155,12 +160,10 @@ def _read(
         return [recordings.read_csv(path, layout, **rules)]
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
-    object_topic, effector_topic = topics
-    if object_topic is None or effector_topic is None:
+    if None in topics.values() and "bodies" not in topics:
         known = ", ".join(f"{name} ({kind})" for name, kind in recordings.bag_topics(path).items())
         raise ValueError(
             f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
             f"{known or 'none'}"
         )
-    bodies: dict[str, Any] = {"object": object_topic, "effector": effector_topic}
-    return [recordings.read_bag(path, **bodies, origin=layout.origin, **rules)]
+    return [recordings.read_bag(path, **topics, origin=layout.origin, **rules)]

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import re
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import Region, Scene, World
+from energymargin._core import Scene, World
 from energymargin.records.datasets import Dataset
-from energymargin.records.recordings.csv_files import read_cells
-from energymargin.records.recordings.reading import SourceFile
-from energymargin.records.recordings.recording import MOST_OVERLAP, Placed, Recording, placed
-from energymargin.tasks.base import Params, Regions, Task, parameters_of
+from energymargin.records.recordings.placing import MOST_OVERLAP, Placed, placed
+from energymargin.records.recordings.recording import Recording
+from energymargin.tasks.base import Params, Regions, Task, any_inside, inside, parameters_of
 from energymargin.tasks.trajectories import Trajectory
-
-FRAME = re.compile(r"0|[1-9][0-9]{,14}")
-WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
 
 
 class RecordedTask(Task, Protocol):
@@ -32,11 +25,11 @@ class RecordedTask(Task, Protocol):
         ...
 
     def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
-        """Z_cap(z) of a state, shape (n,); of one object."""
+        """Z_cap(z) of a state, shape (n,), or that of each object."""
         ...
 
     def succeeded(self, params: Params) -> Regions:
-        """Z_suc; of one object. Recordings with labels do without."""
+        """Z_suc, or that of each object. Recordings with labels do without."""
         ...
 
 
@@ -66,8 +59,8 @@ def dataset(
             lies in the task's own capture set.
         params: what the task draws for a trajectory, as its friction; None: the task's parameters
             that are numbers.
-        object: its body in the scene.
-        effector: the same.
+        object: the name of the recordings' body "object" in the scene.
+        effector: the same of "effector"; all other bodies have the names of the scene.
         most_overlap: as of `placed` [m].
         notice: called with a line of text for each recording in which bodies were moved, or found
             no place.
@@ -86,23 +79,41 @@ def dataset(
         )
         if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
             notice(f"{recording.name}: {_overlaps(in_scene)}")
-        states = in_scene.states
+        found: dict[str, Any]
+        if captured is None:
+            found = _captured(made, scene, in_scene.states, given)
+        else:
+            found = {"captured": _frame_labels(recording, captured[recording.name])}
+        if labels is None:
+            end, sets = in_scene.states[-1], made.succeeded(given)
+            found["success"] = bool(inside(sets, scene, end).all())
+            some = any_inside(sets, scene, end)
+            found["success_any"] = None if some is None else bool(some)
+        else:
+            found["success"] = labels[recording.name]
         trajectories.append(
             Trajectory(
                 times=recording.times,
-                states=states,
-                contacts=[world.contacts(state) for state in states],
-                captured=np.array([_inside(scene, made.captured(s, given), s) for s in states])
-                if captured is None
-                else _frame_labels(recording, captured[recording.name]),
-                success=_inside(scene, made.succeeded(given), states[-1])
-                if labels is None
-                else labels[recording.name],
+                states=in_scene.states,
+                contacts=[world.contacts(state) for state in in_scene.states],
                 params=given,
                 seed=number,
+                **found,
             )
         )
     return Dataset(made.name, parameters_of(made), 0, trajectories)
+
+
+def _captured(
+    task: RecordedTask, scene: Scene, states: NDArray[np.float64], params: Params
+) -> dict[str, Any]:
+    """The labels of states by the task's own sets: of all objects, and of any of several."""
+    sets = [(task.captured(state, params), scene, state) for state in states]
+    some = [any_inside(*one) for one in sets]
+    return {
+        "captured": np.array([inside(*one).all() for one in sets]),
+        "captured_any": None if some[0] is None else np.array(some, dtype=bool),
+    }
 
 
 def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
@@ -155,12 +166,6 @@ def _overlaps(in_scene: Placed) -> str:
     )
 
 
-def _inside(scene: Scene, sets: Regions, state: NDArray[np.float64]) -> bool:
-    if not isinstance(sets, Region):
-        raise ValueError("the task has several objects, expected one")
-    return bool(sets.contains(scene, state))
-
-
 def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bool_]:
     """The label of each frame; one that was missing in the file has that of the one before."""
     labels: list[bool] = []
@@ -169,45 +174,3 @@ def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray
             raise ValueError(f"captured lacks frame {number} of {recording.name!r}")
         labels.append(captured[number] if number in captured else labels[-1])
     return np.array(labels)
-
-
-def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
-    """Whether each recording succeeded, by its file's name.
-
-    The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
-    Raises OSError, ImportError without pandas, and ValueError with the line that is something else
-    or names a recording again.
-    """
-    return {name: label for (name,), label in _labelled(path, ("recording", "success")).items()}
-
-
-def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]]:
-    """Whether the object was captured in each frame, by the file's name and the frame's number.
-
-    The file has the columns recording,frame,captured. Raises as `read_labels`.
-    """
-    labels: dict[str, dict[int, bool]] = {}
-    for (name, number), label in _labelled(path, ("recording", "frame", "captured")).items():
-        labels.setdefault(name, {})[int(number)] = label
-    return labels
-
-
-def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
-    """The labels of a file with this header, by what comes before them in their rows."""
-    source = SourceFile(Path(path))
-    (first, names), *rows = read_cells(source).items()
-    if tuple(names) != header:
-        raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
-    labels: dict[tuple[str, ...], bool] = {}
-    for line, (*key, word) in rows:
-        known = key[0] and all(map(FRAME.fullmatch, key[1:])) and word.lower() in WORDS
-        if not known or tuple(key) in labels:
-            raise source.error(
-                f"has {','.join([*key, word])!r}, expected {','.join(header)}: the name of a "
-                f"recording's file, a frame's number, one of {', '.join(WORDS)}; each once",
-                line,
-            )
-        labels[tuple(key)] = WORDS[word.lower()]
-    if not labels:
-        raise source.error("has no labels")
-    return labels
