@@ -16,30 +16,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
-from energymargin.records.recordings.cleaning import (
-    LooseRules,
-    Rules,
-    cleaned,
-    frame_origin,
-    gap_limits,
-)
+from energymargin.records.recordings import poses as se3
+from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
 from energymargin.records.recordings.folders import require_own_files
-from energymargin.records.recordings.outliers import lost
-from energymargin.records.recordings.poses import continuous, units
+from energymargin.records.recordings.outliers import gap_limits, lost
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import interpolated, usual_step
-from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, Source
+from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, Floats, Lines, Source
 
 if TYPE_CHECKING:
     import pandas as pd
     from rosbags.highlevel import AnyReader
     from typing_extensions import Unpack
-
-Floats = NDArray[np.float64]
 
 SUFFIXES = (".mcap", ".db3", ".bag")
 MOST_TILT = 0.2  # rad, of a body that moves in a plane; 11 deg, more than a camera's error
@@ -53,20 +44,18 @@ HINT = "Poses are in m and quaternions (REP 103)"
 
 TRANSFORM = "geometry_msgs/msg/TransformStamped"
 SEVERAL = "tf2_msgs/msg/TFMessage"  # has TransformStamped
-# By the message's type: where its position and orientation are.
 POSES = {
-    "geometry_msgs/msg/PoseStamped": attrgetter("pose.position", "pose.orientation"),
-    "geometry_msgs/msg/PoseWithCovarianceStamped": attrgetter(
-        "pose.pose.position", "pose.pose.orientation"
-    ),
-    TRANSFORM: attrgetter("transform.translation", "transform.rotation"),
-    SEVERAL: attrgetter("transform.translation", "transform.rotation"),
-    "nav_msgs/msg/Odometry": attrgetter("pose.pose.position", "pose.pose.orientation"),
+    "geometry_msgs/msg/PoseStamped": "pose",
+    "geometry_msgs/msg/PoseWithCovarianceStamped": "pose.pose",
+    TRANSFORM: "transform",
+    SEVERAL: "transform",
+    "nav_msgs/msg/Odometry": "pose.pose",
 }
+"""By the message's type: where it has its position and orientation, in this order."""
 POSE = list(SPATIAL[0])
-# Of each message: its topic and number on it, from 1 on, the times of the log and of its header
-# [ns], 0 if that has none, and the frames of the pose and of the body.
 MESSAGE = ["topic", "number", "logged", "time", "parent", "frame", *POSE]
+"""Columns of messages: the topic, the number on it from 1 on, the times of the log and of the
+header [ns], 0 if that has none, and the frames of the pose and of the body."""
 
 
 def read_bag(
@@ -75,7 +64,6 @@ def read_bag(
     object: str | None = None,
     effector: str | None = None,
     bodies: Mapping[str, str] | None = None,
-    origin: Sequence[float] = (0.0, 0.0, 0.0),
     **rules: Unpack[LooseRules],
 ) -> Recording:
     """The recording in a bag: poses of bodies, from a topic each.
@@ -92,28 +80,23 @@ def read_bag(
             Odometry or TFMessage. The object moves in the plane.
         effector: the same of the robot's tool.
         bodies: topics of bodies that move in space, by their names.
-        origin: of the poses' frame in the scene's, x, y [m] and yaw [rad].
-        rules: as of `read_csv`. The longest gap is also one between two messages of a body. A
-            causal body that is interpolated is known between two messages.
+        rules: as of `read_csv`. The origin is that of the poses' frame. The longest gap is also one
+            between two messages of a body. A causal body that is interpolated is known between two.
 
     Raises OSError, ImportError without the extra, and ValueError that names the file: on a topic
     that is not there (it lists those that are), poses in different frames or out of the plane, and
     all that `read_csv` refuses.
     """
-    checked, place = Rules(**rules), frame_origin(origin)
-    source = Source(Path(path), "message", HINT)
+    checked, source = Rules(**rules), Source(Path(path), "message", HINT)
     given = {"object": object, "effector": effector, **(bodies or {})}
     if bodies:
         given = {body: topic for body, topic in given.items() if topic is not None}
     wanted = {body: _topic(body, topic) for body, topic in given.items()}
-    for topic in wanted.values():
-        same = [body for body, own in wanted.items() if own == topic]
-        if len(same) > 1:
-            raise ValueError(
-                f"{' and '.join(same)} are both {given[same[0]]!r}, expected two bodies"
-            )
+    for topic in given.values():
+        if len(same := [body for body, own in given.items() if own == topic]) > 1:
+            raise ValueError(f"{' and '.join(same)} are both {topic!r}, expected two bodies")
     flat = [body for body in BODIES if body not in (bodies or {})]
-    return cleaned(_table(source, wanted, flat, checked), source, checked, place)
+    return cleaned(_table(source, wanted, flat, checked), source, checked)
 
 
 def is_bag(path: Path) -> bool:
@@ -183,24 +166,16 @@ def _table(
         times[body] = (own["time"] - begin).to_numpy() / NANOSECONDS
         source.require_rising(f"the time of the {body}", times[body], own["number"].to_numpy())
     for body, own in tracks.items():
-        found, numbers = own[POSE].to_numpy(float), own["number"].to_numpy()
-        if not np.isfinite(found).all(axis=1).any():
-            raise source.error(f"has no pose of the {body} without a NaN")
-        found = _planar(source, body, found, numbers) if body in flat else found
-        found[lost(found, rules.least_jump)] = np.nan
-        seen = np.isfinite(found).all(axis=1)
-        if body not in flat:
-            source.require_poses(body, found[seen], numbers[seen])
-        poses[body] = found
+        poses[body] = _seen(source, body, own, rules, planar=body in flat)
     steps = {body: usual_step(own) for body, own in times.items()}
-    slowest, first = max(steps, key=steps.__getitem__), next(iter(steps))
-    slower = slowest if steps[slowest] > CLEARLY * steps[first] else first
+    slower = max(steps, key=steps.__getitem__)
+    if steps[slower] <= CLEARLY * steps[next(iter(steps))]:
+        slower = next(iter(steps))
     table = pd.DataFrame({"time": times[slower]}, index=tracks[slower]["number"].to_numpy())
-    for body, own in poses.items():
-        if body != slower:
-            own = _between(times[slower], times[body], own, rules.longest_gap)
-        axes = PLANAR[0] if body in flat else SPATIAL[0]
-        table[[f"{body}_{axis}" for axis in axes]] = own
+    for body, found in poses.items():
+        names = [f"{body}_{axis}" for axis in (PLANAR if body in flat else SPATIAL)[0]]
+        at = (times[slower], times[body], found, rules.longest_gap)
+        table[names] = found if body == slower else _between(*at)
     return table
 
 
@@ -225,15 +200,12 @@ def _read(source: Source, wanted: Mapping[str, tuple[str, str]]) -> pd.DataFrame
             numbers[topic] += 1
             message: Any = reader.deserialize(data, kind)
             for one in message.transforms if kind == SEVERAL else [message]:
-                pose = [
-                    getattr(p, a)
-                    for p, axes in zip(POSES[kind](one), ("xyz", "xyzw"), strict=True)
-                    for a in axes
-                ]
-                head = one.header
-                time = head.stamp.sec * NANOSECONDS + head.stamp.nanosec
+                place, turn, *_ = vars(attrgetter(POSES[kind])(one)).values()
+                pose = (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
+                time = one.header.stamp.sec * NANOSECONDS + one.header.stamp.nanosec
                 frame = one.child_frame_id if kind in (TRANSFORM, SEVERAL) else ""
-                rows.append([topic, numbers[topic], logged, time, head.frame_id, frame, *pose])
+                known = (topic, numbers[topic], logged, time, one.header.frame_id, frame)
+                rows.append((*known, *pose))
     found = pd.DataFrame(rows, columns=MESSAGE)
     once = found.assign(time=found["time"].where(found["time"] != 0, found["logged"]))
     return found[~once.duplicated(["topic", "time", "frame", *POSE])]
@@ -294,45 +266,53 @@ def _require_one_clock(source: Source, seen: Mapping[str, pd.DataFrame]) -> None
             warn([(text, text)], str(source.path))
 
 
-def _planar(source: Source, body: str, poses: Floats, numbers: NDArray[np.int64]) -> Floats:
-    """x, y [m] and yaw [rad], shape (N, 3), of poses in space; NaN where it was not seen.
+def _seen(
+    source: Source, body: str, messages: pd.DataFrame, rules: Rules, *, planar: bool
+) -> Floats:
+    """Poses in the plane, shape (N, 3), or in space, shape (N, 7); NaN where it was not seen."""
+    poses, lines = messages[POSE].to_numpy(float), messages["number"].to_numpy()
+    seen = np.isfinite(poses).all(axis=1)
+    if not seen.any():
+        raise source.error(f"has no pose of the {body} without a NaN")
+    if planar:
+        found = np.full((len(poses), 3), np.nan)
+        found[seen] = _planar(source, body, poses[seen], lines[seen])
+        poses = found
+    poses[lost(poses, rules.least_jump)] = np.nan
+    if not planar:
+        seen = np.isfinite(poses).all(axis=1)
+        source.require_poses(body, poses[seen], lines[seen])
+    return poses
+
+
+def _planar(source: Source, body: str, poses: Floats, lines: Lines) -> Floats:
+    """x, y [m] and yaw [rad], shape (N, 3), of poses in space.
 
     The yaw is the heading of the body's x axis, whether it stands or hangs upside down.
     """
-    seen = np.isfinite(poses).all(axis=1)
-    height = poses[seen, 2]
-    x, y, z, w = poses[seen, 3:].T
+    height, (x, y, z, w) = poses[:, 2], poses[:, 3:].T
     tilt = np.arccos(np.clip(1 - 2 * (x * x + y * y), -1, 1))  # of the body's z axis
     ahead = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + z * w)], axis=1)
     in_plane = "expected poses in a plane, turned about the vertical alone"
+    tilts = f"tilts by more than {math.degrees(MOST_TILT):.0f} deg, {in_plane}"
+    rises = f"is more than {MOST_RISE:g} m above or below its first pose, {in_plane}"
+    stands = "has its x axis along the vertical, so its heading is not known"
     wrong = (
-        (
-            np.abs(tilt - tilt[0]) > MOST_TILT,
-            f"tilts by more than {math.degrees(MOST_TILT):.0f} deg, {in_plane}; is w first in its "
-            "quaternions?",
-        ),
-        (
-            np.abs(height - height[0]) > MOST_RISE,
-            f"is more than {MOST_RISE:g} m above or below its first pose, {in_plane}",
-        ),
-        (
-            np.linalg.norm(ahead, axis=1) < FLAT,
-            "has its x axis along the vertical, so its heading is not known",
-        ),
+        (np.abs(tilt - tilt[0]) > MOST_TILT, f"{tilts}; is w first in its quaternions?"),
+        (np.abs(height - height[0]) > MOST_RISE, rises),
+        (np.linalg.norm(ahead, axis=1) < FLAT, stands),
     )
-    source.require_poses(body, poses[seen], numbers[seen], wrong)
-    found = np.full((len(poses), 3), np.nan)
-    found[seen] = np.column_stack([poses[seen, :2], np.arctan2(ahead[:, 1], ahead[:, 0])])
-    return found
+    source.require_poses(body, poses, lines, wrong)
+    return np.column_stack([poses[:, :2], np.arctan2(ahead[:, 1], ahead[:, 0])])
 
 
 def _between(at: Floats, times: Floats, poses: Floats, longest_gap: float) -> Floats:
     """Poses at other times, on lines; NaN before the first, behind the last and in a gap."""
     seen = np.isfinite(poses).all(axis=1)
     known = times[seen]
-    found = interpolated(at, known, continuous(poses[seen]), outside=np.nan)
+    found = interpolated(at, known, se3.continuous(poses[seen]), outside=np.nan)
     last = len(known) - 1
     after = np.minimum(np.searchsorted(known, at), last)
     before = np.maximum(np.searchsorted(known, at, side="right") - 1, 0)
     found[known[after] - known[before] > sum(gap_limits(longest_gap, known))] = np.nan
-    return units(found)
+    return se3.units(found)

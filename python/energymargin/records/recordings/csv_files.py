@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +15,9 @@ import numpy as np
 
 from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
-from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, frame_origin
+from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
 from energymargin.records.recordings.recording import Recording
-from energymargin.records.recordings.table import Source, fields_of, require_whole
+from energymargin.records.recordings.table import Source, fields_of, first, require_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,9 +30,7 @@ UNITS = {
 }
 """By kind and unit: its size in SI units. Velocities are such a length or angle a second."""
 
-KINDS = {"time": "time"} | dict.fromkeys(("x", "y", "z", "vx", "vy", "vz"), "length")
-KINDS |= dict.fromkeys(("yaw", "rate", "wx", "wy", "wz"), "angle")
-"""By the last word of a field that has a unit."""
+RATES = ("_vx", "_vy", "_vz", "_yaw_rate", "_wx", "_wy", "_wz")
 
 NOT_SEEN = ("", "nan", "NaN", "NAN")
 LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbers
@@ -39,24 +38,19 @@ LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbe
 
 def _kind(name: str) -> str:
     """ "length", "angle" or "time"; "" of a frame's number or a quaternion."""
-    return KINDS.get(name.rpartition("_")[2], "")
+    if name.endswith(("time", "yaw", "rate", "_wx", "_wy", "_wz")):
+        return "time" if name == "time" else "angle"
+    return "length" if re.search("_v?[xyz]$", name) else ""
 
 
 def headers(names: Collection[str]) -> dict[str, tuple[str, float | None]]:
     """By a name that may stand in a header with these names, as "object_vx_mm_s": the field, and
     the size of its unit if it has one."""
-    known: dict[str, tuple[str, float | None]] = {}
-    for name in fields_of(names):
-        rate = "_s" if _kind(name) in ("length", "angle") and _is_rate(name) else ""
-        known[name] = (name, None)
-        known |= {
-            f"{name}_{u}{rate}": (name, size) for u, size in UNITS.get(_kind(name), {}).items()
-        }
-    return known
-
-
-def _is_rate(name: str) -> bool:
-    return name.rpartition("_")[2] in ("vx", "vy", "vz", "rate", "wx", "wy", "wz")
+    known = fields_of(names)
+    sized = [(name, *unit) for name in known for unit in UNITS.get(_kind(name), {}).items()]
+    return {name: (name, None) for name in known} | {
+        f"{name}_{unit}{'_s' * name.endswith(RATES)}": (name, size) for name, unit, size in sized
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +99,7 @@ class Columns:
             raise ValueError(f"header is {self.header!r}, expected true or false")
         if self.columns:
             require_whole("columns", self.columns)
-        frame_origin(self.origin)
+        require_origin(self.origin)
 
     @classmethod
     def of(cls, given: Columns | Mapping[str, Any] | str | os.PathLike[str] | None) -> Columns:
@@ -122,6 +116,11 @@ class Columns:
             return cls(**content)
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{file}: {error}" if file else f"{error}") from error
+
+    def rules(self, given: LooseRules) -> Rules:
+        """The rules of a reader, with this origin unless they have one."""
+        own = Rules(**given)
+        return own if own.origin is not None else replace(own, origin=self.origin)
 
     @property
     def has_header(self) -> bool:
@@ -183,8 +182,6 @@ class Columns:
 def read_csv(
     path: str | os.PathLike[str],
     columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
-    *,
-    origin: Sequence[float] | None = None,
     **rules: Unpack[LooseRules],
 ) -> Recording:
     """The recording in a CSV file: a row a frame, with the poses of bodies in a plane or in space.
@@ -199,24 +196,21 @@ def read_csv(
             and the same of the effector, or of bodies of any other names [m, rad, s]; frame and
             velocities may be missing. Poses in space are BODY_x, BODY_y, BODY_z, BODY_qx, BODY_qy,
             BODY_qz, BODY_qw, their velocities BODY_vx, ..., BODY_wz.
-        origin: of the camera's frame in the scene's, x, y [m] and yaw [rad]; None is that of
-            `columns`.
         rules: the fields of Rules by name, as repair=False, longest_gap=0.2, least_jump=0.01,
-            least_turn=0.2, smoothing=0.03, smooth_poses=False or causal=True.
+            least_turn=0.2, smoothing=0.03, smooth_poses=False, causal=True or
+            origin=(0.1, 0.0, 1.57).
 
     Raises OSError, ImportError without the extra, and ValueError that names the file, the line and
     what was expected there.
     """
     layout, source = Columns.of(columns), Source(Path(path))
-    given, place = Rules(**rules), frame_origin(layout.origin if origin is None else origin)
-    return cleaned(_table(source, layout), source, given, place)
+    checked = layout.rules(rules)
+    return cleaned(_table(source, layout), source, checked)
 
 
 def from_table(
     table: pd.DataFrame,
-    *,
     name: str = "table",
-    origin: Sequence[float] = (0.0, 0.0, 0.0),
     **rules: Unpack[LooseRules],
 ) -> Recording:
     """The recording in a pandas table in SI units, a row a frame, whose columns have the names of
@@ -225,12 +219,11 @@ def from_table(
     Args:
         table: its index counts the rows in errors.
         name: of the recording, as labels know it.
-        origin: of the camera's frame in the scene's, x, y [m] and yaw [rad].
         rules: as of `read_csv`.
 
     Raises ValueError as `read_csv`.
     """
-    return cleaned(table, Source(Path(name), "row"), Rules(**rules), frame_origin(origin))
+    return cleaned(table, Source(Path(name), "row"), Rules(**rules))
 
 
 def _require_keys(what: str, given: Any, known: Collection[str]) -> None:
@@ -304,8 +297,8 @@ def _numbers(source: Source, name: str, cells: pd.Series[Any]) -> pd.Series[floa
         wrong &= ~cells.isin(NOT_SEEN)
     if name == "frame":
         wrong |= (values != np.round(values)) | (np.abs(values) >= LARGEST_NUMBER)
-    if wrong.any():
-        line = wrong.idxmax()
+    if (row := first(wrong.to_numpy())) is not None:
         expected = f"a {'whole ' if name == 'frame' else ''}number{' in each row' * needed}"
-        raise source.error(f"{name} is {cells[line]!r}, expected {expected}", line)
+        text = f"{name} is {cells.iloc[row]!r}, expected {expected}"
+        raise source.error(text, cells.index[row])
     return values

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
-from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, frame_origin
+from energymargin.records.recordings.cleaning import LooseRules, cleaned
 from energymargin.records.recordings.csv_files import Columns, headers
 from energymargin.records.recordings.folders import require_own_files
 from energymargin.records.recordings.recording import Recording
@@ -60,7 +60,8 @@ def read_lerobot(
     Raises OSError, ImportError without the extra, and ValueError that names the file: on a dataset
     of another version, or one that lacks frames, and on all that `read_csv` refuses.
     """
-    checked, layout, folder = Rules(**rules), Columns.of(columns), Path(path)
+    layout, folder = Columns.of(columns), Path(path)
+    checked = layout.rules(rules)
     places = element_places(folder, named=not layout.columns)
     allowed = places if layout.columns else headers(places)
     known = [name for name in places if name in allowed]
@@ -70,12 +71,12 @@ def read_lerobot(
         raise ValueError(f"{folder / INFO}: {error}; it has {', '.join(places)}") from None
     used = {name: places[known[number]] for name, (number, _) in fields.items()}
     sizes = {name: size for name, (_, size) in fields.items()}
-    origin, found = frame_origin(layout.origin), []
+    found = []
     for episode, values in read_episodes(folder, used).items():
         source = Source(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
         _compare_rate(source, folder, sizes["time"] * values["time"].to_numpy())
         table = (values * sizes).assign(**layout.constants)
-        found.append(cleaned(table, source, checked, origin))
+        found.append(cleaned(table, source, checked))
     return found
 
 

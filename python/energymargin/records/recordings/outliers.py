@@ -1,4 +1,4 @@
-"""Which measured poses are none: a tracker has lost the body, or a marker jumps.
+"""Which measured poses are none: gaps, a tracker that has lost the body, markers that jump.
 
 A tracker that has lost a body may write zeros. A marker's jumps are found by a Hampel filter about
 the motion's own slope. Seven frames around each one have a median slope, and about that line a
@@ -13,20 +13,27 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from energymargin.records.recordings.poses import directions, positions
-from energymargin.records.recordings.smoothing import SIGMA_OF_MAD
-
-Floats = NDArray[np.float64]
+from energymargin.records.recordings.smoothing import SIGMA_OF_MAD, usual_step
+from energymargin.records.recordings.table import Floats, Mask
 
 USUAL_STEPS = 95.0  # percent of a body's steps: outliers are fewer
 LEAPS = 5.0  # of them; no body goes so far in one
 WINDOW = 7  # frames
 DEVIATIONS = 3.0  # Hampel's
+USUAL_GAP = 1.5  # median steps of time; with a shorter one, no frame is missing
+JITTER = 0.25  # of the median step of time: so much times are rounded, or late
 
 
-def lost(poses: Floats, least_jump: float) -> NDArray[np.bool_]:
+def gap_limits(longest_gap: float, times: Floats) -> tuple[float, float]:
+    """The longest time without a pose that is filled, of a slow camera a bit more than its step;
+    and by how much rounded and jittering times may be beyond it [s]."""
+    step = usual_step(times)
+    return max(longest_gap, USUAL_GAP * step), JITTER * step
+
+
+def lost(poses: Floats, least_jump: float) -> Mask:
     """Poses at which a tracker has lost the body and writes zeros, but for a quaternion's w: a mask
     (N,) of N poses; a pose that was not seen is NaN.
 
@@ -47,16 +54,14 @@ def lost(poses: Floats, least_jump: float) -> NDArray[np.bool_]:
     return found
 
 
-def jumps(times: Floats, poses: Floats, least_jump: float, least_turn: float) -> NDArray[np.bool_]:
+def jumps(times: Floats, poses: Floats, least_jump: float, least_turn: float) -> Mask:
     """Which of N >= 7 poses are outliers, shape (N,): by so much at least [m, rad]."""
-    columns = [
-        *((column, least_jump) for column in positions(poses).T),
-        *((column, least_turn) for column in directions(poses).T),
-    ]
+    columns = [(column, least_jump) for column in positions(poses).T]
+    columns += [(column, least_turn) for column in directions(poses).T]
     return np.asarray(np.any([_jumps(times, *column) for column in columns], axis=0))
 
 
-def _jumps(times: Floats, values: Floats, least: float) -> NDArray[np.bool_]:
+def _jumps(times: Floats, values: Floats, least: float) -> Mask:
     from scipy.interpolate import make_interp_spline
 
     count = len(values)

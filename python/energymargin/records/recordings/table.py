@@ -10,7 +10,7 @@ row in its file, as its line.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,8 @@ PLACES = [rf"(.+)_{axis}(_[cm]?m)?" for axis in "xy"]
 UNIT = 1e-3  # by so much a quaternion of single precision is not of length one
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Lines = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -36,37 +38,36 @@ class Source:
     hint: str = "Are columns swapped, or units others (mm, deg, ms)? columns= says so"
     """What to do about numbers that no camera sees."""
 
-    def error(self, text: str, line: int | None = None) -> ValueError:
+    def error(self, text: str, line: np.integer | int | None = None) -> ValueError:
         """A ValueError that names the file and the line."""
         where = "" if line is None else f", {self.row} {line}"
         return ValueError(f"{self.path}{where}: {text}")
 
-    def require_rising(self, name: str, values: Floats, lines: NDArray[np.int64]) -> None:
+    def require_rising(self, name: str, values: Floats, lines: Lines) -> None:
         """Raises ValueError with the line where these values, shape (R,), do not rise."""
-        falls = np.flatnonzero(~(np.diff(values) > 0)) + 1
-        if len(falls):
-            k = falls[0]
+        falls = ~(np.diff(values) > 0)
+        if (k := first(falls)) is not None:
             raise self.error(
-                f"{name} is {values[k]:.10g} after {values[k - 1]:.10g}, expected it to rise. Are "
-                f"these {len(falls) + 1} episodes, or was the clock set? Cut the recording there",
-                int(lines[k]),
+                f"{name} is {values[k + 1]:.10g} after {values[k]:.10g}, expected it to rise. Are "
+                f"these {falls.sum() + 1} episodes, or was the clock set? Cut the recording there",
+                lines[k + 1],
             )
 
     def require_poses(
-        self,
-        body: str,
-        poses: Floats,
-        lines: NDArray[np.int64],
-        wrong: Iterable[tuple[NDArray[np.bool_], str]] = (),
+        self, body: str, poses: Floats, lines: Lines, wrong: Sequence[tuple[Mask, str]] = ()
     ) -> None:
         """Raises ValueError with the line of a pose in space, shape (N, 7), whose quaternion is no
         unit one, or that is wrong for another reason, each a mask (N,) and its words."""
         no_unit = np.abs(np.linalg.norm(poses[:, 3:], axis=1) - 1) > UNIT
         for mask, text in ((no_unit, "has an orientation that is no unit quaternion"), *wrong):
-            if mask.any():
-                k = int(np.argmax(mask))
+            if (k := first(mask)) is not None:
                 shown = ", ".join(f"{number:.4g}" for number in poses[k])
-                raise self.error(f"the {body} at ({shown}) {text}", int(lines[k]))
+                raise self.error(f"the {body} at ({shown}) {text}", lines[k])
+
+
+def first(mask: Mask) -> int | None:
+    """The first row of a mask; None if there is none."""
+    return int(np.argmax(mask)) if mask.any() else None
 
 
 def columns_of(names: Collection[str]) -> dict[str, tuple[list[str], list[str]]]:
