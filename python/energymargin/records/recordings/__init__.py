@@ -1,5 +1,5 @@
-"""Recordings: read from CSV files, bags of ROS, datasets of LeRobot or tables of pandas, placed into
-a task's scene, scored by frame.
+"""Recordings: read from CSV files, bags of ROS, datasets of LeRobot or tables of pandas, placed
+into a task's scene, scored by frame.
 
 Of any number of bodies, in the plane (x, y, yaw) or in space.
 """

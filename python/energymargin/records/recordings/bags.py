@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from operator import attrgetter
 from pathlib import Path
@@ -95,7 +95,7 @@ def read_bag(
     for topic in given.values():
         if len(same := [body for body, own in given.items() if own == topic]) > 1:
             raise ValueError(f"{' and '.join(same)} are both {topic!r}, expected two bodies")
-    flat = [body for body in BODIES if body not in (bodies or {})]
+    flat = set(BODIES).difference(bodies or {})
     return cleaned(_table(source, wanted, flat, checked), source, checked)
 
 
@@ -143,7 +143,7 @@ def _reader(source: Source) -> Iterator[AnyReader]:
 
 
 def _table(
-    source: Source, wanted: Mapping[str, tuple[str, str]], flat: Sequence[str], rules: Rules
+    source: Source, wanted: Mapping[str, tuple[str, str]], flat: set[str], rules: Rules
 ) -> pd.DataFrame:
     """A row for each message of the body that is seen most rarely; `flat` are in the plane."""
     messages = _read(source, wanted)
@@ -197,15 +197,15 @@ def _read(source: Source, wanted: Mapping[str, tuple[str, str]]) -> pd.DataFrame
         connections = [one for one in reader.connections if one.topic in numbers]
         for connection, logged, data in reader.messages(connections):
             kind, topic = connection.msgtype, connection.topic
-            numbers[topic] += 1
+            numbers[topic] += 1  # from 1 on
             message: Any = reader.deserialize(data, kind)
             for one in message.transforms if kind == SEVERAL else [message]:
                 place, turn, *_ = vars(attrgetter(POSES[kind])(one)).values()
                 pose = (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
                 time = one.header.stamp.sec * NANOSECONDS + one.header.stamp.nanosec
                 frame = one.child_frame_id if kind in (TRANSFORM, SEVERAL) else ""
-                known = (topic, numbers[topic], logged, time, one.header.frame_id, frame)
-                rows.append((*known, *pose))
+                told = (topic, numbers[topic], logged, time, one.header.frame_id, frame)
+                rows.append((*told, *pose))
     found = pd.DataFrame(rows, columns=MESSAGE)
     once = found.assign(time=found["time"].where(found["time"] != 0, found["logged"]))
     return found[~once.duplicated(["topic", "time", "frame", *POSE])]
@@ -270,7 +270,7 @@ def _seen(
     source: Source, body: str, messages: pd.DataFrame, rules: Rules, *, planar: bool
 ) -> Floats:
     """Poses in the plane, shape (N, 3), or in space, shape (N, 7); NaN where it was not seen."""
-    poses, lines = messages[POSE].to_numpy(float), messages["number"].to_numpy()
+    poses, lines = messages[POSE].to_numpy(float, copy=True), messages["number"].to_numpy()
     seen = np.isfinite(poses).all(axis=1)
     if not seen.any():
         raise source.error(f"has no pose of the {body} without a NaN")

@@ -19,15 +19,7 @@ from energymargin.records.recordings import poses as se3, smoothing
 from energymargin.records.recordings.outliers import gap_limits, jumps, lost
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
 from energymargin.records.recordings.smoothing import LEAST_FRAMES, interpolated
-from energymargin.records.recordings.table import (
-    Floats,
-    Lines,
-    Mask,
-    Source,
-    columns_of,
-    first,
-    require_whole,
-)
+from energymargin.records.recordings.table import Floats, Lines, Mask, Source, columns_of, first
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -115,7 +107,6 @@ def require_origin(given: Sequence[float]) -> None:
 
 def cleaned(table: pd.DataFrame, source: Source, rules: Rules) -> Recording:
     """The recording in a table, checked and repaired. Errors as `read_csv`."""
-    require_whole("the table", table.columns)
     _require_enough(source, len(table), "rows")
     if "frame" not in table:
         table = table.assign(frame=np.arange(len(table)))

@@ -17,7 +17,7 @@ from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
 from energymargin.records.recordings.recording import Recording
-from energymargin.records.recordings.table import Source, fields_of, first, require_whole
+from energymargin.records.recordings.table import Floats, Source, fields_of, first, require_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -208,11 +208,7 @@ def read_csv(
     return cleaned(_table(source, layout), source, checked)
 
 
-def from_table(
-    table: pd.DataFrame,
-    name: str = "table",
-    **rules: Unpack[LooseRules],
-) -> Recording:
+def from_table(table: pd.DataFrame, name: str = "table", **rules: Unpack[LooseRules]) -> Recording:
     """The recording in a pandas table in SI units, a row a frame, whose columns have the names of
     a CSV file's header. Needs the extra [recordings].
 
@@ -223,6 +219,7 @@ def from_table(
 
     Raises ValueError as `read_csv`.
     """
+    require_whole("the table", table.columns)
     return cleaned(table, Source(Path(name), "row"), Rules(**rules))
 
 
@@ -273,31 +270,29 @@ def _table(source: Source, columns: Columns) -> pd.DataFrame:
     lines = read_cells(source, columns.delimiter)
     import pandas as pd
 
-    first = next(iter(lines))
+    top = next(iter(lines))
     try:
-        places = columns.places(lines[first])
+        places = columns.places(lines[top])
     except ValueError as error:
-        raise source.error(str(error), first) from None
-    rows = {line: row for line, row in lines.items() if line > first or not columns.has_header}
-    table = pd.DataFrame(index=list(rows), columns=[], dtype=float)
-    for name, (number, size) in places.items():
-        cells = pd.Series([row[number] for row in rows.values()], table.index, dtype=object)
-        table[name] = size * _numbers(source, name, cells)
-    return table.assign(**columns.constants)
+        raise source.error(str(error), top) from None
+    rows = {line: row for line, row in lines.items() if line > top or not columns.has_header}
+    cells = pd.DataFrame(list(rows.values()), list(rows), range(len(lines[top])), dtype=object)
+    numbers = {name: _numbers(source, name, cells[k]) * size for name, (k, size) in places.items()}
+    return pd.DataFrame(numbers, index=cells.index).assign(**columns.constants)
 
 
-def _numbers(source: Source, name: str, cells: pd.Series[Any]) -> pd.Series[float]:
+def _numbers(source: Source, name: str, cells: pd.Series[Any]) -> Floats:
     """The numbers of a column of texts; NaN where a body was not seen."""
     import pandas as pd
 
-    values = pd.to_numeric(cells, errors="coerce").astype(float)
+    values = pd.to_numeric(cells, errors="coerce").to_numpy(float)
     needed = name in ("frame", "time")
     wrong = ~np.isfinite(values)
     if not needed:
-        wrong &= ~cells.isin(NOT_SEEN)
+        wrong &= ~cells.isin(NOT_SEEN).to_numpy()
     if name == "frame":
         wrong |= (values != np.round(values)) | (np.abs(values) >= LARGEST_NUMBER)
-    if (row := first(wrong.to_numpy())) is not None:
+    if (row := first(wrong)) is not None:
         expected = f"a {'whole ' if name == 'frame' else ''}number{' in each row' * needed}"
         text = f"{name} is {cells.iloc[row]!r}, expected {expected}"
         raise source.error(text, cells.index[row])

@@ -172,10 +172,8 @@ def read_episodes(folder: Path, columns: Mapping[str, Place]) -> dict[int, pd.Da
         table = _table(file, sorted({feature for feature, _, _ in places.values()}))
         parts.append(pd.DataFrame({n: _numbers(file, table, *own) for n, own in places.items()}))
     frames = pd.concat(parts).sort_values([EPISODE, FRAME], kind="stable")
-    found = {
-        int(episode): own[list(columns)].reset_index(drop=True)
-        for episode, own in frames.groupby(EPISODE)
-    }
+    groups = {int(own[EPISODE].iloc[0]): own for _, own in frames.groupby(EPISODE)}
+    found = {n: own[list(columns)].reset_index(drop=True) for n, own in groups.items()}
     _require_whole(folder, {episode: len(own) for episode, own in found.items()})
     return found
 

@@ -13,7 +13,7 @@ from energymargin.base.checks import positive_number
 from energymargin.base.reprs import Record
 from energymargin.model.scenes import moved_apart
 from energymargin.records.recordings.poses import planar
-from energymargin.records.recordings.recording import Recording
+from energymargin.records.recordings.recording import Motion, Recording
 
 MOST_OVERLAP = 0.01  # m; an arm's error of 5 to 8 mm, and a camera's
 UPRIGHT = 1e-6
@@ -56,24 +56,16 @@ def placed(
     tools = {effector, *(body.name for body in scene.bodies if body.role == "effector")}
     motions = recording.in_scene(object, effector)
     names = sorted(motions, key=tools.__contains__)
-    flat = [name for name in names if planar(motions[name].poses)]
     starts = [scene.slice(name).start for name in names]
-    for name, start in zip(names, starts, strict=True):
-        if name in flat and math.hypot(*scene.pack()[start + 3 : start + 5]) > UPRIGHT:
-            raise ValueError(
-                f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
-            )
-    world = World(scene)
-    measured = np.stack(
-        [
-            scene.pack(**{name: motion.at(k, heights[name]) for name, motion in motions.items()})
-            for k in range(len(recording))
-        ]
-    )
-    states, reasons = measured.copy(), {}
+    in_plane = [_moves_in_plane(scene, name, motions[name]) for name in names]
+    ways = (1.0, 1.0, 0.0 if all(in_plane) else 1.0)
+    world, states, reasons = World(scene), np.empty((len(recording), scene.dimension)), {}
+    for k in range(len(recording)):
+        poses = {name: motion.at(k, heights[name]) for name, motion in motions.items()}
+        states[k] = scene.pack(**poses)
+    measured = states.copy()
     for k, number in enumerate(recording.frames.tolist()):
         try:
-            ways = (1.0, 1.0, float(len(flat) < len(names)))
             states[k] = moved_apart(world, measured[k], names, directions=ways)
         except ValueError as error:
             reasons[k] = f"{recording.name}, frame {number}: {error}"
@@ -90,3 +82,13 @@ def placed(
             "shapes, the units and the origin of the camera's frame fit?"
         )
     return Placed(states, moved, stuck)
+
+
+def _moves_in_plane(scene: Scene, name: str, motion: Motion) -> bool:
+    """Whether a body moves in the plane; ValueError if it does, and is tilted in the scene."""
+    start = scene.slice(name).start
+    if planar(motion.poses) and math.hypot(*scene.pack()[start + 3 : start + 5]) > UPRIGHT:
+        raise ValueError(
+            f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
+        )
+    return planar(motion.poses)

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 def planar(poses: Floats) -> bool:
     """Whether they are poses in the plane."""
-    return poses.shape[1] == 3
+    return bool(poses.shape[1] == 3)
 
 
 def positions(poses: Floats) -> Floats:
@@ -82,11 +82,12 @@ def moved(poses: Floats, origin: Sequence[float]) -> tuple[Floats, Floats]:
     """Poses in the frame in which their own has this origin (x, y, yaw), and the matrix that turns
     their velocities, (3, 3) or (6, 6)."""
     x, y, yaw = origin
-    turn = np.eye(3)
-    turn[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     if planar(poses):
-        return poses @ turn.T + (x, y, yaw), turn
+        return np.asarray(poses @ turn.T + (x, y, yaw)), turn
     from scipy.spatial.transform import Rotation
 
     turned = (Rotation.from_matrix(turn) * Rotation.from_quat(poses[:, 3:])).as_quat()
-    return np.hstack([poses[:, :3] @ turn.T + (x, y, 0.0), turned]), np.kron(np.eye(2), turn)
+    places = np.asarray(poses[:, :3] @ turn.T + (x, y, 0.0))
+    return np.hstack([places, turned]), np.asarray(np.kron(np.eye(2), turn))

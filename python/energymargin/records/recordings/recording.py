@@ -129,9 +129,8 @@ class Recording(Record):
                     "poses alone; em.beliefs.Uncertainty(pose=..., velocity=...) takes your own"
                 )
             axes = PLANE if planar(motion.poses) else list(range(6))
-            for quantity, own in zip(
-                given.values(), (motion.pose_covariances, motion.velocity_covariances), strict=True
-            ):
-                quantity[name] = np.zeros((6, 6))
-                quantity[name][np.ix_(axes, axes)] = own[frame]
+            known = {"pose": motion.pose_covariances, "velocity": motion.velocity_covariances}
+            for quantity, covariances in known.items():
+                given[quantity][name] = np.zeros((6, 6))
+                given[quantity][name][np.ix_(axes, axes)] = covariances[frame]
         return Uncertainty(**given)

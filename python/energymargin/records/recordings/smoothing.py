@@ -16,6 +16,7 @@ frame that was filled, or that is near an end, is known less well than one amid 
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -68,18 +69,14 @@ def smoothed(times: Floats, values: Floats, at: Floats, time_scale: float) -> Sm
     start, step = times[0], usual_step(times)
     moments = (times - start) / step  # in steps, so that the spline's equations are of the size 1
     wanted = (at - start) / step
-    units: dict[float, tuple[Floats, Floats]] = {}
+    known = cache(lambda scale: unit_variances(moments, wanted, scale))  # columns share scales
     columns = []
     for column in values.T:
         spline, scale = _spline(moments, column, time_scale / step)
-        if scale not in units:
-            units[scale] = unit_variances(moments, wanted, scale)
-        (own, own_rate), at_moments = units[scale][0].T, units[scale][1]
+        (own, own_rate), at_moments = known(scale)[0].T, known(scale)[1]
         error = error_variance(spline(moments) - column, at_moments)
-        rates = spline.derivative()(wanted) / step
-        columns.append(
-            (spline(wanted), rates, error * own, error * own_rate / step**2, 0 * own + error)
-        )
+        variances = (error * own, error * own_rate / step**2, 0 * own + error)
+        columns.append((spline(wanted), spline.derivative()(wanted) / step, *variances))
     return Smooth(*(np.stack(one, axis=1) for one in zip(*columns, strict=True)))
 
 
@@ -89,13 +86,9 @@ def causally_smoothed(times: Floats, values: Floats, at: Floats, time_scale: flo
     At least 7 are at or before the first of these times.
     """
     ends = np.searchsorted(times, at, side="right")
-    begins = np.searchsorted(times, at - MEMORY * time_scale)
-    parts = [
-        smoothed(times[begin:end], values[begin:end], at[k : k + 1], time_scale)
-        for k, (begin, end) in enumerate(
-            zip(np.minimum(begins, ends - LEAST_FRAMES), ends, strict=True)
-        )
-    ]
+    begins = np.minimum(np.searchsorted(times, at - MEMORY * time_scale), ends - LEAST_FRAMES)
+    windows = zip(at[:, None], begins, ends, strict=True)
+    parts = [smoothed(times[a:b], values[a:b], own, time_scale) for own, a, b in windows]
     return Smooth(*map(np.concatenate, zip(*parts, strict=True)))
 
 

@@ -13,7 +13,7 @@ from energymargin._core import Scene, World
 from energymargin.records.datasets import Dataset
 from energymargin.records.recordings.placing import MOST_OVERLAP, Placed, placed
 from energymargin.records.recordings.recording import Recording
-from energymargin.tasks.base import Params, Regions, Task, any_inside, inside, parameters_of
+from energymargin.tasks.base import Params, Regions, Task, inside, parameters_of
 from energymargin.tasks.trajectories import Trajectory
 
 
@@ -79,41 +79,37 @@ def dataset(
         )
         if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
             notice(f"{recording.name}: {_overlaps(in_scene)}")
-        found: dict[str, Any]
+        states, some, any_end = in_scene.states, None, None
         if captured is None:
-            found = _captured(made, scene, in_scene.states, given)
+            now, some = _inside(scene, [made.captured(s, given) for s in states], states)
         else:
-            found = {"captured": _frame_labels(recording, captured[recording.name])}
+            now = _frame_labels(recording, captured[recording.name])
         if labels is None:
-            end, sets = in_scene.states[-1], made.succeeded(given)
-            found["success"] = bool(inside(sets, scene, end).all())
-            some = any_inside(sets, scene, end)
-            found["success_any"] = None if some is None else bool(some)
-        else:
-            found["success"] = labels[recording.name]
+            end, any_end = _inside(scene, [made.succeeded(given)], states[-1:])
         trajectories.append(
             Trajectory(
-                times=recording.times,
-                states=in_scene.states,
-                contacts=[world.contacts(state) for state in in_scene.states],
-                params=given,
-                seed=number,
-                **found,
+                recording.times,
+                states,
+                [world.contacts(state) for state in states],
+                now,
+                bool(end[0]) if labels is None else labels[recording.name],
+                given,
+                number,
+                some,
+                None if any_end is None else bool(any_end[0]),
             )
         )
     return Dataset(made.name, parameters_of(made), 0, trajectories)
 
 
-def _captured(
-    task: RecordedTask, scene: Scene, states: NDArray[np.float64], params: Params
-) -> dict[str, Any]:
-    """The labels of states by the task's own sets: of all objects, and of any of several."""
-    sets = [(task.captured(state, params), scene, state) for state in states]
-    some = [any_inside(*one) for one in sets]
-    return {
-        "captured": np.array([inside(*one).all() for one in sets]),
-        "captured_any": None if some[0] is None else np.array(some, dtype=bool),
-    }
+def _inside(
+    scene: Scene, sets: Sequence[Regions], states: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+    """Whether all objects are in their sets, of each state, shape (K,), and whether any of several
+    is; None of one set for all."""
+    each = [inside(own, scene, state) for own, state in zip(sets, states, strict=True)]
+    some = np.array([own.any() for own in each]) if isinstance(sets[0], dict) else None
+    return np.array([own.all() for own in each]), some
 
 
 def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
