@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from operator import attrgetter
 from pathlib import Path
@@ -25,7 +25,7 @@ from energymargin.records.recordings.folders import require_own_files
 from energymargin.records.recordings.outliers import gap_limits, lost
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import interpolated, usual_step
-from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, Floats, Lines, Source
+from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, Floats, Mask, Source
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -274,19 +274,18 @@ def _seen(
     seen = np.isfinite(poses).all(axis=1)
     if not seen.any():
         raise source.error(f"has no pose of the {body} without a NaN")
+    poses[~seen] = np.nan
+    yaw, out_of_plane = _headings(poses[seen])
+    source.require_poses(body, poses[seen], lines[seen], out_of_plane if planar else ())
     if planar:
-        found = np.full((len(poses), 3), np.nan)
-        found[seen] = _planar(source, body, poses[seen], lines[seen])
-        poses = found
+        poses = poses[:, :3]
+        poses[seen, 2] = yaw
     poses[lost(poses, rules.least_jump)] = np.nan
-    if not planar:
-        seen = np.isfinite(poses).all(axis=1)
-        source.require_poses(body, poses[seen], lines[seen])
     return poses
 
 
-def _planar(source: Source, body: str, poses: Floats, lines: Lines) -> Floats:
-    """x, y [m] and yaw [rad], shape (N, 3), of poses in space.
+def _headings(poses: Floats) -> tuple[Floats, Sequence[tuple[Mask, str]]]:
+    """Yaws [rad] of poses in space, shape (N,), and which are out of a plane, in words.
 
     The yaw is the heading of the body's x axis, whether it stands or hangs upside down.
     """
@@ -302,8 +301,7 @@ def _planar(source: Source, body: str, poses: Floats, lines: Lines) -> Floats:
         (np.abs(height - height[0]) > MOST_RISE, rises),
         (np.linalg.norm(ahead, axis=1) < FLAT, stands),
     )
-    source.require_poses(body, poses, lines, wrong)
-    return np.column_stack([poses[:, :2], np.arctan2(ahead[:, 1], ahead[:, 0])])
+    return np.arctan2(ahead[:, 1], ahead[:, 0]), wrong
 
 
 def _between(at: Floats, times: Floats, poses: Floats, longest_gap: float) -> Floats:
@@ -311,8 +309,7 @@ def _between(at: Floats, times: Floats, poses: Floats, longest_gap: float) -> Fl
     seen = np.isfinite(poses).all(axis=1)
     known = times[seen]
     found = interpolated(at, known, se3.continuous(poses[seen]), outside=np.nan)
-    last = len(known) - 1
-    after = np.minimum(np.searchsorted(known, at), last)
+    after = np.minimum(np.searchsorted(known, at), len(known) - 1)
     before = np.maximum(np.searchsorted(known, at, side="right") - 1, 0)
     found[known[after] - known[before] > sum(gap_limits(longest_gap, known))] = np.nan
     return se3.units(found)

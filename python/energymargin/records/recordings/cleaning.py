@@ -67,6 +67,10 @@ class Rules:
             yes_or_no(name, getattr(self, name))
         require_origin((0.0, 0.0, 0.0) if self.origin is None else self.origin)
 
+    def in_frame(self, origin: Sequence[float]) -> Rules:
+        """These rules, with this origin unless they have one."""
+        return self if self.origin is not None else replace(self, origin=origin)
+
 
 class LooseRules(TypedDict, total=False):
     """The fields of Rules as keywords of a function."""
@@ -273,7 +277,9 @@ def _motion(source: Source, times: Floats, track: _Track, at: Floats, rules: Rul
     if rates is not None or not rules.smooth_poses:
         smooth = smooth._replace(values=interpolated(at, times, poses), variances=smooth.errors)
     made = se3.to_velocities(smooth.values)
-    placed, turn = se3.moved(se3.units(smooth.values), rules.origin or (0.0, 0.0, 0.0))
+    placed, turn = se3.moved(
+        se3.units(smooth.values), (0, 0, 0) if rules.origin is None else rules.origin
+    )
     covariances = [
         (turn @ made * variances[:, None]) @ (turn @ made).transpose(0, 2, 1)
         for variances in (smooth.variances, smooth.rate_variances)

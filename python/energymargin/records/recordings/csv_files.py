@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,8 +75,7 @@ class Columns:
 
     def __post_init__(self) -> None:
         """Checks what can be checked without a file."""
-        texts = [name for name in self.columns if isinstance(name, str)]
-        _require_keys("columns", self.columns, fields_of(texts))
+        _require_keys("columns", self.columns)
         _require_keys("units", self.units, UNITS)
         for kind, unit in self.units.items():
             one_of(f"the unit of {kind}", unit, list(UNITS[kind]))
@@ -92,8 +91,7 @@ class Columns:
                     f"columns has {column!r} for {name!r}, expected a name or a number from 0 on "
                     "that no other field has; or a float, the value in each row"
                 )
-        one_character = isinstance(self.delimiter, str) and len(self.delimiter) == 1
-        if not one_character or self.delimiter in '\n\r"':
+        if not (isinstance(self.delimiter, str) and re.fullmatch('[^\n\r"]', self.delimiter)):
             raise ValueError(f"delimiter is {self.delimiter!r}, expected one character")
         if self.header not in (None, True, False):
             raise ValueError(f"header is {self.header!r}, expected true or false")
@@ -116,11 +114,6 @@ class Columns:
             return cls(**content)
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{file}: {error}" if file else f"{error}") from error
-
-    def rules(self, given: LooseRules) -> Rules:
-        """The rules of a reader, with this origin unless they have one."""
-        own = Rules(**given)
-        return own if own.origin is not None else replace(own, origin=self.origin)
 
     @property
     def has_header(self) -> bool:
@@ -204,7 +197,7 @@ def read_csv(
     what was expected there.
     """
     layout, source = Columns.of(columns), Source(Path(path))
-    checked = layout.rules(rules)
+    checked = Rules(**rules).in_frame(layout.origin)
     return cleaned(_table(source, layout), source, checked)
 
 
@@ -223,9 +216,11 @@ def from_table(table: pd.DataFrame, name: str = "table", **rules: Unpack[LooseRu
     return cleaned(table, Source(Path(name), "row"), Rules(**rules))
 
 
-def _require_keys(what: str, given: Any, known: Collection[str]) -> None:
-    """Raises ValueError unless it is a mapping of some of these keys."""
-    if not (isinstance(given, Mapping) and set(given) <= set(known)):
+def _require_keys(what: str, given: Any, known: Collection[str] = ()) -> None:
+    """Raises ValueError unless it is a mapping of some of these keys; by default of fields."""
+    right = isinstance(given, Mapping) and all(isinstance(key, str) for key in given)
+    known = known or fields_of(given if right else ())
+    if not (right and set(given) <= set(known)):
         raise ValueError(f"{what} is {given!r}, expected an object with {', '.join(known)}")
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
-from energymargin.records.recordings.cleaning import LooseRules, cleaned
+from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
 from energymargin.records.recordings.csv_files import Columns, headers
 from energymargin.records.recordings.folders import require_own_files
 from energymargin.records.recordings.recording import Recording
@@ -61,7 +61,7 @@ def read_lerobot(
     of another version, or one that lacks frames, and on all that `read_csv` refuses.
     """
     layout, folder = Columns.of(columns), Path(path)
-    checked = layout.rules(rules)
+    checked = Rules(**rules).in_frame(layout.origin)
     places = element_places(folder, named=not layout.columns)
     allowed = places if layout.columns else headers(places)
     known = [name for name in places if name in allowed]

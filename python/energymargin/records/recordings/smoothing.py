@@ -74,7 +74,8 @@ def smoothed(times: Floats, values: Floats, at: Floats, time_scale: float) -> Sm
     for column in values.T:
         spline, scale = _spline(moments, column, time_scale / step)
         (own, own_rate), at_moments = known(scale)[0].T, known(scale)[1]
-        error = error_variance(spline(moments) - column, at_moments)
+        residuals = spline(moments) - column  # the variances add up to the number of parameters
+        error = float((residuals**2).sum() / (len(residuals) - at_moments.sum()))
         variances = (error * own, error * own_rate / step**2, 0 * own + error)
         columns.append((spline(wanted), spline.derivative()(wanted) / step, *variances))
     return Smooth(*(np.stack(one, axis=1) for one in zip(*columns, strict=True)))
@@ -134,9 +135,3 @@ def _known_before(steps: Floats, looks: Floats, noise: float) -> Floats:
         added = noise * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])
         known.append(np.linalg.solve(np.eye(2) + moved @ added, moved))
     return np.array(known)
-
-
-def error_variance(residuals: Floats, unit: Floats) -> float:
-    """Variance of the measurements' errors, from the spline's residuals at them, shape (N,), and
-    its variances there for errors of variance 1. Those add up to the number of its parameters."""
-    return float((residuals**2).sum() / (len(residuals) - unit.sum()))

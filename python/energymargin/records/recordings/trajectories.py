@@ -85,20 +85,13 @@ def dataset(
         else:
             now = _frame_labels(recording, captured[recording.name])
         if labels is None:
-            end, any_end = _inside(scene, [made.succeeded(given)], states[-1:])
-        trajectories.append(
-            Trajectory(
-                recording.times,
-                states,
-                [world.contacts(state) for state in states],
-                now,
-                bool(end[0]) if labels is None else labels[recording.name],
-                given,
-                number,
-                some,
-                None if any_end is None else bool(any_end[0]),
-            )
-        )
+            end, ends = _inside(scene, [made.succeeded(given)], states[-1:])
+            success, any_end = bool(end[0]), None if ends is None else bool(ends[0])
+        else:
+            success = labels[recording.name]
+        touching, drawn = [world.contacts(state) for state in states], (given, number)
+        one = Trajectory(recording.times, states, touching, now, success, *drawn, some, any_end)
+        trajectories.append(one)
     return Dataset(made.name, parameters_of(made), 0, trajectories)
 
 
@@ -125,11 +118,9 @@ def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
 
 def _numbers(task: RecordedTask) -> dict[str, float]:
     """The task's parameters that are numbers."""
-    return {
-        name: float(value)
-        for name, value in parameters_of(task).items()
-        if isinstance(value, (int, float)) and not isinstance(value, bool)
-    }
+    given = parameters_of(task).items()
+    known = {name: v for name, v in given if isinstance(v, (int, float))}
+    return {name: float(v) for name, v in known.items() if not isinstance(v, bool)}
 
 
 def _require_names(names: Sequence[str], *labels: Mapping[str, Any] | None) -> None:
