@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from bags import EPOCH, header, write_bag
+from command_line import run_here
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
@@ -15,6 +16,7 @@ RATES = {"cup": (0.3, 2.0, -1.0), "plate": (0.0, 0.0, 0.8), "tool": (-1.5, 0.4, 
 SPEEDS = {"cup": (0.05, 0.0, 0.02), "plate": (0.0, 0.0, 0.0), "tool": (0.0, -0.1, 0.05)}  # m/s
 STARTS = {"cup": (0.0, 0.0, 0.5), "plate": (0.3, 0.0, 0.2), "tool": (0.0, 0.4, 0.6)}
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+TURN = [f"cup_q{axis}" for axis in "xyzw"]
 
 
 def moving():
@@ -37,6 +39,12 @@ def scene():
         shape = em.Box((0.05, 0.04, 0.03))
         made.add_body(body, shape, mass=0.1, position=STARTS[body], role=role)
     return made
+
+
+def own_problem():
+    made, cup = scene(), em.regions.HalfSpace("cup", (1, 0, 0), 0.06)
+    bounds = {"force": (1, 1, 1), "torque": (0, 0, 0), "duration": 0.1}
+    return em.Problem(made, made.pack(), captured=cup, **bounds)
 
 
 @pytest.fixture
@@ -62,11 +70,7 @@ def require_the_motion(states, times):
 def test_three_bodies_in_space_become_states_with_their_poses_and_velocities_and_a_score(
     path, tmp_path
 ):
-    cup = em.regions.HalfSpace("cup", (1, 0, 0), 0.06)
-    bounds = {"force": (1, 1, 1), "torque": (0, 0, 0), "duration": 0.1, "horizon": 0.3}
-    made = scene()
-    own = em.Problem(made, made.pack(), captured=cup, **{**bounds, "horizon": None})
-    own.save(tmp_path / "P.json")
+    own_problem().save(tmp_path / "P.json")
     recording = read_csv(path)
     assert list(recording.bodies) == ["cup", "plate", "tool"]
     made = dataset(ProblemTask(str(tmp_path / "P.json")), [recording], {"a.csv": True})
@@ -110,8 +114,8 @@ def test_a_planar_body_beside_bodies_in_space_keeps_its_height(path):
 
 def test_markers_that_jump_or_are_lost_in_space_are_replaced(path):
     table = pd.read_csv(path)
-    turned = Rotation.from_euler("x", 0.5) * Rotation.from_quat(table.loc[20, list(Q)])
-    table.loc[20, list(Q)] = turned.as_quat()
+    turned = Rotation.from_euler("x", 0.5) * Rotation.from_quat(table.loc[20, TURN])
+    table.loc[20, TURN] = turned.as_quat()
     table.loc[30, ["plate_z"]] += 0.05
     table.loc[40, [f"tool_{axis}" for axis in POSE]] = (0, 0, 0, 0, 0, 0, 1)
     recording = from_table(table)
@@ -119,9 +123,6 @@ def test_markers_that_jump_or_are_lost_in_space_are_replaced(path):
     assert recording.repairs.unseen == {"tool": (40,)}
     states = placed(recording, scene()).states
     require_the_motion(states[5:-5], recording.times[5:-5])
-
-
-Q = tuple(f"cup_q{axis}" for axis in "xyzw")
 
 
 def test_velocities_in_the_file_are_taken_or_contradict_the_rotations(path):
@@ -172,3 +173,31 @@ def test_a_bag_has_bodies_in_space_by_their_topics(tmp_path):
     recording = read_bag(tmp_path / "a.mcap", bodies={body: f"/{body}" for body in RATES})
     states = placed(recording, scene()).states
     require_the_motion(states[5:-5], recording.times[5:-5])
+    own_problem().save(tmp_path / "P.json")
+    topics = [word for body in RATES for word in ("--topic", f"{body}=/{body}")]
+    done = run_here("import", "a.mcap", "--problem", "P.json", *topics, cwd=tmp_path)
+    assert done.returncode == 0 and "60 frames, 0.983 s; nothing repaired" in done.stderr
+    (trajectory,) = em.datasets.load(tmp_path / "P-recorded.h5").trajectories
+    assert np.array_equal(trajectory.states, states)
+    wrong = run_here("import", "a.mcap", "--problem", "P.json", "--topic", "cup", cwd=tmp_path)
+    assert wrong.returncode == 2
+
+
+def test_of_several_objects_labels_say_whether_all_and_whether_any_are_captured(path):
+    class Two:
+        """The cup stays below 0.51 m, the plate anywhere."""
+
+        name, parameters = "two", {}
+
+        def scene(self, params):
+            return scene()
+
+        def captured(self, state, params):
+            heights = {"cup": 0.51, "plate": 9.0}
+            return {b: em.regions.HalfSpace(b, (0, 0, 1), most) for b, most in heights.items()}
+
+        succeeded = captured
+
+    (trajectory,) = dataset(Two(), [read_csv(path, causal=True)], {"a.csv": True}).trajectories
+    assert len(trajectory) == FRAMES - 6 and trajectory.captured_any.all()
+    assert trajectory.captured[0] and not trajectory.captured[-1]

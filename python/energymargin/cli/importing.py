@@ -95,7 +95,7 @@ def import_recordings(
     require_free(output, overwrite=overwrite)
     layout, read = recordings.Columns.of(columns), []
     topics: dict[str, Any] = {"object": object_topic, "effector": effector_topic}
-    topics |= {"bodies": dict(one.split("=", 1) for one in topic)} if topic else {}
+    topics |= {"bodies": _named(topic)} if topic else {}
     rules = {"repair": repair, "longest_gap": longest_gap}
     rules |= {"smoothing": smoothing, "causal": causal}
     for path in files:
@@ -144,6 +144,15 @@ def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
     if len(told) < len(files) or None in told:
         return None
     return {name: success for one in told if one is not None for name, success in one.items()}
+
+
+def _named(topics: Sequence[str]) -> dict[str, str]:
+    """By body its topic, from BODY=TOPIC each."""
+    pairs = {text: text.partition("=") for text in topics}
+    for text, (body, equals, _) in pairs.items():
+        if not (body and equals):
+            raise ValueError(f"--topic is {text!r}, expected BODY=TOPIC, as cup=/cup/pose")
+    return {body: topic for body, _, topic in pairs.values()}
 
 
 def _read(

@@ -114,7 +114,7 @@ def cleaned(table: pd.DataFrame, source: Source, rules: Rules) -> Recording:
     _require_enough(source, len(table), "rows")
     if "frame" not in table:
         table = table.assign(frame=np.arange(len(table)))
-    table = table.astype({"frame": np.int64})
+    table = table.astype({"frame": np.int64, "time": float})
     _require_clock(source, table, rules.smoothing)
     tracks = [_track(source, table, body, rules) for body in columns_of(table.columns)]
     ends = np.array([np.flatnonzero(track.good)[[0, -1]] for track in tracks])
