@@ -6,7 +6,7 @@ import recorded
 from scipy.interpolate import make_smoothing_spline
 
 import energymargin as em
-from energymargin.records.recordings.cleaning import unit_variances
+from energymargin.records.recordings.smoothing import unit_variances
 
 STEP, NOISE, TURN = 1 / 33, 5e-4, np.radians(0.5)
 
@@ -92,8 +92,7 @@ def test_a_frame_that_is_not_there_and_errors_that_nothing_tells_are_refused(tmp
         one.name,
         one.frames,
         one.times,
-        em.recordings.Motion(one.object.poses, one.object.velocities),
-        one.effector,
+        {"object": em.recordings.Motion(one.object.poses, one.object.velocities)},
         one.repairs,
     )
     with pytest.raises(ValueError, match="velocities of 'object', whose errors nothing tells"):

@@ -9,14 +9,15 @@ from recorded import noisy, push, rows_of, write
 
 import energymargin as em
 from energymargin.recordings import (
+    Motion,
     Recording,
+    Repairs,
     dataset,
     placed,
     read_csv,
     read_frame_labels,
     read_labels,
 )
-from energymargin.records.recordings.recording import Motion, Repairs
 from energymargin_paper.paper.push_real import PushRealTask
 
 FRICTION = 0.3
@@ -145,7 +146,13 @@ def in_gap(*places):
     poses = np.zeros((2, frames, 3))
     poses[0, :, 0], poses[1, :, 0] = places, -1.0
     motions = [Motion(own, np.zeros((frames, 3))) for own in poses]
-    return Recording("a.csv", np.arange(frames), np.arange(frames) / 30, *motions, Repairs())
+    return Recording(
+        "a.csv",
+        np.arange(frames),
+        np.arange(frames) / 30,
+        dict(zip(("object", "effector"), motions, strict=True)),
+        Repairs(),
+    )
 
 
 def test_a_frame_without_a_place_stays_as_measured_and_is_counted():

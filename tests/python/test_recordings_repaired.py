@@ -5,7 +5,7 @@ import pytest
 from recorded import noisy, poses_of, push, rows_of, write
 
 from energymargin.recordings import Repairs, read_csv
-from energymargin.records.recordings.cleaning import smoothed
+from energymargin.records.recordings.smoothing import smoothed
 
 
 @pytest.fixture
@@ -217,8 +217,8 @@ def test_a_tracker_that_holds_still_or_rounds_is_smoothed_as_any():
     held = moving + np.where(np.arange(100) < 60, 0, random.normal(0, 5e-4, 100))
     rounded = np.round((moving + random.normal(0, 2e-4, 100)) / 1e-3) * 1e-3
     for measured, most in ((held, 0.006), (rounded, 0.006)):
-        motion, _ = smoothed(times, np.tile(measured, (3, 1)).T, times, 0.06)
-        found = motion.velocities[65:95, 0]
+        smooth = smoothed(times, np.tile(measured, (3, 1)).T, times, 0.06)
+        found = smooth.rates[65:95, 0]
         assert np.sqrt(np.mean((found - 0.05) ** 2)) < most
 
 

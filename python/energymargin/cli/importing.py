@@ -31,6 +31,18 @@ class Topics:
     """The topic of the object's poses in a bag, as /box/pose, or with a frame, as /tf:box."""
     effector: Annotated[str | None, Parameter(name="--effector-topic")] = None
     """The topic of the poses of the effector, the robot's tool."""
+    bodies: Annotated[list[str] | None, Parameter(name="--topic")] = None
+    """The topic of the poses in space of a body of the scene: BODY=/cup/pose."""
+
+    def given(self) -> dict[str, Any]:
+        """Arguments of `read_bag`. Raises ValueError on another form of --topic."""
+        pairs = {text: text.partition("=") for text in self.bodies or ()}
+        for text, (body, equals, _) in pairs.items():
+            if not (body and equals):
+                raise ValueError(f"--topic is {text!r}, expected BODY=TOPIC, as cup=/cup/pose")
+        named = {body: topic for body, _, topic in pairs.values()}
+        of_plane = {"object": self.object, "effector": self.effector}
+        return of_plane | ({"bodies": named} if named else {})
 
 
 @panel("How frames are put right", "*")
@@ -102,14 +114,12 @@ def importing(
     from energymargin.tasks.from_problem import ProblemTask
 
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
-    bodies = ("object", "effector")
     if problem is None:
-        made = tasks.make(task or "", **parsed(parameter))
+        made: Any = tasks.make(task or "", **parsed(parameter))
     elif parameter:
         raise ValueError("--problem has no parameters, expected no -p: its file has all of them")
     else:
-        made = of_problem = ProblemTask(str(problem.resolve()))
-        bodies = (of_problem.body("object"), of_problem.body("effector"))
+        made = ProblemTask(str(problem.resolve()))
     require_free(output, overwrite=overwrite)
     layout, read = recordings.Columns.of(columns), []
     for path in files:
@@ -122,12 +132,16 @@ def importing(
             text = f"{len(found)} episodes, {frames} frames, {seconds:.3g} s; repaired {repaired}"
         say(f"{escape(str(path))}: {text}")
         read += found
-    motions = [motion for recording in read for motion in (recording.object, recording.effector)]
+    motions = [motion for recording in read for motion in recording.bodies.values()]
     if not rules.causal and any(motion.velocity_covariances is not None for motion in motions):
         say(
             "Velocities are smoothed over frames before and after; with --causal over those "
             "before, as a robot would know them"
         )
+    roles: dict[str, Any] = {}
+    if isinstance(made, ProblemTask):
+        known = {body for recording in read for body in recording.bodies}
+        roles = {role: made.body(role) for role in ("object", "effector") if role in known}
     told = _successes(files) if labels is None else recordings.read_labels(labels)
     dataset = recordings.dataset(
         made,
@@ -136,8 +150,7 @@ def importing(
         captured=None if captured is None else recordings.read_frame_labels(captured),
         most_overlap=most_overlap,
         notice=lambda text: say(escape(text)),
-        object=bodies[0],
-        effector=bodies[1],
+        **roles,
     )
     dataset.save(output)
     _, reasons = dataset.possible_problems()
@@ -169,10 +182,10 @@ def _read(path: Path, layout: Columns, topics: Topics, rules: dict[str, Any]) ->
         return [recordings.read_csv(path, layout, **rules)]
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
-    if topics.object is None or topics.effector is None:
+    if topics.bodies is None and None in (topics.object, topics.effector):
         known = ", ".join(f"{name} ({kind})" for name, kind in recordings.bag_topics(path).items())
         raise ValueError(
             f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
             f"{known or 'none'}"
         )
-    return [recordings.read_bag(path, origin=layout.origin, **vars(topics), **rules)]
+    return [recordings.read_bag(path, origin=layout.origin, **topics.given(), **rules)]

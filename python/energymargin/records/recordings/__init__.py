@@ -1,20 +1,18 @@
-"""Recordings: read from CSV files, bags of ROS or datasets of LeRobot, placed into a task's scene,
-scored by frame.
+"""Recordings: read from CSV files, bags of ROS, datasets of LeRobot or tables of pandas, placed
+into a task's scene, scored by frame.
 
-In the plane: of each of two bodies x, y and yaw.
+Of any number of bodies, in the plane (x, y, yaw) or in space.
 """
 
 from energymargin.base.doors import check_doors
 from energymargin.records.recordings.bags import bag_topics, read_bag
-from energymargin.records.recordings.csv_files import Columns, read_csv
+from energymargin.records.recordings.cleaning import Rules
+from energymargin.records.recordings.csv_files import Columns, from_table, read_csv
+from energymargin.records.recordings.labels import read_frame_labels, read_labels
 from energymargin.records.recordings.lerobot import read_lerobot
-from energymargin.records.recordings.recording import Motion, Placed, Recording, Repairs, placed
-from energymargin.records.recordings.trajectories import (
-    RecordedTask,
-    dataset,
-    read_frame_labels,
-    read_labels,
-)
+from energymargin.records.recordings.placing import Placed, placed
+from energymargin.records.recordings.recording import Motion, Recording, Repairs
+from energymargin.records.recordings.trajectories import RecordedTask, dataset
 
 __all__ = [
     "Columns",
@@ -23,8 +21,10 @@ __all__ = [
     "RecordedTask",
     "Recording",
     "Repairs",
+    "Rules",
     "bag_topics",
     "dataset",
+    "from_table",
     "placed",
     "read_bag",
     "read_csv",

@@ -1,262 +1,311 @@
-"""Gaps, outliers and noise of measured poses, and how well they are known.
+"""A table becomes a recording: checked and repaired.
 
-Gaps: frames that a camera dropped, by the steps of their numbers, and the time without a body. A
-tracker that has lost a body may write zeros.
-
-Outliers: frames in which a marker jumped, by a Hampel filter about the motion's own slope. Seven
-frames around each one have a median slope, and about that line a median and a median absolute
-deviation. A frame is an outlier if it lies farther from the median than three times that deviation
-(scaled to a standard deviation), and farther than a least jump both from the median and from the
-line between its neighbours, which would replace it. Two wrong frames of seven change none of these
-medians by much; where the motion itself starts, stops or bounces there is no outlier. Of a yaw the
-filter takes sine and cosine, which do not wrap.
-
-Noise: velocities come from a smoothing spline (`scipy.interpolate.make_smoothing_spline`) through
-the poses at their own times, with unequal steps. It passes motion slower than 2 pi times its time
-scale, and little that is faster. Where it would leave a measured pose by more than the noise, as at
-an impact, the time scale is shorter. docs/engineering/recordings.md has the measurements behind it.
-
-Errors: a cubic smoothing spline is the mean of a belief: that of a value whose acceleration is
-white noise, seen with errors (Wahba, Improper priors, spline smoothing and the problem of guarding
-against model errors in regression, 1978). The variances of that belief are those of two Kalman
-filters, forward and back (Fraser and Potter, 1969); how large the errors are, the spline's
-residuals tell. So a frame that was filled, or that is near an end, is known less well than one amid
-others.
+Gaps are frames that a camera dropped, by the steps of their numbers, and the time without a body.
+Units that are wrong and columns that are swapped make motions that no camera sees.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
-from energymargin.records.recordings.recording import Motion
+from energymargin.base.checks import numbers_of, positive_number, yes_or_no
+from energymargin.records.recordings import poses as se3, smoothing
+from energymargin.records.recordings.outliers import gap_limits, jumps, lost
+from energymargin.records.recordings.recording import Motion, Recording, Repairs
+from energymargin.records.recordings.smoothing import LEAST_FRAMES, interpolated
+from energymargin.records.recordings.table import Floats, Lines, Mask, Source, columns_of, first
 
 if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
+    import pandas as pd
 
-Floats = NDArray[np.float64]
-
-
-USUAL = 1.5  # median steps of time; with a shorter one, no frame is missing
-JITTER = 0.25  # of the median step of time: so much times are rounded, or late
-
-LEAST_JUMP = 5e-3  # m; ten times a good camera's noise
-LEAST_TURN = np.radians(5.0)  # rad
-USUAL_STEPS = 95.0  # percent of a body's steps: outliers are fewer
-LEAPS = 5.0  # of them; no body goes so far in one
-WINDOW = 7  # frames
-DEVIATIONS = 3.0  # Hampel's
-
-SMOOTHING = 0.06  # s; the least error of velocity at 33 Hz with 0.5 mm and 1 deg of noise
-MEMORY = 10.0  # time scales; what is older changes the spline's end by a thousandth
-LEAST_SCALE = 0.1  # of a frame's step: smooth no more
-FARTHEST = 5.0  # standard deviations of noise, from a measured pose to a smooth one
-SIGMA_OF_MAD = 1.4826  # of a normal distribution
-NOISE_OF_THIRD = math.sqrt(1 + 9 + 9 + 1)  # the third difference of noise has such a deviation
-LEAST_FRAMES = 7  # a spline needs 5, the search for outliers 7
+MOST_REPAIRED = 0.25  # of the frames
+LEAST_STEP = 0.5  # of the median step of time, between frames that are filled in
+COARSE = 0.1  # of a frame's step, by which times may be rounded
+STEPS = (5e-4, 0.5)  # s; a frame's
+FARTHEST = {"m": 50.0, "rad": 4 * math.pi}
+FASTEST = {"m": 10.0, "rad": 20.0}  # a second
+USUAL = 75.0  # percent of the frames, of which a rate is judged: outliers are fewer
+DISAGREEMENT = 0.5  # of the larger velocity
+LEAST_DISAGREEMENT = (0.01, 0.2)  # m/s, rad/s; three times what noise makes of poses
 
 
-def usual_step(times: Floats) -> float:
-    """The median step of times; inf of one time alone."""
-    return float(np.median(np.diff(times))) if len(times) > 1 else math.inf
+@dataclass(frozen=True)
+class Rules:
+    """What is repaired, and how. Raises ValueError on what cannot be."""
+
+    repair: bool = True
+    """False makes each frame that would be interpolated an error."""
+    longest_gap: float = 0.1  # three frames at 33 Hz, in which a push of 5 cm/s goes 5 mm
+    """The longest time over which poses are interpolated [s]."""
+    least_jump: float = 5e-3  # ten times a good camera's noise
+    """An outlier jumps by so much at least [m]."""
+    least_turn: float = math.radians(5.0)
+    """The same of its orientation [rad]."""
+    smoothing: float = smoothing.SMOOTHING
+    """The largest time scale of the smoothing spline [s], which gives the velocities that the file
+    does not have."""
+    smooth_poses: bool = True
+    """Whether the spline gives the poses of such a body, too."""
+    causal: bool = False
+    """Whether the spline of each frame goes through frames up to it alone, as a robot has them:
+    foresight is then not helped by frames to come. The first six are left out."""
+    origin: Sequence[float] | None = None
+    """Pose of the camera's frame in the scene's: x, y [m] and yaw [rad]; None: that of `columns`,
+    or the same frame."""
+
+    def __post_init__(self) -> None:
+        """Checks them."""
+        for name in ("longest_gap", "least_jump", "least_turn", "smoothing"):
+            positive_number(name, getattr(self, name))
+        for name in ("repair", "smooth_poses", "causal"):
+            yes_or_no(name, getattr(self, name))
+        require_origin((0.0, 0.0, 0.0) if self.origin is None else self.origin)
+
+    def in_frame(self, origin: Sequence[float]) -> Rules:
+        """These rules, with this origin unless they have one."""
+        return self if self.origin is not None else replace(self, origin=origin)
 
 
-def interpolated(at: Floats, times: Floats, values: Floats, outside: float | None = None) -> Floats:
-    """Columns of values, shape (N, M), on lines at K times; `outside` of N, None: the ends."""
-    columns = [np.interp(at, times, own, left=outside, right=outside) for own in values.T]
-    return np.stack(columns, axis=1)
+class LooseRules(TypedDict, total=False):
+    """The fields of Rules as keywords of a function."""
+
+    repair: bool
+    longest_gap: float
+    least_jump: float
+    least_turn: float
+    smoothing: float
+    smooth_poses: bool
+    causal: bool
+    origin: Sequence[float] | None
 
 
-def gap_limits(longest_gap: float, times: Floats) -> tuple[float, float]:
-    """The longest time without a pose that is filled, of a slow camera a bit more than its step;
-    and by how much rounded and jittering times may be beyond it [s]."""
-    step = usual_step(times)
-    return max(longest_gap, USUAL * step), JITTER * step
+@dataclass(frozen=True, eq=False)
+class _Track:
+    """What the camera saw of one body, over the R rows of a table."""
+
+    body: str
+    poses: Floats
+    """Shape (R, 3) or (R, 7), without jumps in the good rows."""
+    velocities: Floats | None
+    """Those of the file, shape (R, 3) or (R, 6)."""
+    rates: list[str]
+    """Names of their columns."""
+    seen: Mask
+    jumped: Mask
+    good: Mask
+    """The rows that are used: seen, no jump, and all bodies were seen before and after."""
 
 
-def lost(poses: Floats, least_jump: float) -> NDArray[np.bool_]:
-    """Poses at which a tracker has lost the body and writes x = y = yaw = 0: a mask (N,) of N
-    poses, shape (N, 3); a pose that was not seen is NaN.
+def require_origin(given: Sequence[float]) -> None:
+    """Raises ValueError on anything else than x, y [m] and yaw [rad] of a frame."""
+    expected = "x, y [m] and yaw [rad]"
+    if np.abs(numbers_of("origin", given, expected, (3,))).max() > 1e6:
+        raise ValueError(f"origin is {given!r}, expected {expected}")
 
-    They are those of zeros that the motion does not lead to: before or behind them the body is
-    farther away than it usually goes in a step, and than `least_jump` [m].
+
+def cleaned(table: pd.DataFrame, source: Source, rules: Rules) -> Recording:
+    """The recording in a table, checked and repaired. Errors as `read_csv`."""
+    _require_enough(source, len(table), "rows")
+    if "frame" not in table:
+        table = table.assign(frame=np.arange(len(table)))
+    table = table.astype({"frame": np.int64, "time": float})
+    _require_clock(source, table, rules.smoothing)
+    tracks = [_track(source, table, body, rules) for body in columns_of(table.columns)]
+    ends = np.array([np.flatnonzero(track.good)[[0, -1]] for track in tracks])
+    rows = np.arange(ends[:, 0].max(), ends[:, 1].min() + 1)  # between the ends of all
+    inside = np.isin(np.arange(len(table)), rows)
+    tracks = [replace(track, good=track.good & inside) for track in tracks]
+    for track in tracks:
+        others = "both" if len(tracks) == 2 else "all others"
+        _require_enough(source, int(track.good.sum()), f"rows with the {track.body} and {others}")
+        _require_short_gaps(source, table, track, rules.longest_gap)
+    frames, at = _filled_clock(source, table.iloc[rows])
+    repairs = _repairs(table, tracks, frames)
+    _require_few(source, table, repairs, len(frames), repair=rules.repair)
+    times = table["time"].to_numpy()
+    if rules.causal:
+        known = [track.good for track in tracks if track.velocities is None]
+        since = max((times[good][LEAST_FRAMES - 1] for good in known), default=-math.inf)
+        frames, at = frames[at >= since], at[at >= since]
+        repairs = _repairs(table, tracks, frames)
+    motions = {track.body: _motion(source, times, track, at, rules) for track in tracks}
+    return Recording(source.path.name, frames, at, motions, repairs)
+
+
+def _require_enough(source: Source, count: int, what: str) -> None:
+    if count < LEAST_FRAMES:
+        raise source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
+
+
+def _require_clock(source: Source, table: pd.DataFrame, smoothing_time: float) -> None:
+    """Raises ValueError unless frames and times rise, in steps of a camera, and for long enough."""
+    times = table["time"].to_numpy()
+    step, length = smoothing.usual_step(times), float(np.ptp(times))
+    mean = length / (len(times) - 1)
+    rounded = float(np.spacing(np.float32(np.abs(times).max())))
+    if (times == times.astype(np.float32)).all() and rounded > COARSE * max(mean, STEPS[0]):
+        raise source.error(
+            f"its times are in single precision, which at {times[0]:.10g} s has steps of "
+            f"{rounded:.3g} s, and its frames are {mean:.3g} s apart: expected double precision, "
+            "or times since the first frame"
+        )
+    for name in ("frame", "time"):
+        source.require_rising(name, table[name].to_numpy(float), table.index.to_numpy())
+    least, most = STEPS
+    if not least <= step <= most:
+        expected = f"expected {least:g} to {most:g} s. {source.hint}"
+        raise source.error(f"its frames are {step:.3g} s apart, {expected}")
+    if smoothing_time > length:
+        expected = f"expected at most the recording's {length:g} s"
+        raise ValueError(f"smoothing is {smoothing_time:g}, {expected}")
+
+
+def _track(source: Source, table: pd.DataFrame, body: str, rules: Rules) -> _Track:
+    """One body's poses and velocities in the rows of a table, with outliers marked."""
+    of_poses, of_rates = columns_of(table.columns)[body]
+    times, poses = table["time"].to_numpy(), table[of_poses].to_numpy(float)
+    velocities = table[of_rates].to_numpy(float) if of_rates[0] in table else None
+    _require_units(source, table, body, poses)
+    seen = np.asarray(np.isfinite(poses).all(axis=1)) & ~lost(poses, rules.least_jump)
+    if velocities is not None:
+        seen &= np.isfinite(velocities).all(axis=1)
+    _require_enough(source, int(seen.sum()), f"rows in which the {body} was seen")
+    if not se3.planar(poses):
+        source.require_poses(body, poses[seen], table.index.to_numpy()[seen])
+    jumped = np.zeros_like(seen)
+    jumped[seen] = jumps(times[seen], poses[seen], rules.least_jump, rules.least_turn)
+    good = seen & ~jumped
+    _require_enough(source, int(good.sum()), f"rows without a jump of the {body}")
+    poses[good] = se3.continuous(poses[good])
+    return _Track(body, poses, velocities, of_rates, seen, jumped, good)
+
+
+def _require_units(source: Source, table: pd.DataFrame, body: str, poses: Floats) -> None:
+    """Raises ValueError unless positions, angles and their rates are plausible on a table."""
+    rates = np.abs(se3.steps(poses)) / np.diff(table["time"].to_numpy())[:, None]
+    axes = ("x", "y", "yaw") if se3.planar(poses) else ("x", "y", "z", "orientation")
+    for k, axis in enumerate(axes):
+        name, unit = f"{body}_{axis}", "m" if axis in "xyz" else "rad"
+        if (row := first(np.abs(poses[:, k]) > FARTHEST[unit])) is not None:
+            far = f"{poses[row, k]:.6g} {unit}, expected at most {FARTHEST[unit]:.4g}"
+            raise source.error(f"{name} is {far}. {source.hint}", table.index[row])
+        seen = rates[np.isfinite(rates[:, k]), k]
+        if len(seen) and (rate := np.percentile(seen, USUAL)) > FASTEST[unit]:
+            fast = f"{rate:.3g} {unit}/s, expected at most {FASTEST[unit]:g}"
+            raise source.error(f"{name} changes by {fast}. {source.hint}")
+
+
+def _require_short_gaps(
+    source: Source, table: pd.DataFrame, track: _Track, longest_gap: float
+) -> None:
+    """Raises ValueError with the line after a longer time without a good pose of this body."""
+    good = table[track.good]
+    gaps = np.diff(good["time"].to_numpy())
+    longest, jitter = gap_limits(longest_gap, table["time"].to_numpy())
+    if (k := first(gaps > longest + jitter)) is not None:
+        before, after = good["frame"].iloc[k : k + 2]
+        raise source.error(
+            f"the {track.body} was not seen for {gaps[k]:.3g} s, from frame {before} to {after}, "
+            f"expected at most {longest:g} s: cut the recording there, or allow a larger "
+            "longest_gap",
+            good.index[k + 1],
+        )
+
+
+def _filled_clock(source: Source, table: pd.DataFrame) -> tuple[Lines, Floats]:
+    """Numbers and times [s] of all K frames of a table, and of those between that are missing.
+
+    If a camera drops all but every n-th frame, numbers rise by n. Raises ValueError
+    with the line where numbers jump and the time does not.
     """
-    seen = np.asarray(np.isfinite(poses).all(axis=1))
-    at_zero = np.asarray((poses == 0.0).all(axis=1))
-    moving = seen & ~at_zero
-    steps = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1)[moving[1:] & moving[:-1]]
-    usual = float(np.percentile(steps, USUAL_STEPS)) if len(steps) else 0.0
-    far = moving & (np.linalg.norm(poses[:, :2], axis=1) > max(least_jump, LEAPS * usual))
-    found = np.zeros_like(at_zero)
-    for first, end in _runs(at_zero):
-        before, after = np.flatnonzero(seen[:first])[-1:], end + np.flatnonzero(seen[end:])[:1]
-        found[first:end] = far[before].any() or far[after].any()
-    return found
+    frames, times = table["frame"].to_numpy(), table["time"].to_numpy()
+    steps, stride = np.diff(times), max(1, int(np.median(np.diff(frames))))
+    missing = np.maximum(-(-np.diff(frames) // stride) - 1, 0)
+    crowded = (missing > 0) & (steps / (missing + 1) < LEAST_STEP * np.median(steps))
+    if (k := first(crowded)) is not None:
+        raise source.error(
+            f"frame is {frames[k + 1]} after {frames[k]}, but the time rises by {steps[k]:.3g} s: "
+            "expected the frames between to have time, or all frames numbered through",
+            table.index[k + 1],
+        )
+    filled = [np.arange(*pair, stride) for pair in pairwise(frames)]
+    everything = np.concatenate([*filled, frames[-1:]])
+    return everything, np.interp(everything.astype(float), frames.astype(float), times)
 
 
-def _runs(rows: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First row and end of each run of true ones."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(np.int8)))
-    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
-
-
-def jumps(times: Floats, poses: Floats, least: tuple[float, float]) -> NDArray[np.bool_]:
-    """Which of N >= 7 poses, shape (N, 3), are outliers, shape (N,).
-
-    `least`: of the jump [m] and of the turn [rad]. Yaws may jump by 2 pi.
-    """
-    x, y, yaw = poses.T
-    jump, turn = least
-    columns = ((x, jump), (y, jump), (np.cos(yaw), turn), (np.sin(yaw), turn))
-    return np.asarray(np.any([_jumps(times, *column) for column in columns], axis=0))
-
-
-def _jumps(times: Floats, values: Floats, least: float) -> NDArray[np.bool_]:
-    from scipy.interpolate import make_interp_spline
-
-    count = len(values)
-    around = np.clip(np.arange(count) - WINDOW // 2, 0, count - WINDOW)
-    near = sliding_window_view(values, WINDOW)[around]
-    since = sliding_window_view(times, WINDOW)[around] - times[:, None]
-    slope = np.median(np.diff(near, axis=1) / np.diff(since, axis=1), axis=1)
-    level = near - slope[:, None] * since
-    middle = np.median(level, axis=1)
-    deviation = SIGMA_OF_MAD * np.median(np.abs(level - middle[:, None]), axis=1)
-    far = np.abs(values - middle) > np.maximum(DEVIATIONS * deviation, least)
-    if far.sum() > count - 2:
-        return np.asarray(far)
-    lines = (  # the same but at the ends, where a motion may start or stop
-        make_interp_spline(times[~far], values[~far], k=1)(times),
-        np.interp(times, times[~far], values[~far]),
+def _repairs(table: pd.DataFrame, tracks: Sequence[_Track], frames: Lines) -> Repairs:
+    """Which of these frames are interpolated, and which of the table's are left out."""
+    known = table["frame"].to_numpy()
+    used = np.isin(known, frames)
+    unseen = {track.body: tuple(known[used & ~track.seen].tolist()) for track in tracks}
+    outliers = {track.body: tuple(known[used & track.jumped].tolist()) for track in tracks}
+    return Repairs(
+        tuple(np.setdiff1d(frames, known).tolist()),
+        {body: numbers for body, numbers in unseen.items() if numbers},
+        {body: numbers for body, numbers in outliers.items() if numbers},
+        tuple(known[~used].tolist()),
     )
-    return np.asarray(far & (np.abs(values - lines).min(axis=0) > least))
 
 
-def smoothed(times: Floats, poses: Floats, at: Floats, time_scale: float) -> tuple[Motion, Floats]:
-    """Poses, shape (N, 3), at rising times [s], N >= 7: smooth, and their rates, at K times, with
-    the covariances of both; and the variances of the measured poses, (3,).
+def _require_few(
+    source: Source, table: pd.DataFrame, repairs: Repairs, frames: int, *, repair: bool
+) -> None:
+    """Raises ValueError if too many frames are repaired, or any with `repair` False."""
+    wrong = sorted({*repairs.frames, *repairs.left_out})
+    if wrong and not repair:
+        after = min(int(table["frame"].searchsorted(wrong[0])), len(table) - 1)
+        text = f"frame {wrong[0]} needs repair ({repairs}), which repair=False forbids"
+        raise source.error(text, table.index[after])
+    if len(repairs.frames) > MOST_REPAIRED * frames:
+        need = f"{len(repairs.frames)} of {frames} frames need repair ({repairs})"
+        raise source.error(f"{need}, expected at most {MOST_REPAIRED:.0%}")
 
-    The time scale [s] is halved until no smooth pose is farther from the measured one than five
-    standard deviations of the noise, which the third differences of the poses tell.
-    """
-    start, step = times[0], usual_step(times)
-    moments = (times - start) / step  # in steps, so that the spline's equations are of the size 1
-    splines = [_spline(moments, column, time_scale / step) for column in poses.T]
-    wanted = (at - start) / step
-    errors, units = np.empty(3), np.empty((3, len(at), 2))  # of value and rate
-    for k, (column, (spline, scale)) in enumerate(zip(poses.T, splines, strict=True)):
-        units[k], at_moments = unit_variances(moments, wanted, scale)
-        errors[k] = error_variance(spline(moments) - column, at_moments)
-    motion = Motion(
-        np.stack([spline(wanted) for spline, _ in splines], axis=1),
-        np.stack([spline.derivative()(wanted) / step for spline, _ in splines], axis=1),
-        diagonal(errors * units[..., 0].T),
-        diagonal(errors * units[..., 1].T / step**2),
+
+def _motion(source: Source, times: Floats, track: _Track, at: Floats, rules: Rules) -> Motion:
+    """A body's at all frames, in the scene's frame. Raises ValueError if velocities of the file
+    contradict its poses."""
+    times, poses, rates = times[track.good], track.poses[track.good], track.velocities
+    causal = rules.causal and rates is None
+    smoother = smoothing.causally_smoothed if causal else smoothing.smoothed
+    smooth = smoother(times, poses, at, rules.smoothing)
+    if rates is not None or not rules.smooth_poses:
+        smooth = smooth._replace(values=interpolated(at, times, poses), variances=smooth.errors)
+    made = se3.to_velocities(smooth.values)
+    placed, turn = se3.moved(
+        se3.units(smooth.values), (0, 0, 0) if rules.origin is None else rules.origin
     )
-    return motion, errors
-
-
-def causally_smoothed(
-    times: Floats, poses: Floats, at: Floats, time_scale: float
-) -> tuple[Motion, Floats]:
-    """As `smoothed`, at each time by the poses up to it alone; the variances have the shape (K, 3).
-
-    At least 7 poses are at or before the first of these times.
-    """
-    ends = np.searchsorted(times, at, side="right")
-    begins = np.searchsorted(times, at - MEMORY * time_scale)
-    begins = np.minimum(begins, ends - LEAST_FRAMES)
-    parts = [
-        smoothed(times[begin:end], poses[begin:end], at[k : k + 1], time_scale)
-        for k, (begin, end) in enumerate(zip(begins, ends, strict=True))
+    covariances = [
+        (turn @ made * variances[:, None]) @ (turn @ made).transpose(0, 2, 1)
+        for variances in (smooth.variances, smooth.rate_variances)
     ]
-    fields = ("poses", "velocities", "pose_covariances", "velocity_covariances")
-    joined = (np.concatenate([getattr(own, name) for own, _ in parts]) for name in fields)
-    return Motion(*joined), np.array([errors for _, errors in parts])
+    velocities = (made @ smooth.rates[:, :, None])[:, :, 0]
+    if rates is None:
+        return Motion(placed, velocities @ turn.T, *covariances)
+    given = interpolated(at, times, rates[track.good])
+    _require_agreement(source, track.rates, given, velocities)
+    return Motion(placed, given @ turn.T, covariances[0])
 
 
-def diagonal(variances: Floats) -> Floats:
-    """Covariances (K, 3, 3) of independent errors, from their variances (K, 3)."""
-    return np.asarray(variances[:, :, None] * np.eye(3))
+def _require_agreement(source: Source, names: list[str], given: Floats, derived: Floats) -> None:
+    """Raises ValueError if a file's velocities, shape (N, D), contradict those of its poses.
 
-
-def _noise(values: Floats) -> float:
-    """Standard deviation of noise, from where values change: a tracker may hold still or round."""
-    third = np.abs(np.diff(values, 3))
-    if not third.any():
-        return 0.0
-    return SIGMA_OF_MAD * float(np.median(third[third > 0])) / NOISE_OF_THIRD
-
-
-def _spline(moments: Floats, values: Floats, scale: float) -> tuple[BSpline, float]:
-    """The spline, and its time scale in steps."""
-    from scipy.interpolate import make_smoothing_spline
-
-    noise = _noise(values)
-    while True:
-        spline = make_smoothing_spline(moments, values, lam=scale**4)
-        away = np.abs(spline(moments) - values).max()
-        if away <= FARTHEST * noise or scale < LEAST_SCALE:
-            return spline, scale
-        scale /= 2
-
-
-def unit_variances(moments: Floats, at: Floats, scale: float) -> tuple[Floats, Floats]:
-    """Variances of the spline's value and rate at the K times `at`, each (K,), and of its value at
-    the N rising `moments` of the measurements, (N,), for errors of variance 1.
-
-    Times and the spline's time scale are in steps; shape (K, 2) and (N,).
+    The root mean square of their difference may be half of the larger one's, and a bit more.
     """
-    times = np.union1d(moments, at)
-    seen = np.isin(times, moments)
-    smooth = _variances(times, seen, scale**-4)
-    return smooth[np.searchsorted(times, at)], smooth[seen, 0]
-
-
-def error_variance(residuals: Floats, unit: Floats) -> float:
-    """Variance of the measurements' errors, from the spline's residuals at them, shape (N,), and
-    its variances there for errors of variance 1. Those add up to the number of its parameters."""
-    return float((residuals**2).sum() / (len(residuals) - unit.sum()))
-
-
-def _variances(times: Floats, seen: NDArray[np.bool_], noise: float) -> Floats:
-    """Variances of value and rate at each time, (T, 2), of a white acceleration of this density.
-
-    What is known from before and what from behind are added up, as inverses of covariances: at the
-    ends one of them is nothing.
-    """
-    steps = np.diff(times)
-    look = np.diag([1.0, 0.0])  # at the value, with an error of variance 1
-    looks = [look if one else np.zeros((2, 2)) for one in seen]
-    forward = [looks[0]]
-    for step, own in zip(steps, looks[1:], strict=True):
-        forward.append(_ahead(forward[-1], step, noise) + own)
-    behind = [np.zeros((2, 2))]
-    for step, own in zip(steps[::-1], looks[:0:-1], strict=True):
-        behind.append(_back(behind[-1] + own, step, noise))
-    both = np.array(forward) + np.array(behind[::-1])
-    return np.asarray(np.diagonal(np.linalg.inv(both), axis1=1, axis2=2))
-
-
-def _ahead(known: Floats, step: float, noise: float) -> Floats:
-    """What was known, as the inverse of a covariance, after a step of a white acceleration."""
-    back = np.array([[1.0, -step], [0.0, 1.0]])
-    moved = back.T @ known @ back
-    return np.asarray(np.linalg.solve(np.eye(2) + moved @ _added(step, noise), moved))
-
-
-def _back(known: Floats, step: float, noise: float) -> Floats:
-    """What was known, as the inverse of a covariance, before a step of a white acceleration."""
-    ahead = np.array([[1.0, step], [0.0, 1.0]])
-    return np.asarray(
-        ahead.T @ np.linalg.solve(np.eye(2) + known @ _added(step, noise), known) @ ahead
-    )
-
-
-def _added(step: float, noise: float) -> Floats:
-    """The covariance that a white acceleration adds in a step."""
-    return noise * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])
+    turns = 2 if len(names) == 3 else 3  # where rates of turns begin, in the plane or in space
+    parts = zip((slice(turns), slice(turns, None)), LEAST_DISAGREEMENT, strict=True)
+    for columns, least in parts:
+        own, of_poses, apart = (
+            float(np.sqrt(np.mean(np.sum(np.square(rates[:, columns]), axis=1))))
+            for rates in (given, derived, given - derived)
+        )
+        if apart > DISAGREEMENT * max(own, of_poses) + least:
+            raise source.error(
+                f"{', '.join(names[columns])} contradict the poses: {own:.3g} a second (root mean "
+                f"square), {of_poses:.3g} by the poses, {apart:.3g} apart. {source.hint}"
+            )

@@ -5,26 +5,23 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Collection, Container, Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
-from energymargin.records.recordings import cleaning, reading
-from energymargin.records.recordings.reading import (
-    BODIES,
-    POSE,
-    VELOCITY,
-    FrameTable,
-    Rules,
-    SourceFile,
-)
+from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
 from energymargin.records.recordings.recording import Recording
+from energymargin.records.recordings.table import Floats, Source, fields_of, first, require_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from typing_extensions import Unpack
 
 UNITS = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -33,26 +30,27 @@ UNITS = {
 }
 """By kind and unit: its size in SI units. Velocities are such a length or angle a second."""
 
-FIELDS = ("frame", "time", *(f"{body}_{axis}" for body in BODIES for axis in (*POSE, *VELOCITY)))
-"""All columns, in the order of the documented header."""
+RATES = ("_vx", "_vy", "_vz", "_yaw_rate", "_wx", "_wy", "_wz")
 
 NOT_SEEN = ("", "nan", "NaN", "NAN")
 LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbers
 
 
 def _kind(name: str) -> str:
-    """ "length", "angle" or "time"; "" of the frame's number."""
-    if name in ("frame", "time"):
-        return name.removeprefix("frame")
-    return "angle" if "yaw" in name else "length"
+    """ "length", "angle" or "time"; "" of a frame's number or a quaternion."""
+    if name.endswith(("time", "yaw", "rate", "_wx", "_wy", "_wz")):
+        return "time" if name == "time" else "angle"
+    return "length" if re.search("_v?[xyz]$", name) else ""
 
 
-HEADERS: dict[str, tuple[str, float | None]] = {name: (name, None) for name in FIELDS} | {
-    f"{name}_{unit}{'_s' * name.endswith(VELOCITY)}": (name, size)
-    for name in FIELDS
-    for unit, size in UNITS.get(_kind(name), {}).items()
-}
-"""By a name in a header, as "object_vx_mm_s": the field, and the size of its unit if it has one."""
+def headers(names: Collection[str]) -> dict[str, tuple[str, float | None]]:
+    """By a name that may stand in a header with these names, as "object_vx_mm_s": the field, and
+    the size of its unit if it has one."""
+    known = fields_of(names)
+    sized = [(name, *unit) for name in known for unit in UNITS.get(_kind(name), {}).items()]
+    return {name: (name, None) for name in known} | {
+        f"{name}_{unit}{'_s' * name.endswith(RATES)}": (name, size) for name, unit, size in sized
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,29 +75,29 @@ class Columns:
 
     def __post_init__(self) -> None:
         """Checks what can be checked without a file."""
-        _require_keys("columns", self.columns, FIELDS)
-        _require_keys("units", self.units, tuple(UNITS))
+        _require_keys("columns", self.columns)
+        _require_keys("units", self.units, UNITS)
         for kind, unit in self.units.items():
             one_of(f"the unit of {kind}", unit, list(UNITS[kind]))
         places = [column for column in self.columns.values() if type(column) is not float]
         for name, column in self.columns.items():
-            whole = type(column) is int and column >= 0
-            constant = type(column) is float and math.isfinite(column) and name not in FIELDS[:2]
-            if not constant and (
-                not (whole or isinstance(column, str)) or places.count(column) > 1
-            ):
+            if type(column) is float:
+                right = math.isfinite(column) and name not in ("frame", "time")
+            else:
+                right = isinstance(column, str) or (type(column) is int and column >= 0)
+                right &= places.count(column) == 1
+            if not right:
                 raise ValueError(
                     f"columns has {column!r} for {name!r}, expected a name or a number from 0 on "
                     "that no other field has; or a float, the value in each row"
                 )
-        one_character = isinstance(self.delimiter, str) and len(self.delimiter) == 1
-        if not one_character or self.delimiter in '\n\r"':
+        if not (isinstance(self.delimiter, str) and re.fullmatch('[^\n\r"]', self.delimiter)):
             raise ValueError(f"delimiter is {self.delimiter!r}, expected one character")
         if self.header not in (None, True, False):
             raise ValueError(f"header is {self.header!r}, expected true or false")
         if self.columns:
-            _require_whole("columns", self.columns, needed=FIELDS[1:])
-        reading.frame_origin(self.origin)
+            require_whole("columns", self.columns)
+        require_origin(self.origin)
 
     @classmethod
     def of(cls, given: Columns | Mapping[str, Any] | str | os.PathLike[str] | None) -> Columns:
@@ -133,28 +131,26 @@ class Columns:
         for name, given in self.columns.items():
             if not isinstance(given, float):
                 found[name] = (self._number(name, given, first), self._size(name))
+        known = {} if self.columns else headers(first)
         for number, cell in enumerate(() if self.columns else first):
-            if cell not in HEADERS:
+            if cell not in known:
                 raise ValueError(
-                    f"the header has {cell!r}, expected {', '.join(FIELDS)}, each perhaps with its "
-                    "unit, as object_yaw_deg; or say which column is what: columns=, --columns FILE"
+                    f"the header has {cell!r}, expected {', '.join(fields_of(first))}, each "
+                    "perhaps with its unit, as object_yaw_deg; or say which column is what: "
+                    "columns=, --columns FILE"
                 )
-            name, size = HEADERS[cell]
+            name, size = known[cell]
             if name in found:
                 raise ValueError(f"the header has {name!r} more than once")
             found[name] = (number, size or self._size(name))
-        there = {*found, *self.constants}
-        _require_whole("the header", there, needed=FIELDS[1:])
+        require_whole("the header", {*found, *self.constants})
         return found
 
     @property
     def constants(self) -> dict[str, float]:
         """By field that has one, its value in each row, in SI units."""
-        return {
-            name: value * self._size(name)
-            for name, value in self.columns.items()
-            if isinstance(value, float)
-        }
+        given = self.columns.items()
+        return {name: own * self._size(name) for name, own in given if isinstance(own, float)}
 
     def _number(self, field: str, given: str | int, first: Sequence[str]) -> int:
         """The number of a field's column, from 0 on."""
@@ -179,17 +175,9 @@ class Columns:
 def read_csv(
     path: str | os.PathLike[str],
     columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
-    *,
-    repair: bool = True,
-    longest_gap: float = reading.LONGEST_GAP,
-    least_jump: float = cleaning.LEAST_JUMP,
-    least_turn: float = cleaning.LEAST_TURN,
-    smoothing: float = cleaning.SMOOTHING,
-    smooth_poses: bool = True,
-    causal: bool = False,
-    origin: Sequence[float] | None = None,
+    **rules: Unpack[LooseRules],
 ) -> Recording:
-    """The recording in a CSV file: a row a frame, with the poses of two bodies in a plane.
+    """The recording in a CSV file: a row a frame, with the poses of bodies in a plane or in space.
 
     Missing frames, frames in which a body was not seen, and outliers are interpolated.
     `docs/formats/recordings.md` has the rules. Needs the extra [recordings].
@@ -198,46 +186,45 @@ def read_csv(
         path: the CSV file.
         columns: which column is what, and the units: Columns, or a JSON file of them. None: the
             header is frame,time,object_x,object_y,object_yaw,object_vx,object_vy,object_yaw_rate,
-            and the same of the effector [m, rad, s]; frame and velocities may be missing.
-        repair: False makes each frame that would be interpolated an error.
-        longest_gap: the longest time over which poses are interpolated [s].
-        least_jump: an outlier jumps by so much at least [m].
-        least_turn: the same of its yaw [rad].
-        smoothing: the largest time scale of the smoothing spline [s], which gives the velocities
-            that the file does not have.
-        smooth_poses: whether the spline gives the poses of such a body, too.
-        causal: whether the spline of each frame goes through frames up to it alone, as a robot has
-            them: foresight is then not helped by frames to come. The first six are left out.
-        origin: of the camera's frame in the scene's, x, y [m] and yaw [rad]; None is that of
-            `columns`.
+            and the same of the effector, or of bodies of any other names [m, rad, s]; frame and
+            velocities may be missing. Poses in space are BODY_x, BODY_y, BODY_z, BODY_qx, BODY_qy,
+            BODY_qz, BODY_qw, their velocities BODY_vx, ..., BODY_wz.
+        rules: the fields of Rules by name, as repair=False, longest_gap=0.2, least_jump=0.01,
+            least_turn=0.2, smoothing=0.03, smooth_poses=False, causal=True or
+            origin=(0.1, 0.0, 1.57).
 
     Raises OSError, ImportError without the extra, and ValueError that names the file, the line and
     what was expected there.
     """
-    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
-    layout = Columns.of(columns)
-    place = reading.frame_origin(layout.origin if origin is None else origin)
-    return reading.recording_of(_table(SourceFile(Path(path)), layout), rules, place)
+    layout, source = Columns.of(columns), Source(Path(path))
+    checked = Rules(**rules).in_frame(layout.origin)
+    return cleaned(_table(source, layout), source, checked)
 
 
-def _require_keys(what: str, given: Any, known: Collection[str]) -> None:
-    """Raises ValueError unless it is a mapping of some of these keys."""
-    if not (isinstance(given, Mapping) and set(given) <= set(known)):
+def from_table(table: pd.DataFrame, name: str = "table", **rules: Unpack[LooseRules]) -> Recording:
+    """The recording in a pandas table in SI units, a row a frame, whose columns have the names of
+    a CSV file's header. Needs the extra [recordings].
+
+    Args:
+        table: its index counts the rows in errors.
+        name: of the recording, as labels know it.
+        rules: as of `read_csv`.
+
+    Raises ValueError as `read_csv`.
+    """
+    require_whole("the table", table.columns)
+    return cleaned(table, Source(Path(name), "row"), Rules(**rules))
+
+
+def _require_keys(what: str, given: Any, known: Collection[str] = ()) -> None:
+    """Raises ValueError unless it is a mapping of some of these keys; by default of fields."""
+    right = isinstance(given, Mapping) and all(isinstance(key, str) for key in given)
+    known = known or fields_of(given if right else ())
+    if not (right and set(given) <= set(known)):
         raise ValueError(f"{what} is {given!r}, expected an object with {', '.join(known)}")
 
 
-def _require_whole(what: str, given: Container[str], needed: Sequence[str]) -> None:
-    """Raises ValueError unless all poses are there, and of each body all velocities or none."""
-    rates = [[f"{body}_{axis}" for axis in VELOCITY] for body in BODIES]
-    optional = {name for three in rates if not any(n in given for n in three) for name in three}
-    missing = [name for name in needed if name not in given and name not in optional]
-    if missing:
-        raise ValueError(
-            f"{what} lacks {missing[0]!r}; frame may be missing, and all three velocities of a body"
-        )
-
-
-def read_cells(source: SourceFile, delimiter: str = ",") -> dict[int, list[str]]:
+def read_cells(source: Source, delimiter: str = ",") -> dict[int, list[str]]:
     """The cells of a CSV file as text, by their line; no empty lines.
 
     Raises OSError, ImportError without pandas, and ValueError on a file that is not text in UTF-8,
@@ -269,51 +256,30 @@ def read_cells(source: SourceFile, delimiter: str = ",") -> dict[int, list[str]]
     return lines
 
 
-def _table(source: SourceFile, columns: Columns) -> FrameTable:
-    """The numbers of a recording's file.
+def _table(source: Source, columns: Columns) -> pd.DataFrame:
+    """The table in a recording's file.
 
     Raises as `read_cells`, and ValueError with the line of a header or cell that is none of those
     expected.
     """
-    cells = read_cells(source, columns.delimiter)
-    first = next(iter(cells))
-    try:
-        places = columns.places(cells[first])
-    except ValueError as error:
-        raise source.error(str(error), first) from None
-    lines = [line for line in cells if line > first or not columns.has_header]
-    values = {
-        name: size * _numbers(source, name, {line: cells[line][number] for line in lines})
-        for name, (number, size) in places.items()
-    }
-    return frame_table(source, np.array(lines, np.int64), {**values, **columns.constants})
-
-
-def frame_table(
-    source: SourceFile, lines: NDArray[np.int64], values: Mapping[str, float | NDArray[np.float64]]
-) -> FrameTable:
-    """The table of the numbers of R rows by field, each of shape (R,) or one for all rows, in SI
-    units. `lines` are the rows' places in the file."""
-
-    def of_body(axes: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-        return {
-            body: np.stack([row + values[f"{body}_{axis}"] for axis in axes], axis=1)
-            for body in BODIES
-            if f"{body}_{axes[0]}" in values
-        }
-
-    row = np.zeros(len(lines))
-    frames = np.asarray(values.get("frame", np.arange(len(lines)))).astype(np.int64)
-    times = np.asarray(values["time"])
-    return FrameTable(source, lines, frames, times, of_body(POSE), of_body(VELOCITY))
-
-
-def _numbers(source: SourceFile, name: str, column: dict[int, str]) -> NDArray[np.float64]:
-    """The numbers of a column, shape (R,), from its cells by line; NaN where a body was not
-    seen."""
+    lines = read_cells(source, columns.delimiter)
     import pandas as pd
 
-    cells = pd.Series(column, dtype=object)
+    top = next(iter(lines))
+    try:
+        places = columns.places(lines[top])
+    except ValueError as error:
+        raise source.error(str(error), top) from None
+    rows = {line: row for line, row in lines.items() if line > top or not columns.has_header}
+    cells = pd.DataFrame(list(rows.values()), list(rows), range(len(lines[top])), dtype=object)
+    numbers = {name: _numbers(source, name, cells[k]) * size for name, (k, size) in places.items()}
+    return pd.DataFrame(numbers, index=cells.index).assign(**columns.constants)
+
+
+def _numbers(source: Source, name: str, cells: pd.Series[Any]) -> Floats:
+    """The numbers of a column of texts; NaN where a body was not seen."""
+    import pandas as pd
+
     values = pd.to_numeric(cells, errors="coerce").to_numpy(float)
     needed = name in ("frame", "time")
     wrong = ~np.isfinite(values)
@@ -321,8 +287,8 @@ def _numbers(source: SourceFile, name: str, column: dict[int, str]) -> NDArray[n
         wrong &= ~cells.isin(NOT_SEEN).to_numpy()
     if name == "frame":
         wrong |= (values != np.round(values)) | (np.abs(values) >= LARGEST_NUMBER)
-    if wrong.any():
-        k = int(np.argmax(wrong))
+    if (row := first(wrong)) is not None:
         expected = f"a {'whole ' if name == 'frame' else ''}number{' in each row' * needed}"
-        raise source.error(f"{name} is {cells.iloc[k]!r}, expected {expected}", cells.index[k])
-    return np.asarray(values)
+        text = f"{name} is {cells.iloc[row]!r}, expected {expected}"
+        raise source.error(text, cells.index[row])
+    return values

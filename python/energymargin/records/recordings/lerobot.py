@@ -1,4 +1,4 @@
-"""Datasets of LeRobot, version 3: their episodes as recordings of two bodies in a plane.
+"""Datasets of LeRobot, version 3: their episodes as recordings.
 
 The folder has data/chunk-*/file-*.parquet, a row a frame, meta/info.json, which names the features
 in them, and meta/episodes, which has the length of each episode. A feature is a number, as
@@ -12,18 +12,23 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
-from energymargin.records.recordings import cleaning, reading
-from energymargin.records.recordings.csv_files import HEADERS, Columns, frame_table
+from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
+from energymargin.records.recordings.csv_files import Columns, headers
 from energymargin.records.recordings.folders import require_own_files
-from energymargin.records.recordings.reading import Rules, SourceFile
 from energymargin.records.recordings.recording import Recording
+from energymargin.records.recordings.smoothing import usual_step
+from energymargin.records.recordings.table import Source
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from typing_extensions import Unpack
 
 INFO = Path("meta", "info.json")
 EPISODE, FRAME, TIME, SUCCESS = "episode_index", "frame_index", "timestamp", "next.success"
@@ -33,21 +38,14 @@ MOST_ELEMENTS = 10_000  # of a feature; an image's side, too
 MOST_NUMBERS = 200_000_000  # that are read of a file: 1.6 GB
 HINT = "Are units others (mm, deg)? columns= says so"
 
-Episodes = dict[int, dict[str, NDArray[np.float64]]]
-"""By episode: the values of columns in its frames, shape (K,)."""
+Place = tuple[str, int, int]
+"""A feature, the place of one of its elements, and how many it has."""
 
 
 def read_lerobot(
     path: str | os.PathLike[str],
     columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
-    *,
-    repair: bool = True,
-    longest_gap: float = reading.LONGEST_GAP,
-    least_jump: float = cleaning.LEAST_JUMP,
-    least_turn: float = cleaning.LEAST_TURN,
-    smoothing: float = cleaning.SMOOTHING,
-    smooth_poses: bool = True,
-    causal: bool = False,
+    **rules: Unpack[LooseRules],
 ) -> list[Recording]:
     """The episodes of a LeRobot dataset (version 3), in the order of their numbers: a recording
     each, named FOLDER:EPISODE. Needs the extra [lerobot].
@@ -57,47 +55,37 @@ def read_lerobot(
         columns: which feature is what, as of `read_csv`. An element of a vector is
             "FEATURE/NAME", or "FEATURE/0" by its place. None: elements have the names of the
             documented header, as object_x, in any feature.
-        repair: as of `read_csv`, as are the other arguments.
-        longest_gap: of the poses of a body [s].
-        least_jump: an outlier jumps by so much at least [m].
-        least_turn: the same of its yaw [rad].
-        smoothing: the largest time scale of the smoothing spline [s].
-        smooth_poses: whether the spline gives the poses, too.
-        causal: as of `read_csv`.
+        rules: as of `read_csv`.
 
     Raises OSError, ImportError without the extra, and ValueError that names the file: on a dataset
     of another version, or one that lacks frames, and on all that `read_csv` refuses.
     """
-    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
     layout, folder = Columns.of(columns), Path(path)
+    checked = Rules(**rules).in_frame(layout.origin)
     places = element_places(folder, named=not layout.columns)
-    known = [name for name in places if layout.columns or name in HEADERS]
+    allowed = places if layout.columns else headers(places)
+    known = [name for name in places if name in allowed]
     try:
         fields = layout.places(known)
     except ValueError as error:
         raise ValueError(f"{folder / INFO}: {error}; it has {', '.join(places)}") from None
-    used = {known[number]: places[known[number]] for number, _ in fields.values()}
-    origin, found, rate = reading.frame_origin(layout.origin), [], _rate(folder)
+    used = {name: places[known[number]] for name, (number, _) in fields.items()}
+    sizes = {name: size for name, (_, size) in fields.items()}
+    found = []
     for episode, values in read_episodes(folder, used).items():
-        source = SourceFile(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
-        own = {name: size * values[known[number]] for name, (number, size) in fields.items()}
-        lines = np.arange(len(own["time"]))
-        _compare_rate(source, rate, own["time"])
-        table = frame_table(source, lines, {**own, **layout.constants})
-        found.append(reading.recording_of(table, rules, origin))
+        source = Source(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
+        _compare_rate(source, folder, sizes["time"] * values["time"].to_numpy())
+        table = (values * sizes).assign(**layout.constants)
+        found.append(cleaned(table, source, checked))
     return found
 
 
-def _rate(folder: Path) -> float:
-    """Frames a second as meta/info.json says; 0 if it does not."""
-    rate = json.loads((folder / INFO).read_text(encoding="utf-8")).get("fps")
-    return float(rate) if isinstance(rate, (int, float)) and math.isfinite(rate) else 0.0
-
-
-def _compare_rate(source: SourceFile, rate: float, times: NDArray[np.float64]) -> None:
+def _compare_rate(source: Source, folder: Path, times: NDArray[np.float64]) -> None:
     """Warns if the times of an episode are not those of the frames a second that are said."""
-    step = cleaning.usual_step(times)
-    if rate > 0.0 and 0.0 < step < math.inf and abs(step * rate - 1.0) > MOST_OFF:
+    rate = json.loads((folder / INFO).read_text(encoding="utf-8")).get("fps")
+    step = usual_step(times)
+    told = isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0.0
+    if told and 0.0 < step < math.inf and abs(step * rate - 1.0) > MOST_OFF:
         text = (
             f"{source.path}: its times are {step:.4g} s apart, {1.0 / step:.4g} frames a second, "
             f"and {INFO} says fps {rate:g}: the times hold. Which of them is right?"
@@ -119,10 +107,6 @@ def read_successes(path: str | os.PathLike[str]) -> dict[str, bool] | None:
         return None
     episodes = read_episodes(folder, {SUCCESS: places[SUCCESS]})
     return {f"{folder.name}:{number}": bool(own[SUCCESS].any()) for number, own in episodes.items()}
-
-
-Place = tuple[str, int, int]
-"""A feature, the place of one of its elements, and how many it has."""
 
 
 def element_places(folder: Path, *, named: bool = False) -> dict[str, Place]:
@@ -175,32 +159,30 @@ def data_files(folder: Path) -> list[Path]:
     return files
 
 
-def read_episodes(folder: Path, columns: Mapping[str, Place]) -> Episodes:
-    """The values of these columns by episode, its frames in their order.
+def read_episodes(folder: Path, columns: Mapping[str, Place]) -> dict[int, pd.DataFrame]:
+    """These columns by episode: its frames in their order, a row each.
 
     Raises ValueError if an episode has another number of frames than meta/episodes says.
     """
-    places = [(EPISODE, 0, 1), (FRAME, 0, 1), *columns.values()]
+    with needs_extra("a LeRobot dataset", "lerobot"):
+        import pandas as pd
+    places = {EPISODE: (EPISODE, 0, 1), FRAME: (FRAME, 0, 1), **columns}
     parts = []
     for file in data_files(folder):
-        table = _table(file, sorted({feature for feature, _, _ in places}))
-        values = [_numbers(file, table, name, size)[:, k] for name, k, size in places]
-        parts.append(np.stack(values))
-    rows = np.concatenate(parts, axis=1)
-    rows = rows[:, np.lexsort((rows[1], rows[0]))]
-    numbers, starts, counts = np.unique(rows[0], return_index=True, return_counts=True)
-    _require_whole(folder, dict(zip(numbers.tolist(), counts.tolist(), strict=True)))
-    return {
-        int(number): dict(zip(columns, own[2:], strict=True))
-        for number, own in zip(numbers, np.split(rows, starts[1:], axis=1), strict=True)
-    }
+        table = _table(file, sorted({feature for feature, _, _ in places.values()}))
+        parts.append(pd.DataFrame({n: _numbers(file, table, *own) for n, own in places.items()}))
+    frames = pd.concat(parts).sort_values([EPISODE, FRAME], kind="stable")
+    groups = {int(own[EPISODE].iloc[0]): own for _, own in frames.groupby(EPISODE)}
+    found = {n: own[list(columns)].reset_index(drop=True) for n, own in groups.items()}
+    _require_whole(folder, {episode: len(own) for episode, own in found.items()})
+    return found
 
 
 def _require_whole(folder: Path, counts: Mapping[int, int]) -> None:
     """Raises ValueError unless each episode has the frames that meta/episodes says."""
     for file in sorted((folder / "meta" / "episodes").glob("*/*.parquet")):
         table = _table(file, [EPISODE, "length"])
-        number, length = (_numbers(file, table, name, 1)[:, 0] for name in (EPISODE, "length"))
+        number, length = (_numbers(file, table, name, 0, 1) for name in (EPISODE, "length"))
         for episode, frames in zip(number.astype(int), length.astype(int), strict=True):
             if counts.get(episode, 0) != frames:
                 raise ValueError(
@@ -231,8 +213,8 @@ def _stored(metadata: Any, columns: Sequence[str]) -> Iterator[int]:
                 yield column.num_values
 
 
-def _numbers(file: Path, table: Any, feature: str, size: int) -> NDArray[np.float64]:
-    """The numbers of a feature, shape (R, size)."""
+def _numbers(file: Path, table: Any, feature: str, place: int, size: int) -> NDArray[np.float64]:
+    """The numbers of an element of a feature of this size, shape (R,)."""
     if feature not in table.column_names:
         raise ValueError(f"{file}: there is no column {feature!r}, expected it")
     column = table[feature].combine_chunks()
@@ -240,4 +222,4 @@ def _numbers(file: Path, table: Any, feature: str, size: int) -> NDArray[np.floa
     numbers = np.asarray(flat.to_numpy(zero_copy_only=False), dtype=np.float64)
     if len(numbers) != size * len(table):
         raise ValueError(f"{file}: {feature!r} has rows without its {size} numbers")
-    return numbers.reshape(len(table), size)
+    return numbers[place::size]

@@ -1,37 +1,47 @@
-"""A recording of two bodies, and its frames as states of a scene without overlaps."""
+"""A recording: how bodies moved, what was repaired, and how well it is known."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Scene, World
-from energymargin.base.checks import positive_number, whole_number
+from energymargin.base.checks import whole_number
 from energymargin.base.reprs import Record
 from energymargin.model.beliefs.uncertainty import Uncertainty
-from energymargin.model.scenes import moved_apart
+from energymargin.records.recordings.poses import planar
 
-MOST_OVERLAP = 0.01  # m; an arm's error of 5 to 8 mm, and a camera's
-UPRIGHT = 1e-6
 PLANE = [0, 1, 5]  # x, y and the turn about z, of six errors
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Record):
-    """One body in the plane, over K frames."""
+    """One body over K frames: in the plane, D = 3, or in space, D = 6."""
 
     poses: NDArray[np.float64]
-    """x, y [m] and yaw [rad, without jumps], shape (K, 3)."""
+    """x, y [m] and yaw [rad, without jumps], shape (K, 3), or x, y, z [m] and the quaternion
+    x, y, z, w, shape (K, 7)."""
     velocities: NDArray[np.float64]
-    """Their rates [m/s, rad/s], shape (K, 3)."""
+    """[m/s, rad/s]: of x, y and yaw, or of x, y and z and the angular velocity about the axes of
+    the scene, shape (K, D)."""
     pose_covariances: NDArray[np.float64] | None = None
-    """Covariances of the poses' errors, shape (K, 3, 3), from the residuals of a smoothing spline;
-    None: they are not known."""
+    """Covariances of the poses' errors, shape (K, D, D), from the residuals of a smoothing spline;
+    None: they are not known. In space of the position and the rotation vector."""
     velocity_covariances: NDArray[np.float64] | None = None
-    """Covariances of the rates' errors, shape (K, 3, 3); None also of rates that were measured."""
+    """Covariances of the velocities' errors, shape (K, D, D); None also of measured velocities."""
+
+    def at(self, frame: int, height: float = 0.0) -> dict[str, Any]:
+        """A frame as the keywords that `Scene.pack` takes of a body; `height` is that of a body
+        whose motion is in the plane."""
+        pose, rate = self.poses[frame], self.velocities[frame]
+        if planar(self.poses):
+            place: dict[str, Any] = {"position": (*pose[:2], height), "yaw": pose[2]}
+            rate = np.array([rate[0], rate[1], 0.0, 0.0, 0.0, rate[2]])
+        else:
+            place = {"position": pose[:3], "orientation": pose[3:]}
+        return {**place, "velocity": rate[:3], "angular_velocity": rate[3:]}
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,7 +55,7 @@ class Repairs(Record):
     outliers: dict[str, tuple[int, ...]] = field(default_factory=dict, hash=False)
     """By body, the frames in which its marker jumped: interpolated."""
     left_out: tuple[int, ...] = ()
-    """Frames before both bodies were first seen, or after they were last seen: left out."""
+    """Frames before all bodies were first seen, or after they were last seen: left out."""
 
     @property
     def frames(self) -> tuple[int, ...]:
@@ -65,7 +75,7 @@ class Repairs(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording(Record):
-    """K frames of two bodies in the plane, as a camera saw them."""
+    """K frames of bodies that move, as a camera saw them."""
 
     name: str
     """The file's."""
@@ -73,130 +83,54 @@ class Recording(Record):
     """The camera's number of each frame, shape (K,)."""
     times: NDArray[np.float64]
     """[s], shape (K,); they rise, not always by the same step."""
-    object: Motion
-    effector: Motion
+    bodies: dict[str, Motion]
+    """Their motions by name, as "object" and "effector"."""
     repairs: Repairs
+
+    @property
+    def object(self) -> Motion:
+        """The motion of the body "object"."""
+        return self.bodies["object"]
+
+    @property
+    def effector(self) -> Motion:
+        """The motion of the body "effector"."""
+        return self.bodies["effector"]
 
     def __len__(self) -> int:
         """K, the number of frames."""
         return len(self.times)
+
+    def in_scene(self, object: str = "object", effector: str = "effector") -> dict[str, Motion]:
+        """The motions by the names of their bodies in a scene: those of the bodies "object" and
+        "effector" are given, all others keep their own. Raises ValueError if two have one name."""
+        given = {"object": object, "effector": effector}
+        names = [given.get(body, body) for body in self.bodies]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"two bodies are both {name!r}, expected names of their own")
+        return dict(zip(names, self.bodies.values(), strict=True))
 
     def uncertainty(
         self, frame: int, object: str = "object", effector: str = "effector"
     ) -> Uncertainty:
         """How well a frame, from 0 to K - 1, is known, for a belief about its state.
 
-        The covariances of both bodies' poses and velocities in the plane, as the spline's residuals
-        tell them; with the names of the bodies in a scene. Raises ValueError on another frame, and
-        on a recording with velocities of its own, whose errors nothing tells.
+        The covariances of all bodies' poses and velocities, as the spline's residuals tell them;
+        with the names of the bodies in a scene. Raises ValueError on another frame, and on a
+        recording with velocities of its own, whose errors nothing tells.
         """
         frame = whole_number("frame", frame, 0, len(self) - 1)
         given: dict[str, dict[str, NDArray[np.float64]]] = {"pose": {}, "velocity": {}}
-        for name, motion in ((object, self.object), (effector, self.effector)):
+        for name, motion in self.in_scene(object, effector).items():
             if motion.pose_covariances is None or motion.velocity_covariances is None:
                 raise ValueError(
                     f"{self.name} has velocities of {name!r}, whose errors nothing tells, expected "
                     "poses alone; em.beliefs.Uncertainty(pose=..., velocity=...) takes your own"
                 )
-            given["pose"][name] = _in_space(motion.pose_covariances[frame])
-            given["velocity"][name] = _in_space(motion.velocity_covariances[frame])
+            axes = PLANE if planar(motion.poses) else list(range(6))
+            known = {"pose": motion.pose_covariances, "velocity": motion.velocity_covariances}
+            for quantity, covariances in known.items():
+                given[quantity][name] = np.zeros((6, 6))
+                given[quantity][name][np.ix_(axes, axes)] = covariances[frame]
         return Uncertainty(**given)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Placed(Record):
-    """K frames of a recording in a scene."""
-
-    states: NDArray[np.float64]
-    """State vector of each frame, shape (K, n)."""
-    moved: NDArray[np.float64]
-    """Distances by which object and effector were moved out of an overlap [m], shape (K, 2)."""
-    stuck: NDArray[np.bool_]
-    """Frames as measured, whose bodies overlap wherever they are moved to, shape (K,)."""
-
-
-def placed(
-    recording: Recording,
-    scene: Scene,
-    *,
-    object: str = "object",
-    effector: str = "effector",
-    most_overlap: float = MOST_OVERLAP,
-) -> Placed:
-    """The recording's frames as states of a scene.
-
-    x, y, yaw and their rates are those of the recording, all else, as heights, is that of the
-    scene. Bodies that overlap are moved until they touch: the object out of what
-    stands in the scene, the effector out of the object. Raises ValueError on a body that is
-    unknown, fixed or tilted in the scene, where a body would be moved by more than `most_overlap`
-    [m], and if no frame at all has a place for both, as between two others.
-    """
-    most_overlap = positive_number("most_overlap", most_overlap)
-    names = (object, effector)
-    if object == effector:
-        raise ValueError(f"object and effector are both {object!r}, expected two bodies")
-    for name in names:
-        _require_upright(scene, name)
-    world = World(scene)
-    measured = np.stack([_packed(recording, scene, names, k) for k in range(len(recording))])
-    states, reasons = measured.copy(), {}
-    for k, number in enumerate(recording.frames.tolist()):
-        try:
-            states[k] = moved_apart(world, measured[k], names)
-        except ValueError as error:
-            reasons[k] = f"{recording.name}, frame {number}: {error}"
-    if len(reasons) == len(recording):
-        raise ValueError(f"{reasons[0]}; so it is in every frame: do the shapes fit?")
-    stuck = np.isin(np.arange(len(recording)), list(reasons))
-    moved = np.stack([_distances(scene, name, measured, states) for name in names], axis=1)
-    if moved.max() > most_overlap:
-        k, body = divmod(int((moved > most_overlap).argmax()), 2)
-        raise ValueError(
-            f"{recording.name}, frame {recording.frames[k]}: {names[body]!r} overlaps others by "
-            f"{moved[k, body]:.3g} m, expected at most most_overlap = {most_overlap:g} m: do the "
-            "shapes, the units and the origin of the camera's frame fit?"
-        )
-    return Placed(states, moved, stuck)
-
-
-def _packed(
-    recording: Recording, scene: Scene, names: tuple[str, str], k: int
-) -> NDArray[np.float64]:
-    """The state of a frame, as measured."""
-    heights = {body.name: body.position[2] for body in scene.bodies}
-    bodies = {}
-    for name, motion in zip(names, (recording.object, recording.effector), strict=True):
-        x, y, yaw = motion.poses[k]
-        vx, vy, yaw_rate = motion.velocities[k]
-        bodies[name] = {
-            "position": (x, y, heights[name]),
-            "yaw": yaw,
-            "velocity": (vx, vy, 0.0),
-            "angular_velocity": (0.0, 0.0, yaw_rate),
-        }
-    return np.asarray(scene.pack(**bodies))
-
-
-def _in_space(planar: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A covariance (6, 6) from that of x, y and yaw: all else is known."""
-    whole = np.zeros((6, 6))
-    whole[np.ix_(PLANE, PLANE)] = planar
-    return whole
-
-
-def _require_upright(scene: Scene, name: str) -> None:
-    """Raises ValueError unless this is a free body that is turned about z alone."""
-    first = scene.slice(name).start
-    x, y, *_ = scene.pack()[first + 3 : first + 7]
-    if math.hypot(x, y) > UPRIGHT:
-        raise ValueError(
-            f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
-        )
-
-
-def _distances(
-    scene: Scene, body: str, before: NDArray[np.float64], after: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """How far a body was moved in each state [m], shape (K,)."""
-    first = scene.slice(body).start
-    return np.asarray(np.linalg.norm((after - before)[:, first : first + 3], axis=1))

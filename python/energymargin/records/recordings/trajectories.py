@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import re
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import Region, Scene, World
+from energymargin._core import Scene, World
 from energymargin.records.datasets import Dataset
-from energymargin.records.recordings.csv_files import read_cells
-from energymargin.records.recordings.reading import SourceFile
-from energymargin.records.recordings.recording import MOST_OVERLAP, Placed, Recording, placed
-from energymargin.tasks.base import Params, Regions, Task, parameters_of
+from energymargin.records.recordings.placing import MOST_OVERLAP, Placed, placed
+from energymargin.records.recordings.recording import Recording
+from energymargin.tasks.base import Params, Regions, Task, inside, parameters_of
 from energymargin.tasks.trajectories import Trajectory
-
-FRAME = re.compile(r"0|[1-9][0-9]{,14}")
-WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
 
 
 class RecordedTask(Task, Protocol):
@@ -32,11 +25,11 @@ class RecordedTask(Task, Protocol):
         ...
 
     def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
-        """Z_cap(z) of a state, shape (n,); of one object."""
+        """Z_cap(z) of a state, shape (n,), or that of each object."""
         ...
 
     def succeeded(self, params: Params) -> Regions:
-        """Z_suc; of one object. Recordings with labels do without."""
+        """Z_suc, or that of each object. Recordings with labels do without."""
         ...
 
 
@@ -66,8 +59,8 @@ def dataset(
             lies in the task's own capture set.
         params: what the task draws for a trajectory, as its friction; None: the task's parameters
             that are numbers.
-        object: its body in the scene.
-        effector: the same.
+        object: the name of the recordings' body "object" in the scene.
+        effector: the same of "effector"; all other bodies have the names of the scene.
         most_overlap: as of `placed` [m].
         notice: called with a line of text for each recording in which bodies were moved, or found
             no place.
@@ -86,23 +79,30 @@ def dataset(
         )
         if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
             notice(f"{recording.name}: {_overlaps(in_scene)}")
-        states = in_scene.states
-        trajectories.append(
-            Trajectory(
-                times=recording.times,
-                states=states,
-                contacts=[world.contacts(state) for state in states],
-                captured=np.array([_inside(scene, made.captured(s, given), s) for s in states])
-                if captured is None
-                else _frame_labels(recording, captured[recording.name]),
-                success=_inside(scene, made.succeeded(given), states[-1])
-                if labels is None
-                else labels[recording.name],
-                params=given,
-                seed=number,
-            )
-        )
+        states, some, any_end = in_scene.states, None, None
+        if captured is None:
+            now, some = _inside(scene, [made.captured(s, given) for s in states], states)
+        else:
+            now = _frame_labels(recording, captured[recording.name])
+        if labels is None:
+            end, ends = _inside(scene, [made.succeeded(given)], states[-1:])
+            success, any_end = bool(end[0]), None if ends is None else bool(ends[0])
+        else:
+            success = labels[recording.name]
+        touching, drawn = [world.contacts(state) for state in states], (given, number)
+        one = Trajectory(recording.times, states, touching, now, success, *drawn, some, any_end)
+        trajectories.append(one)
     return Dataset(made.name, parameters_of(made), 0, trajectories)
+
+
+def _inside(
+    scene: Scene, sets: Sequence[Regions], states: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+    """Whether all objects are in their sets, of each state, shape (K,), and whether any of several
+    is; None of one set for all."""
+    each = [inside(own, scene, state) for own, state in zip(sets, states, strict=True)]
+    some = np.array([own.any() for own in each]) if isinstance(sets[0], dict) else None
+    return np.array([own.all() for own in each]), some
 
 
 def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
@@ -118,11 +118,9 @@ def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
 
 def _numbers(task: RecordedTask) -> dict[str, float]:
     """The task's parameters that are numbers."""
-    return {
-        name: float(value)
-        for name, value in parameters_of(task).items()
-        if isinstance(value, (int, float)) and not isinstance(value, bool)
-    }
+    given = parameters_of(task).items()
+    known = {name: v for name, v in given if isinstance(v, (int, float))}
+    return {name: float(v) for name, v in known.items() if not isinstance(v, bool)}
 
 
 def _require_names(names: Sequence[str], *labels: Mapping[str, Any] | None) -> None:
@@ -155,12 +153,6 @@ def _overlaps(in_scene: Placed) -> str:
     )
 
 
-def _inside(scene: Scene, sets: Regions, state: NDArray[np.float64]) -> bool:
-    if not isinstance(sets, Region):
-        raise ValueError("the task has several objects, expected one")
-    return bool(sets.contains(scene, state))
-
-
 def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bool_]:
     """The label of each frame; one that was missing in the file has that of the one before."""
     labels: list[bool] = []
@@ -169,45 +161,3 @@ def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray
             raise ValueError(f"captured lacks frame {number} of {recording.name!r}")
         labels.append(captured[number] if number in captured else labels[-1])
     return np.array(labels)
-
-
-def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
-    """Whether each recording succeeded, by its file's name.
-
-    The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
-    Raises OSError, ImportError without pandas, and ValueError with the line that is something else
-    or names a recording again.
-    """
-    return {name: label for (name,), label in _labelled(path, ("recording", "success")).items()}
-
-
-def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]]:
-    """Whether the object was captured in each frame, by the file's name and the frame's number.
-
-    The file has the columns recording,frame,captured. Raises as `read_labels`.
-    """
-    labels: dict[str, dict[int, bool]] = {}
-    for (name, number), label in _labelled(path, ("recording", "frame", "captured")).items():
-        labels.setdefault(name, {})[int(number)] = label
-    return labels
-
-
-def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
-    """The labels of a file with this header, by what comes before them in their rows."""
-    source = SourceFile(Path(path))
-    (first, names), *rows = read_cells(source).items()
-    if tuple(names) != header:
-        raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
-    labels: dict[tuple[str, ...], bool] = {}
-    for line, (*key, word) in rows:
-        known = key[0] and all(map(FRAME.fullmatch, key[1:])) and word.lower() in WORDS
-        if not known or tuple(key) in labels:
-            raise source.error(
-                f"has {','.join([*key, word])!r}, expected {','.join(header)}: the name of a "
-                f"recording's file, a frame's number, one of {', '.join(WORDS)}; each once",
-                line,
-            )
-        labels[tuple(key)] = WORDS[word.lower()]
-    if not labels:
-        raise source.error("has no labels")
-    return labels

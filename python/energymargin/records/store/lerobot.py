@@ -16,7 +16,7 @@ from energymargin.base.errors import needs_extra
 from energymargin.records import datasets
 from energymargin.records.datasets import Dataset
 from energymargin.records.recordings import lerobot
-from energymargin.records.recordings.reading import MOST_REPAIRED
+from energymargin.records.recordings.cleaning import MOST_REPAIRED
 from energymargin.records.store.file import ScoreStore
 
 PREFIX = "energymargin."
@@ -94,7 +94,7 @@ def _by_episode(
     found: dict[int, Columns] = {}
     first = 0
     for (number, own), trajectory in zip(episodes.items(), dataset.trajectories, strict=True):
-        at = own[lerobot.TIME]
+        at = own[lerobot.TIME].to_numpy()
         if not np.array_equal(own[lerobot.FRAME], np.arange(len(at))):
             raise ValueError(f"episode {number} of {folder} lacks frames, expected 0, 1, 2, ...")
         rows = np.clip(np.searchsorted(at, trajectory.times - SAME_TIME), 0, len(at) - 1)
