@@ -55,25 +55,23 @@ def resumed(
     On Ctrl-C `cancel` is set, jobs that end early are left out, and KeyboardInterrupt is raised. An
     error of a job is raised too; what is finished is in the file.
     """
-    results = dict(map(lines.read, _complete_lines(path)))
-    missing = [job for job in jobs if job not in results]
-    done = len(jobs) - len(missing)
-    progress(done, len(jobs))
+    there = dict(map(lines.read, _complete_lines(path)))
+    results = {job: there[job] for job in jobs if job in there}
+    progress(len(results), len(jobs))
     with path.open("a") as file:
 
         def keep(finished: Sequence[tuple[Job, Result]]) -> None:
-            nonlocal done
             for job, result in finished:
                 file.write(lines.write(job, result) + "\n")
                 file.flush()
                 results[job] = result
-                done += 1
-                progress(done, len(jobs))
+                progress(len(results), len(jobs))
 
         def of_jobs(jobs: Sequence[Job], cancel: Cancel) -> list[tuple[Job, Result]]:
             found = [(job, run(job, cancel)) for job in jobs]
             return [] if cancel.is_set else found
 
+        missing = [job for job in jobs if job not in results]
         run_jobs(Threads(threads), of_jobs, missing, keep, Limit())
     return {job: results[job] for job in jobs}
 

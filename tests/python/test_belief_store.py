@@ -83,7 +83,7 @@ def test_a_run_without_a_belief_and_one_with_another_stand_beside_it(dataset, pa
 
 def test_it_goes_on_from_a_stop_to_the_same_bits(dataset, path, tmp_path, monkeypatch):
     # Chunks of so little work that not all particles are on their way when two states are done.
-    monkeypatch.setattr(threads._ThreadWorkers, "chunk", 0.0)
+    monkeypatch.setattr(threads._ThreadWorkers, "seconds", 0.0)
     cancel, other = em.Cancel(), tmp_path / "other.db"
 
     def stop(done, _total):

@@ -138,7 +138,7 @@ class Watched(Executor):
 
 def test_a_users_executor_that_breaks_ends_the_call_with_what_is_done(problems):
     asked, kept = {"nodes": 20, "seed": SEED}, []
-    with pytest.raises(em.ScoreError, match=r"that was given is broken.*killed") as why:
+    with pytest.raises(em.ScoreError, match=r"the executor is broken.*killed") as why:
         em.score(problems, ["capture"], executor=Watched(3), on_rows=kept.extend, **asked)
     table = why.value.table
     assert not table.complete and 3 <= len(table) < len(problems)
@@ -153,7 +153,7 @@ def test_a_process_of_a_users_executor_that_dies_is_said_in_words(problems):
     with ProcessPoolExecutor(1, mp_context=context) as executor:
         executor.submit(os._exit, 3)
         for _ in range(2):  # while it breaks, and once it is broken
-            with pytest.raises(em.ScoreError, match="the executor that was given is broken"):
+            with pytest.raises(em.ScoreError, match="the executor is broken"):
                 em.score(problems, ["capture"], nodes=20, executor=executor)
         with pytest.raises(em.ExecutorError, match="what was done before is kept"):
             em.rank({"a": timed(), "b": timed()}, rollouts=16, executor=executor)
@@ -212,7 +212,7 @@ def test_a_process_that_is_killed_ends_the_call_in_words_with_what_is_done(probl
             killed.append(workers_of(os.getpid())[0])
             os.kill(killed[0], signal.SIGKILL)
 
-    with pytest.raises(em.ScoreError, match=r"worker processes cannot go on.*SIGKILL") as caught:
+    with pytest.raises(em.ScoreError, match=r"the executor is broken.*SIGKILL") as caught:
         em.score(problems * 500, ["capture"], executor=Processes(2), progress=kill_one, **asked)
     table = caught.value.table
     assert 0 < len(table) < 500 * len(problems) and not workers_of(os.getpid())

@@ -52,10 +52,13 @@ class DivergedError(EnergyMarginError, RuntimeError):
 class ExecutorError(EnergyMarginError, RuntimeError):
     """The workers of a call cannot go on: one of them has died, or their executor was shut down."""
 
-    def __init__(self, why: str) -> None:
-        """`why`: what has happened."""
-        super().__init__(why)
+    def __init__(self, why: object) -> None:
+        """`why`: what the executor said."""
+        super().__init__(" ".join(str(why).split()).rstrip(".") or type(why).__name__)
 
     def __str__(self) -> str:
         """What happened, and what to do."""
-        return f"{self.args[0]}; what was done before is kept: the same call goes on from there"
+        return (
+            f"the executor is broken, or was shut down: {self.args[0]}; what was done before is "
+            "kept: the same call goes on from there, with an executor that works"
+        )

@@ -41,10 +41,55 @@ Done = tuple[Sequence[Any], float, bool]
 """Results of a chunk, for how long a worker was at it [s], and whether it was cancelled."""
 
 
+@dataclass(frozen=True)
+class Chunk:
+    """Items for a worker. To unpickle it is to do its work, so that a cluster's scheduler needs no
+    energymargin to hand it on."""
+
+    function: Function[Any, Any]
+    items: Sequence[Any]
+    left: float | None
+    """Time until the limit of the call [s], None without one."""
+
+    def work(self, cancel: Cancel) -> Done:
+        """What a worker does with it."""
+        start = time.perf_counter()
+        results = self.function(self.items, cancel)
+        return results, time.perf_counter() - start, cancel.is_set
+
+    def __reduce__(self) -> tuple[Callable[..., Done], tuple[Any, ...]]:
+        """The call of its work in another process."""
+        work = pickle.dumps((self.function, self.items))
+        return _work_elsewhere, (algorithm(), work, self.left)
+
+
+def _work_elsewhere(release: str, work: bytes, left: float | None) -> Done:
+    if algorithm() != release:
+        raise RuntimeError(
+            f"a worker has release {algorithm()} of energymargin, and this is {release}; install "
+            "the same release there"
+        )
+    cancel, most = Cancel(), threading.TIMEOUT_MAX
+    end = threading.Timer(most if left is None else min(left + GRACE, most), cancel.set)
+    end.daemon = True
+    end.start()
+    try:
+        function, items = pickle.loads(work)
+        return Chunk(function, items, left).work(cancel)
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))
+        except Exception:  # so it cannot be sent back
+            raise RuntimeError(f"{type(error).__name__}: {error}") from None
+        raise
+    finally:
+        end.cancel()
+
+
 class Workers(Closing):
     """The workers of an executor. They start with the first chunk, and again after `stop`."""
 
-    chunk: ClassVar[float] = 1.0
+    seconds: ClassVar[float] = 1.0
     """Work of a chunk [s]: so much is lost with a worker, and beside it sending costs little."""
     ahead: ClassVar[int] = 2
     """Chunks for each worker: one at work, one that waits."""
@@ -62,11 +107,8 @@ class Workers(Closing):
         """Makes ready for so many chunks, while none is there."""
 
     @abstractmethod
-    def submit(
-        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
-    ) -> Future[Done]:
-        """Puts `work(function, items)` at the end of the queue; `left`: time until the limit of
-        the call [s], None without one."""
+    def submit(self, chunk: Chunk) -> Future[Done]:
+        """Puts the work of a chunk at the end of the queue."""
 
     @abstractmethod
     def stop(self, chunks: Collection[Future[Done]]) -> None:
@@ -82,81 +124,28 @@ class Workers(Closing):
 
 
 class RemoteWorkers(Workers):
-    """Workers in other processes, which get each chunk as bytes: a cluster's scheduler needs no
-    energymargin to hand it on."""
+    """Workers in other processes, which get each chunk as bytes."""
 
-    broken: ClassVar[str]
-    """What has happened if the executor cannot work any more."""
-    _pool: Any
-    """The executor."""
+    _executor: Any
 
-    def submit(
-        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
-    ) -> Future[Done]:
+    def submit(self, chunk: Chunk) -> Future[Done]:
         """As Workers.submit. Raises ValueError on what cannot be sent, and ExecutorError if the
         executor is broken, or shut down."""
         try:
-            call = pickle.dumps(_Call(algorithm(), pickle.dumps((function, items)), left))
+            call = pickle.dumps(chunk)
         except (AttributeError, TypeError, ValueError, pickle.PicklingError) as error:
             raise ValueError(
                 f"what is asked cannot be sent to another process ({error}): use threads"
             ) from error
         try:
-            future: Future[Done] = self._pool.submit(pickle.loads, call)
+            future: Future[Done] = self._executor.submit(pickle.loads, call)
         except RuntimeError as error:
-            raise self.lost(error) from error
+            raise ExecutorError(error) from error
         return future
 
     def explained(self, error: Exception) -> Exception:
         """As Workers.explained."""
-        return self.lost(error) if isinstance(error, BrokenExecutor | CancelledError) else error
-
-    def lost(self, error: Exception) -> ExecutorError:
-        """What is raised if the executor cannot work any more."""
-        words = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-        return ExecutorError(f"{self.broken}: {words}")
-
-
-@dataclass(frozen=True)
-class _Call:
-    """A call of `work` in another process: `pickle.loads` runs it there."""
-
-    release: str
-    work: bytes
-    left: float | None
-
-    def __reduce__(self) -> tuple[Callable[..., Done], tuple[Any, ...]]:
-        return _work_elsewhere, (self.release, self.work, self.left)
-
-
-def _work_elsewhere(release: str, call: bytes, left: float | None) -> Done:
-    if algorithm() != release:
-        raise RuntimeError(
-            f"a worker has release {algorithm()} of energymargin, and this is {release}; install "
-            "the same release there"
-        )
-    cancel, most = Cancel(), threading.TIMEOUT_MAX
-    end = threading.Timer(most if left is None else min(left + GRACE, most), cancel.set)
-    end.daemon = True
-    end.start()
-    try:
-        function, items = pickle.loads(call)
-        return work(function, items, cancel)
-    except Exception as error:
-        try:
-            pickle.loads(pickle.dumps(error))
-        except Exception:  # so it cannot be sent back
-            raise RuntimeError(f"{type(error).__name__}: {error}") from None
-        raise
-    finally:
-        end.cancel()
-
-
-def work(function: Function[Any, Any], items: Sequence[Any], cancel: Cancel) -> Done:
-    """What a worker does with a chunk."""
-    start = time.perf_counter()
-    results = function(items, cancel)
-    return results, time.perf_counter() - start, cancel.is_set
+        return ExecutorError(error) if isinstance(error, BrokenExecutor | CancelledError) else error
 
 
 def run(
@@ -198,7 +187,7 @@ class _Flow(Generic[Item, Result]):
     _most: int
     _all_came: bool = False
     _items: deque[Item] = field(default_factory=deque)  # that came, and were not handed out
-    _running: dict[Future[Done], Sequence[Item]] = field(default_factory=dict)
+    _running: dict[Future[Done], Chunk] = field(default_factory=dict)
     _ended: SimpleQueue[Future[Done]] = field(default_factory=SimpleQueue)
     _error: Exception | None = None
     _cancelled: bool = False  # a chunk was, so items of it may have no results
@@ -219,7 +208,7 @@ class _Flow(Generic[Item, Result]):
         room = self._workers.ahead * slots - len(self._running)
         if room <= 0:
             return
-        size = self._size(max(self._workers.chunk, slots / CHUNKS_A_SECOND))
+        size = self._size(max(self._workers.seconds, slots / CHUNKS_A_SECOND))
         self._take(room * size)
         if self._all_came and len(self._items) <= room * size:  # none is to be idle at the end
             size = min(size, max(1, -(-len(self._items) // slots)))
@@ -228,8 +217,9 @@ class _Flow(Generic[Item, Result]):
             self._workers.begin(chunks if self._all_came else room)
         for _ in range(chunks):
             items = [self._items.popleft() for _ in range(min(size, len(self._items)))]
-            future = self._workers.submit(self._function, items, limit.rest()["timeout"])
-            self._running[future] = items
+            chunk = Chunk(self._function, items, limit.rest()["timeout"])
+            future = self._workers.submit(chunk)
+            self._running[future] = chunk
             future.add_done_callback(self._ended.put)
 
     def results(self) -> list[Result]:
@@ -250,11 +240,12 @@ class _Flow(Generic[Item, Result]):
         self._workers.stop(self._running)
         wait(self._running, LAST)
         results: list[Result] = []
-        for future in [future for future in self._running if _went_well(future)]:
-            found, _, cancelled = future.result()
-            results += found
-            if not cancelled or len(found) == len(self._running[future]):
-                del self._running[future]
+        for future, chunk in list(self._running.items()):
+            with suppress(Exception):  # that are not finished, or not well
+                found, _, cancelled = future.result(0)
+                results += found
+                if not cancelled or len(found) == len(chunk.items):
+                    del self._running[future]
         return results
 
     def _take(self, most: int) -> None:
@@ -272,7 +263,7 @@ class _Flow(Generic[Item, Result]):
         return max(1, min(self._most, int(seconds / max(self._seconds, 1e-9))))
 
     def _results_of(self, future: Future[Done]) -> Sequence[Result]:
-        items = self._running.pop(future)
+        items = self._running.pop(future).items
         try:
             results, seconds, cancelled = future.result()
         except Exception as error:
@@ -281,12 +272,8 @@ class _Flow(Generic[Item, Result]):
             else:
                 self._error = self._workers.explained(error)
             return []
-        count = len(items)
-        self._cancelled |= cancelled and len(results) < count
-        before = seconds / count if self._seconds is None else self._seconds
-        self._seconds = before + NEWEST * (seconds / count - before)
+        self._cancelled |= cancelled and len(results) < len(items)
+        newest = seconds / len(items)
+        before = newest if self._seconds is None else self._seconds
+        self._seconds = before + NEWEST * (newest - before)
         return results
-
-
-def _went_well(future: Future[Done]) -> bool:
-    return future.done() and not future.cancelled() and future.exception() is None

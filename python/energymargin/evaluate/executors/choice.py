@@ -44,11 +44,10 @@ class _Given(RemoteWorkers):
     cancelled."""
 
     ahead: ClassVar[int] = 1
-    broken: ClassVar[str] = "the executor that was given is broken, or was shut down"
 
     def __init__(self, executor: concurrent.futures.Executor) -> None:
         super().__init__(int(getattr(executor, "_max_workers", None) or usable_cores()))
-        self._pool = executor
+        self._executor = executor
 
     def workers(self) -> Workers:
         """As Executor.workers."""

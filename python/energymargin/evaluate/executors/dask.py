@@ -10,9 +10,9 @@ from collections.abc import Callable, Collection
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
-from energymargin.base.errors import needs_extra
+from energymargin.base.errors import ExecutorError, needs_extra
 from energymargin.evaluate.parallel import Done, RemoteWorkers
 
 if TYPE_CHECKING:
@@ -54,13 +54,11 @@ class _DaskWorkers(RemoteWorkers):
     """The threads of a cluster's workers. Dask replaces those that die, and does their work again;
     what ends worker after worker it calls a KilledWorker."""
 
-    broken: ClassVar[str] = "the workers of the cluster cannot go on"
-
     def __init__(self, scheduler: str | Client, notice: Callable[[str], None]) -> None:
         super().__init__(0)
         self._notice = notice
         self._client, self._is_ours = _connected(scheduler), isinstance(scheduler, str)
-        self._pool = self._client.get_executor(pure=False)
+        self._executor = self._client.get_executor(pure=False)
         self._address = self._client.scheduler.address
         self._threads: dict[str, int] | None = None  # of each worker
         self._next_look = 0.0
@@ -81,8 +79,8 @@ class _DaskWorkers(RemoteWorkers):
     def stop(self, chunks: Collection[Future[Done]]) -> None:
         """As Workers.stop; a chunk that a worker has begun runs to its end there."""
         if self._client.status == "running":
-            self._pool.shutdown(wait=False)
-            self._pool = self._client.get_executor(pure=False)
+            self._executor.shutdown(wait=False)
+            self._executor = self._client.get_executor(pure=False)
 
     def close(self) -> None:
         """Leaves the cluster; a Client that was given stays."""
@@ -101,7 +99,7 @@ class _DaskWorkers(RemoteWorkers):
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):
-            return self.lost(error)
+            return ExecutorError(error)
         if isinstance(error, CancelledError):  # all are, with the scheduler
             return self._away()
         if isinstance(error, ImportError):

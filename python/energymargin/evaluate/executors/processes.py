@@ -6,14 +6,13 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from concurrent.futures import Future
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
-from typing import Any, ClassVar
 
 from energymargin.base.checks import core_count
-from energymargin.evaluate.parallel import Done, Function, RemoteWorkers
+from energymargin.evaluate.parallel import Done, RemoteWorkers
 
 LOOK = 0.1  # s; how long a process may outlive the one that it works for
 
@@ -40,27 +39,21 @@ class Processes:
 
 
 class _ProcessWorkers(RemoteWorkers):
-    broken: ClassVar[str] = "the worker processes cannot go on"
-    _processes = 0  # that the pool has
+    _processes = 0  # that the executor has
 
     def begin(self, chunks: int) -> None:
-        """As Workers.begin: no more processes than chunks."""
+        """As Workers.begin: no more processes than chunks, none of which ever gets a Ctrl-C."""
         from loky import ProcessPoolExecutor
 
-        wanted = min(chunks, self.slots)
-        if wanted > self._processes:
-            self.close()
-            resource_tracker.ensure_running()  # as it would let Ctrl-C in again
-            self._pool = ProcessPoolExecutor(wanted, initializer=_begin, initargs=(os.getpid(),))
-            self._processes = wanted
-
-    def submit(
-        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
-    ) -> Future[Done]:
-        """As Workers.submit. What starts meanwhile never gets a Ctrl-C, which is for this one."""
+        if self._processes >= (wanted := min(chunks, self.slots)):
+            return
+        self.close()
+        self._executor = ProcessPoolExecutor(wanted, initializer=_begin, initargs=(os.getpid(),))
+        self._processes = wanted
+        resource_tracker.ensure_running()  # as it would let Ctrl-C in again
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return super().submit(function, items, left)
+            self._executor.submit(int)  # starts them all
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -72,7 +65,7 @@ class _ProcessWorkers(RemoteWorkers):
         """Kills them."""
         if self._processes:
             self._processes = 0
-            self._pool.shutdown(kill_workers=True)
+            self._executor.shutdown(kill_workers=True)
 
 
 def _begin(parent: int) -> None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from energymargin._core import Cancel
 from energymargin.base.checks import core_count
-from energymargin.evaluate.parallel import Done, Function, Workers, work
+from energymargin.evaluate.parallel import Chunk, Done, Workers
 
 
 @dataclass(frozen=True)
@@ -30,30 +30,28 @@ class Threads:
 
 
 class _ThreadWorkers(Workers):
-    chunk: ClassVar[float] = 0.2
+    seconds: ClassVar[float] = 0.2
 
     def __init__(self, threads: int) -> None:
         super().__init__(threads)
-        self._pool, self._cancel = ThreadPoolExecutor(threads), Cancel()
+        self._executor, self._cancel = ThreadPoolExecutor(threads), Cancel()
 
-    def submit(
-        self, function: Function[Any, Any], items: Sequence[Any], left: float | None
-    ) -> Future[Done]:
-        """As Workers.submit; `stop` ends what runs, whatever is `left`."""
+    def submit(self, chunk: Chunk) -> Future[Done]:
+        """As Workers.submit; `stop` ends what runs, whatever is left of the time."""
         done: Future[Done] = Future()
-        calls = [(function, items, self._cancel)]
+        cancels = [self._cancel]
 
         def job() -> None:
             with suppress(IndexError):  # another thread was quicker
-                call = calls.pop()
+                cancel = cancels.pop()
                 if done.set_running_or_notify_cancel():
                     try:
-                        done.set_result(work(*call))
+                        done.set_result(chunk.work(cancel))
                     except BaseException as error:
                         done.set_exception(error)
 
         try:
-            self._pool.submit(job)
+            self._executor.submit(job)
         except RuntimeError:  # no thread can start, but the pool may have one already
             job()
         return done
@@ -64,8 +62,8 @@ class _ThreadWorkers(Workers):
         for chunk in chunks:
             chunk.cancel()
         self.close()
-        self._pool, self._cancel = ThreadPoolExecutor(self.slots), Cancel()
+        self._executor, self._cancel = ThreadPoolExecutor(self.slots), Cancel()
 
     def close(self) -> None:
         """Ends them."""
-        self._pool.shutdown()
+        self._executor.shutdown()
