@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from energymargin.base.checks import check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.records.recordings import poses as se3
@@ -87,6 +88,7 @@ def read_bag(
     that is not there (it lists those that are), poses in different frames or out of the plane, and
     all that `read_csv` refuses.
     """
+    check_type("path", path, (str, os.PathLike), "a path")
     checked, source = Rules(**rules), Source(Path(path), "message", HINT)
     given = {"object": object, "effector": effector, **(bodies or {})}
     if bodies:
