@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     Column = NDArray[np.float64]
 
-STORE, PAGE, PICTURES = ".h5", ".html", (".png", ".pdf", ".svg")
+STORE, PAGE, PICTURES = ".db", ".html", (".png", ".pdf", ".svg")
 TEXTS = (".csv", ".md")
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
@@ -82,7 +82,7 @@ def grasps(
     0.05]}' -o mug.html`
 
     A night of 10,000 grasps, which goes on where it was stopped: `energymargin grasps FILE ... -o
-    scores.h5`
+    scores.db`
 
     Args:
         file: Grasps of ACRONYM (.h5), GraspGen (.json), isaac_grasp (.yaml), or a table of poses
@@ -96,13 +96,13 @@ def grasps(
         strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
         baselines: Also what is commonly computed in place of a simulation, as Ferrari-Canny
             epsilon: columns of .csv and --write, and their AUC where there are labels.
-        output: .h5 keeps the scores, and the same command goes on from there; .csv and .md are
+        output: .db keeps the scores, and the same command goes on from there; .csv and .md are
             tables, .html is a page with pictures, .png, .pdf and .svg are pictures. May be
             repeated.
         write: The grasps with their scores, for other tools: .h5 (ACRONYM), .json (GraspGen), .yaml
             (isaac_grasp), .csv.
         view: See a grasp in a browser at the end: its name, or best, doubtful, worst.
-        overwrite: Replace files that exist; a .h5 of scores never is.
+        overwrite: Replace files that exist; a .db of scores never is.
     """
     outputs = output or []
     for path in outputs:
@@ -269,7 +269,7 @@ def _write_grasps(scores: GraspScores, more: dict[str, Column], path: Path) -> N
 
 def _say_stopped(scores: GraspScores, store: Path | None) -> None:
     done = f"{(scores.counted > 0).sum()} of {len(scores.grasps)} grasps are scored"
-    none = ", and kept in no file: with -o scores.h5 the same command can go on"
+    none = ", and kept in no file: with -o scores.db the same command can go on"
     kept = f" and kept in {store}; the same command goes on from there."
     say(escape(done + (none if store is None else kept)))
 
