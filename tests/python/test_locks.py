@@ -77,41 +77,47 @@ def test_a_full_disk_is_said_and_leaves_no_lock(path):
 
 
 def test_two_searches_with_one_file_are_refused_by_name(tmp_path):
-    file, refused = tmp_path / "search.jsonl", []
+    file, refused = tmp_path / "search.db", []
     asked = {"metric": "probability", "budget": 1000, "rollouts": 4, "threads": 1}
 
     def search(progress=None):
         ranges = {"x": (-0.9, 0.3, 0.9)}
         return em.improve(
-            sliding.problem(), ranges, sliding.still, file=file, progress=progress, **asked
+            sliding.problem(), ranges, sliding.still, store=file, progress=progress, **asked
         )
 
     def second(_done, _total):
         if not refused:
             with pytest.raises(
-                ValueError, match=rf"process {os.getpid()} is writing .*\.jsonl: let"
+                ValueError, match=rf"process {os.getpid()} is scoring into .*\.db: let"
             ):
                 search()
             refused.append(True)
 
     first = search(second)
     assert refused and search().to_csv() == first.to_csv()
-    assert os.listdir(tmp_path) == ["search.jsonl"]
+    assert os.listdir(tmp_path) == ["search.db"]
+
+
+def kept(file):
+    """How many answers a store has."""
+    with em.store.AnswerFile(file) as store:
+        return store.value("SELECT count(*) FROM answers")
 
 
 def test_what_was_evaluated_before_a_stop_is_kept(tmp_path):
     """Also within a generation."""
-    file, lines = tmp_path / "search.jsonl", []
+    file, lines = tmp_path / "search.db", []
 
     class Stop(Exception):
         pass
 
     def stop(_done, _total):
-        lines.append(len(file.read_bytes().splitlines()) if file.exists() else 0)
+        lines.append(kept(file))
         if lines[-1] >= 5:
             raise Stop
 
-    asked = {"budget": 1000, "rollouts": 4, "threads": 1, "progress": stop, "file": file}
+    asked = {"budget": 1000, "rollouts": 4, "threads": 1, "progress": stop, "store": file}
     with pytest.raises(Stop):
         em.improve(sliding.problem(), {"x": (-0.9, 0.3, 0.9)}, sliding.still, **asked)
-    assert 5 <= len(file.read_bytes().splitlines()) < 25
+    assert 5 <= kept(file) < 25

@@ -88,7 +88,6 @@ def test_a_file_that_is_there_stays_without_overwrite_and_is_replaced_with_it(sc
     ("words", "name"),
     [
         (["export", "s.db", "-o"], "mine.csv"),
-        (["export", "s.db", "--data", "topple.h5", "-o"], "mine.rrd"),
         (["evaluate", "s.db", "-o"], "mine.csv"),
         (["report", "s.db", "-o"], "mine.html"),
         (["rank", "a.json", "b.json", "--rollouts", 10**9, "-o"], "mine.csv"),
@@ -97,7 +96,7 @@ def test_a_file_that_is_there_stays_without_overwrite_and_is_replaced_with_it(sc
         (["learn", "s.db", "-o"], "mine.npz"),
         (["view", "push", "--nodes", 10**9, "-o"], "mine.png"),
         (["score", "topple.h5", "--nodes", 10**9, "-o"], "mine.db"),
-        (["grasps", "g.csv", "--hand", "panda", "-o"], "mine.h5"),
+        (["grasps", "g.csv", "--hand", "panda", "-o"], "mine.db"),
         (["grasps", "g.csv", "--hand", "panda", "-o"], "mine.html"),
         (["grasps", "g.csv", "--hand", "panda", "--write"], "mine.csv"),
         (["demo", "--trajectories", 10**6, "-o"], "mine"),

@@ -31,7 +31,7 @@ SIGNED, MAIN = Parameter(allow_leading_hyphen=True), Parameter(group="Parameters
 
 
 @panel("Which grasps of the file", "*")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rows:
     """The grasps of a file that are asked about."""
 

@@ -41,7 +41,7 @@ Done = tuple[Sequence[Any], float, bool]
 """Results of a chunk, for how long a worker was at it [s], and whether it was cancelled."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Chunk:
     """Items for a worker. To unpickle it is to do its work, so that a cluster's scheduler needs no
     energymargin to hand it on."""

@@ -35,7 +35,7 @@ DISAGREEMENT = 0.5  # of the larger velocity
 LEAST_DISAGREEMENT = (0.01, 0.2)  # m/s, rad/s; three times what noise makes of poses
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rules:
     """What is repaired, and how. Raises ValueError on what cannot be."""
 
