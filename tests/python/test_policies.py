@@ -237,7 +237,7 @@ def test_a_cache_keeps_evaluations_of_a_policy_by_its_name(tmp_path):
             act = lambda seen, memory, time: asked.append(0) or -values["k"] * seen[:, :3]  # noqa: E731
             return policy(act, name=name and f"{name} {values['k']!r}")
 
-        options = {"rollouts": 4, "budget": 2000, "file": tmp_path / "kept.jsonl"}
+        options = {"rollouts": 4, "budget": 2000, "store": tmp_path / "kept.db"}
         found = em.improve(problem(policy(name="first")), {"k": (1.0, 60.0)}, stiff, **options)
         return found.values["k"], asked.count(0)
 
@@ -310,10 +310,13 @@ def test_a_policy_that_cannot_go_to_another_process_says_so():
         em.score([problem(policy())], ["probability"], executor=em.executors.Processes(1))
 
 
-def test_code_that_the_other_process_lacks_is_named():
+def test_code_of_a_file_goes_to_another_process():
     held = problem(policy(spring_of_this_file, name="mine"))
-    with pytest.raises(ValueError, match="this process has no code of the policy 'mine'"):
-        em.score([held], ["probability"], rollouts=2, executor=em.executors.Processes(1))
+    here, there = (
+        em.score([held], ["probability"], rollouts=20, executor=executor)["probability"]
+        for executor in (em.executors.Threads(1), em.executors.Processes(1))
+    )
+    assert here == there
 
 
 def spring_of_this_file(seen, memory, time):

@@ -36,10 +36,9 @@ def learn(
     """Learn a score from the states that have it, so that it takes microseconds a state: a
     surrogate, for `em.Surrogate.load`.
 
-    It needs a few hundred trajectories, and 50 at least. Of ten, five grow boosted trees, one
-    calibrates them, two say how wide the intervals are, and two are the test that is shown: AUC
-    beside that of the scores, calibration, coverage. States unlike the training are refused later
-    on.
+    It needs a few hundred trajectories, and 50 at least. Of ten, six grow boosted trees, two say
+    how wide the intervals are, and two are the test that is shown: AUC beside that of the scores,
+    calibration, coverage. States unlike the training are refused later on.
 
     Example: `energymargin score push.h5 --frames 2 --metrics probability`, and then
     `energymargin learn push-scores.db -o push-surrogate.npz`

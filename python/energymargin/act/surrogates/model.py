@@ -90,7 +90,7 @@ class Model(Record):
     def __post_init__(self) -> None:
         """Grows the trees, and takes the widths of intervals from other trajectories."""
         from sklearn.ensemble import HistGradientBoostingRegressor
-        from threadpoolctl import threadpool_limits  # of scikit-learn
+        from threadpoolctl import ThreadpoolController  # of scikit-learn
 
         _, own, counts = np.unique(self.trajectory, return_inverse=True, return_counts=True)
         if (found := len(counts)) < LEAST:
@@ -101,7 +101,8 @@ class Model(Record):
         self.trees = HistGradientBoostingRegressor(
             monotonic_cst=self.monotone, early_stopping=False, random_state=0
         )
-        with threadpool_limits(1):  # the same bits on any number of cores
+        self._threads = ThreadpoolController()
+        with self._threads.limit(limits=1):  # the same bits on any number of cores
             self.trees.fit(grown, self.scores[train])
         self._range = grown.min(axis=0) - BEYOND, grown.max(axis=0) + BEYOND
         value, of = self.value(self.features[rest]), self.trajectory[rest]
@@ -119,8 +120,8 @@ class Model(Record):
 
     def value(self, features: Vector) -> Vector:
         """The values of N states, shape (N,), refused ones too."""
-        found: Vector = self.trees.predict(features)
-        return found.clip(*self.limits)
+        with self._threads.limit(limits=1, user_api="openmp"):  # a second one waits for a free core
+            return np.asarray(self.trees.predict(features).clip(*self.limits))
 
     def quality(self) -> Quality:
         """How good it is on the test."""
