@@ -44,7 +44,7 @@ def arguments(function: Any) -> str:
         if one.kind is one.KEYWORD_ONLY and not by_name:
             words.append("`*`")
             by_name = True
-        stars = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}.get(one.kind, "")
+        stars = "*" * (one.kind is one.VAR_POSITIONAL) + "**" * (one.kind is one.VAR_KEYWORD)
         by_name |= stars == "*"
         default = "" if one.default is one.empty else f"={shown(one.default)}"
         words.append(f"`{stars}{name}{default}`{unit(function, name)}")

@@ -68,9 +68,9 @@ struct CaptureProbability : StepCounts {
   Eigen::VectorXd lost;   //!< probability of having been lost until each time, 1 - all.curve in full precision
   std::optional<Survival> any{};
   std::vector<std::pair<std::string, Survival>> by_object{};  //!< each object with its name, in the scene's order
-  std::optional<double> success{};    //!< probability of being in the success set at the horizon
-  bool undisturbed = true;            //!< whether the objects stay captured without a disturbance, if that was asked
-  double undisturbed_time = 0.0;      //!< when they leave without one [s]; the horizon if they stay, NaN if not asked
+  std::optional<double> success{};  //!< probability of being in the success set at the horizon
+  bool undisturbed = true;          //!< whether the objects stay captured without a disturbance, if that was asked
+  double undisturbed_time = 0.0;    //!< when they leave without one [s]; the horizon if they stay, NaN if not asked
   std::optional<bool> undisturbed_success{};
   Eigen::VectorXd exit_times;  //!< when each rollout leaves [s]: inf if it stays, NaN if it diverged; not of splitting
   std::vector<char> successes{};    //!< whether each ends in the success set, if that was asked
