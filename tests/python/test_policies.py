@@ -4,8 +4,10 @@ import os
 import pickle
 import signal
 import subprocess
+import sys
 import threading
 import time
+import types
 
 import numpy as np
 import pytest
@@ -310,14 +312,13 @@ def test_a_policy_that_cannot_go_to_another_process_says_so():
         em.score([problem(policy())], ["probability"], executor=em.executors.Processes(1))
 
 
-def test_code_that_the_other_process_lacks_is_named():
-    held = problem(policy(spring_of_this_file, name="mine"))
+def test_code_that_the_other_process_lacks_is_named(monkeypatch):
+    there = types.ModuleType("made_in_this_process")
+    exec("def spring(seen, memory, time): return -seen @ gains.T", there.__dict__)
+    monkeypatch.setitem(sys.modules, there.__name__, there)
+    held = problem(policy(there.spring, name="mine"))
     with pytest.raises(ValueError, match="this process has no code of the policy 'mine'"):
         em.score([held], ["probability"], rollouts=2, executor=em.executors.Processes(1))
-
-
-def spring_of_this_file(seen, memory, time):
-    return -seen @ GAINS.T
 
 
 def test_controllers_are_ranked_and_their_gains_tuned():
