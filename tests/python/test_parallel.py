@@ -131,9 +131,9 @@ def test_there_are_as_many_processes_as_there_is_work_for():
     counts = []
     count = lambda _: counts.append(len(workers_of(os.getpid())))  # noqa: E731
     with Processes(3).workers() as workers:
-        for chunks in (1, 2, 1):
-            assert parallel.run(workers, partial(slow, 0.1), [range(chunks)], count, Limit())
-            assert {*counts} == {max(chunks, workers._processes)}
+        for items, processes in ((1, 1), (2, 2), (1, 2)):
+            assert parallel.run(workers, partial(slow, 0.1), [range(items)], count, Limit())
+            assert {*counts} == {processes}
             counts.clear()
     assert not workers_of(os.getpid())
 

@@ -4,8 +4,10 @@ import os
 import pickle
 import signal
 import subprocess
+import sys
 import threading
 import time
+import types
 
 import numpy as np
 import pytest
@@ -321,6 +323,15 @@ def test_code_of_a_file_goes_to_another_process():
 
 def spring_of_this_file(seen, memory, time):
     return -seen @ GAINS.T
+
+
+def test_code_that_the_other_process_lacks_is_named(monkeypatch):
+    there = types.ModuleType("made_in_this_process")
+    exec("def spring(seen, memory, time): return -seen @ gains.T", there.__dict__)
+    monkeypatch.setitem(sys.modules, there.__name__, there)
+    held = problem(policy(there.spring, name="mine"))
+    with pytest.raises(ValueError, match="this process has no code of the policy 'mine'"):
+        em.score([held], ["probability"], rollouts=2, executor=em.executors.Processes(1))
 
 
 def test_controllers_are_ranked_and_their_gains_tuned():
