@@ -13,7 +13,7 @@ import energymargin as em
 from energymargin import Cancel
 from energymargin.grasps import GraspObject, GraspSet, Motion, ParallelGripper, Protocol, write
 from energymargin.grasps.scores import grasp_of
-from energymargin.grasps.trials import Trials
+from energymargin.grasps.trials import GraspTrials
 from energymargin_paper.evidence import grasps_numbers as numbers
 from energymargin_paper.evidence.grasps import STUDY, Settings
 from energymargin_paper.evidence.grasps_engines import ENGINES, Ends, Job, engines_text
@@ -26,7 +26,7 @@ HOLD, SHAKE = Motion("hold", 0.5), Motion("shake", 1.0, 0.05, (0, 1, 0), frequen
 
 def trial(motion, mass, side=0.04, friction=0.5):
     cube = GraspObject(em.Box((side, side, side)), mass, friction)
-    trials = Trials(GRIPPER, cube, Protocol([motion]))
+    trials = GraspTrials(GRIPPER, cube, Protocol([motion]))
     return Trial(trials, grasp_of(GraspSet(DOWN[None]), 0), -1)
 
 

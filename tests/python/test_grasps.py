@@ -26,7 +26,7 @@ from energymargin.grasps import (
 from energymargin.grasps.hands import preset
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import score_grasps
-from energymargin.grasps.trials import Trials
+from energymargin.grasps.trials import GraspTrials
 
 GRIPPER = ParallelGripper(opening=0.08, force=10.0, palm=(0.1, 0.04, 0.04))
 AGAIN = {"colliding": "redraw"}
@@ -119,7 +119,7 @@ def test_only_a_hand_that_is_in_the_object_where_it_is_collides(gap, back):
     # The drives would close a gap of 6 mm within a step. Fingers 40 mm from the axis are 1 mm deep
     # in a ball of 42 mm where they end 9 mm before its middle, and reach 8.8 mm beyond it.
     thing = GraspObject(em.Sphere(0.04 - gap), 0.05)
-    trials = Trials(preset("panda"), thing, HOLD, colliding="retreat")
+    trials = GraspTrials(preset("panda"), thing, HOLD, colliding="retreat")
     start = trials.start(grasp_of(grasps(), 0), trials.draw(-1))
     assert start.back == pytest.approx(back)
 
@@ -132,7 +132,7 @@ def test_a_closed_hand_that_is_so_deep_that_no_problem_starts_there_has_collided
     hull = em.ConvexHull((corners @ turn).tolist())
     plate = em.Part(em.Box((4e-3, 0.04, 0.04)))
     lath = em.Part(hull, (0, 0.1, 0), (0, 0, 0.6, 0.8))
-    trials = Trials(GRIPPER, GraspObject(em.Compound([plate, lath]), 0.02), HOLD)
+    trials = GraspTrials(GRIPPER, GraspObject(em.Compound([plate, lath]), 0.02), HOLD)
     scene, hand = trials.scene(np.nan, trials.draw(-1), gravity=False)
     state = scene.pack(joints={"left": 2e-3 - depth})
     ending = trials.ending(em.World(scene), hand, state, {"left", "right", "object"})
@@ -146,7 +146,7 @@ def test_a_closed_hand_that_is_so_deep_that_no_problem_starts_there_has_collided
 
 
 def test_a_hand_that_diverges_as_it_closes_says_so_and_one_that_is_stopped_does_not():
-    weightless = Trials(replace(GRIPPER, mass=1e-300, force=1e300), cube(), HOLD)
+    weightless = GraspTrials(replace(GRIPPER, mass=1e-300, force=1e300), cube(), HOLD)
     grasp, stopped = grasp_of(grasps(), 0), em.Cancel()
     assert weightless.run(grasp, 0).ending == "diverged"
     with pytest.raises(ValueError, match="diverges as it closes"):
@@ -203,7 +203,7 @@ def test_an_error_of_the_pose_turns_about_the_grasp_or_the_centre_of_mass():
 
     def starts(about):
         belief = GraspBelief(pose=turns, about=about)
-        trials = Trials(GRIPPER, cube(), HOLD, belief)
+        trials = GraspTrials(GRIPPER, cube(), HOLD, belief)
         grasp = grasp_of(grasps(high), 0)
         scene, _ = trials.scene(np.nan, trials.draw(0), gravity=False)
         state = trials.start(grasp, trials.draw(0)).state
@@ -291,7 +291,7 @@ def test_efforts_that_were_stopped_half_way_are_searched_again(tmp_path, shares)
 
 
 def test_a_grasp_that_is_stopped_in_its_search_has_no_row():
-    cancel, trials = em.Cancel(), Trials(GRIPPER, cube(), PUSHED, step=1 / 240)
+    cancel, trials = em.Cancel(), GraspTrials(GRIPPER, cube(), PUSHED, step=1 / 240)
     timer = threading.Timer(1.0, cancel.set)  # trials take less, so many nodes more
     timer.start()
     assert score_grasps(trials, 1, 10**7, [grasp_of(grasps(), 0)], cancel) == []
@@ -351,7 +351,9 @@ def test_a_file_with_a_bit_that_has_changed_is_refused_or_changes_nothing(tmp_pa
 
 @pytest.mark.parametrize("protocol", ["hold", "shake"])
 def test_trials_that_close_once_end_as_each_alone(protocol):
-    trials = Trials(GRIPPER, cube(2.0), em.grasps.protocols.protocol_of(protocol), step=1 / 240)
+    trials = GraspTrials(
+        GRIPPER, cube(2.0), em.grasps.protocols.protocol_of(protocol), step=1 / 240
+    )
     for number, pose in enumerate((moved(), moved(z=0.012), moved(y=0.018))):
         grasp = grasp_of(grasps(pose), 0)
         together = trials.outcomes(grasp, 6)

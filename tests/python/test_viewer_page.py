@@ -16,7 +16,7 @@ from PIL import Image
 
 import energymargin as em
 from energymargin.look.viewer import view
-from energymargin.look.viewer.search import Replay
+from energymargin.look.viewer.search import ReplayedWay
 from energymargin.look.viewer.texts import NAMES
 
 SLIDERS = ("trajectory", "frame", "nodes", "lambda", "moment")  # from the top of the panel
@@ -195,7 +195,7 @@ def long_replay(page):
     moments = np.resize(np.concatenate([there, there[::-1]]), 10_000)
     times = 0.03 * np.arange(len(moments))  # five minutes
     with page._lock:  # as every callback of the page does
-        vars(scored)["way_out"] = Replay(times, short.states[moments], short.costs[moments])
+        vars(scored)["way_out"] = ReplayedWay(times, short.states[moments], short.costs[moments])
         page._show_scored()
     try:
         yield

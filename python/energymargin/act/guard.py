@@ -36,7 +36,7 @@ from energymargin.base.closing import Closing
 from energymargin.base.reprs import Record
 from energymargin.evaluate.searches import SearchSettings
 
-Source = Literal["policy", "candidate", "fallback"]
+Chosen = Literal["policy", "candidate", "fallback"]
 Reason = Literal["fine", "alarm", "unknown"]
 UNKNOWN = ("fallback", "ask", "policy")
 
@@ -53,7 +53,7 @@ class Decision(Record):
 
     time: float
     """Time of the state [s]."""
-    source: Source
+    source: Chosen
     """Whose action it is."""
     reason: Reason
     """Why: the alarm is off ("fine") or on ("alarm"), or the margin is "unknown": no reading, one
@@ -286,7 +286,7 @@ class Guard(Closing):
                 raise
             _log.warning("the actions at %g s have no probabilities: %s", time, error)
             return decision("fallback", reason, *others, error=error)
-        source: Source = "candidate" if choice.number else "policy"
+        source: Chosen = "candidate" if choice.number else "policy"
         if others and choice.number == len(actions) - 1:
             source = "fallback"
         return decision(

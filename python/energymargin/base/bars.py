@@ -8,14 +8,14 @@ from contextvars import ContextVar
 
 Update = Callable[[int, int], None]
 """update(done, total)"""
-Draw = Callable[[str, str], AbstractContextManager[Update]]
+DrawBar = Callable[[str, str], AbstractContextManager[Update]]
 """draw(title, unit)"""
 
-_draw: ContextVar[Draw | None] = ContextVar("bars", default=None)
+_draw: ContextVar[DrawBar | None] = ContextVar("bars", default=None)
 
 
 @contextmanager
-def bars_by(draw: Draw) -> Iterator[None]:
+def bars_by(draw: DrawBar) -> Iterator[None]:
     """In the `with` block, and in this thread alone, `bar` draws with draw(title, unit)."""
     token = _draw.set(draw)
     try:

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from energymargin.base.checks import shown
 
 
-class Kind(typing.NamedTuple):
+class ArgumentKind(typing.NamedTuple):
     """What an argument may be."""
 
     has: Callable[[Any], bool]
@@ -34,22 +34,22 @@ class Kind(typing.NamedTuple):
     """The kind in words, as "a Problem"."""
 
 
-NONE = Kind(lambda value: value is None, "None")
-NUMBER = Kind(lambda value: isinstance(value, (numbers.Number, np.bool_)), "a number")
-PATH = Kind(lambda value: isinstance(value, (str, os.PathLike)), "a path")
-DICT = Kind(lambda value: isinstance(value, Mapping), "a dict")
+NONE = ArgumentKind(lambda value: value is None, "None")
+NUMBER = ArgumentKind(lambda value: isinstance(value, (numbers.Number, np.bool_)), "a number")
+PATH = ArgumentKind(lambda value: isinstance(value, (str, os.PathLike)), "a path")
+DICT = ArgumentKind(lambda value: isinstance(value, Mapping), "a dict")
 PLAIN = {
     None: NONE,
     type(None): NONE,
     float: NUMBER,  # the function knows the bounds, and whether it has to be whole
     int: NUMBER,
-    bool: Kind(NUMBER.has, "True or False"),
-    str: Kind(lambda value: isinstance(value, str), "a str"),
+    bool: ArgumentKind(NUMBER.has, "True or False"),
+    str: ArgumentKind(lambda value: isinstance(value, str), "a str"),
     Path: PATH,
     os.PathLike: PATH,
     Mapping: DICT,
     dict: DICT,
-    Callable: Kind(callable, "a function"),
+    Callable: ArgumentKind(callable, "a function"),
 }
 STUMBLES = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
 SEQUENCES = (list, tuple, Sequence, collections.abc.Iterable)
@@ -123,7 +123,7 @@ def _names_one(error: Exception, arguments: Iterable[str]) -> bool:
 
 
 @functools.cache
-def kinds_of(function: Any) -> tuple[tuple[str, ...], dict[str, Kind]]:
+def kinds_of(function: Any) -> tuple[tuple[str, ...], dict[str, ArgumentKind]]:
     """The arguments of a function by position, and by name what each has to be, if that is said."""
     kinds = {}
     names = []
@@ -170,7 +170,7 @@ def _alternatives(hint: Any) -> list[Any]:
 ARRAYS = _alternatives(ArrayLike)  # texts among them, which are no numbers
 
 
-def _kind(hint: Any, text: str = "") -> Kind | None:
+def _kind(hint: Any, text: str = "") -> ArgumentKind | None:
     """None: anything may be right. `text`: as it is written, where a str beside numbers is seen."""
     alternatives = _alternatives(hint)
     if all(one in alternatives for one in ARRAYS):
@@ -180,12 +180,12 @@ def _kind(hint: Any, text: str = "") -> Kind | None:
     return None if None in kinds else _any_of([kind for kind in kinds if kind is not None])
 
 
-def _any_of(kinds: Sequence[Kind]) -> Kind:
+def _any_of(kinds: Sequence[ArgumentKind]) -> ArgumentKind:
     words = " or ".join(dict.fromkeys(kind.words for kind in kinds))
-    return Kind(lambda value: any(kind.has(value) for kind in kinds), words)
+    return ArgumentKind(lambda value: any(kind.has(value) for kind in kinds), words)
 
 
-def _simple_kind(hint: Any) -> Kind | None:
+def _simple_kind(hint: Any) -> ArgumentKind | None:
     origin = typing.get_origin(hint) or hint
     if hint is ARRAYS or origin is np.ndarray:
         return _array(0 if hint is ARRAYS else 1)
@@ -197,12 +197,12 @@ def _simple_kind(hint: Any) -> Kind | None:
         return None
     words = f"{'an' if hint.__name__[0] in 'AEIOU' else 'a'} {hint.__name__}"
     if not getattr(hint, "_is_protocol", False):
-        return Kind(lambda value: isinstance(value, hint), words)
+        return ArgumentKind(lambda value: isinstance(value, hint), words)
     members = [name for name in {*vars(hint), *hint.__annotations__} if not name.startswith("_")]
-    return Kind(lambda value: all(hasattr(value, name) for name in members), words)
+    return ArgumentKind(lambda value: all(hasattr(value, name) for name in members), words)
 
 
-def _array(least: int) -> Kind:
+def _array(least: int) -> ArgumentKind:
     """Numbers of so many dimensions at least."""
 
     def has(value: Any) -> bool:
@@ -212,10 +212,10 @@ def _array(least: int) -> Kind:
             return False
         return array is not None and array.ndim >= least and array.dtype.kind in "biuf"
 
-    return Kind(has, "an array of numbers" if least else "numbers")
+    return ArgumentKind(has, "an array of numbers" if least else "numbers")
 
 
-def _sequence(origin: Any, parts: tuple[Any, ...]) -> Kind:
+def _sequence(origin: Any, parts: tuple[Any, ...]) -> ArgumentKind:
     """Of a fixed length if the parts say so, else each item is looked at."""
     fixed = origin is tuple and bool(parts) and parts[-1] is not Ellipsis
     item = _kind(parts[0]) if parts and not fixed else None
@@ -230,5 +230,5 @@ def _sequence(origin: Any, parts: tuple[Any, ...]) -> Kind:
         return all(item.has(one) for one in value)
 
     if fixed:
-        return Kind(has, f"{len(parts)} values")
-    return Kind(has, "a list" if item is None else f"a list, each item {item.words}")
+        return ArgumentKind(has, f"{len(parts)} values")
+    return ArgumentKind(has, "a list" if item is None else f"a list, each item {item.words}")

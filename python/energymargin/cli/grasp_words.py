@@ -101,7 +101,7 @@ TRIAL = panel("What a trial is", "*")
 
 @TRIAL
 @dataclass(frozen=True)
-class Trial:
+class TrialOptions:
     """Arguments of `em.grasps.score`."""
 
     rollouts: Annotated[int, MAIN] = 30

@@ -21,7 +21,7 @@ from energymargin.cli.grasp_words import (
     TRIAL,
     Rows,
     Thing,
-    Trial,
+    TrialOptions,
     arguments_as_options,
     chosen_belief,
     chosen_hand,
@@ -67,7 +67,7 @@ def grasps(
     overwrite: bool = False,
     rows: Rows = Rows(),
     thing: Thing = Thing(),
-    trial: Trial = Trial(),
+    trial: TrialOptions = TrialOptions(),
     runs: Where = Where(),
 ) -> None:
     """Rank the grasps of a file: which of them hold on this hand, and how sure is that?

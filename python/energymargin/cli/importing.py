@@ -47,7 +47,7 @@ class Topics:
 
 @panel("How frames are put right", "*")
 @dataclass(frozen=True)
-class Rules:
+class RepairOptions:
     """Arguments of all readers."""
 
     repair: Annotated[bool, Parameter(negative="--no-repair")] = True
@@ -75,7 +75,7 @@ def importing(
     most_overlap: float = 0.01,
     overwrite: bool = False,
     topics: Topics = Topics(),
-    rules: Rules = Rules(),
+    rules: RepairOptions = RepairOptions(),
 ) -> None:
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 

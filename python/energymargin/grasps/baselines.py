@@ -12,10 +12,10 @@ from energymargin._core import Scene, World
 from energymargin.base.checks import check_type
 from energymargin.base.plausibility import kept_warnings
 from energymargin.evaluate.scores import force_score
-from energymargin.grasps.belief import Draw
+from energymargin.grasps.belief import GraspDraw
 from energymargin.grasps.hands import Fitted
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
-from energymargin.grasps.trials import TOUCHING, Closed, Grasp, Trials, clearance
+from energymargin.grasps.trials import TOUCHING, Closed, Grasp, GraspTrials, clearance
 from energymargin.grasps.wrenches import wrench_space
 from energymargin.model.scenes.corners import shape_parts
 from energymargin.model.scenes.poses import pose
@@ -94,7 +94,7 @@ def surface_of(shape: Any, samples: int = SAMPLES, seed: int = 0) -> tuple[Point
     return points[kept], float(areas.sum() / samples)
 
 
-def _features(trials: Trials, grasp: Grasp, surface: Points, area: float) -> dict[str, float]:
+def _features(trials: GraspTrials, grasp: Grasp, surface: Points, area: float) -> dict[str, float]:
     """All baselines of a grasp but the rollout."""
     draw = trials.draw(-1)
     center = np.linalg.inv(grasp.pose) @ [*trials.object.center, 1.0]
@@ -112,7 +112,7 @@ def _features(trials: Trials, grasp: Grasp, surface: Points, area: float) -> dic
     return found
 
 
-def _grip(trials: Trials, closed: Closed, draw: Draw) -> dict[str, float]:
+def _grip(trials: GraspTrials, closed: Closed, draw: GraspDraw) -> dict[str, float]:
     """What the contacts of a closed hand tell."""
     problem = trials.problem(closed, draw)
     center = trials.object.center

@@ -16,7 +16,7 @@ OPEN = (2.0**-31, 1 - 2.0**-31)  # ends of the unit interval: no quantile is inf
 TRIES = 100  # draws of one number that has to be positive
 
 
-class Draw(NamedTuple):
+class GraspDraw(NamedTuple):
     """One draw of what is not known, but for the pose."""
 
     number: int
@@ -72,7 +72,9 @@ class GraspBelief:
             "force": None if force is None else Uncertainty(mass=force).to_json(),
         }
 
-    def draw(self, number: int, seed: int, *, friction: float, mass: float, force: float) -> Draw:
+    def draw(
+        self, number: int, seed: int, *, friction: float, mass: float, force: float
+    ) -> GraspDraw:
         """Draw `number` about the values that are believed most.
 
         Raises ValueError if hardly any draw can be, as of a mass below 0.
@@ -82,7 +84,7 @@ class GraspBelief:
         for name, known in self._sources(friction, mass, force).items():
             if name != "pose":
                 values[name] = _positive(name, known, random)
-        return Draw(number, **values)
+        return GraspDraw(number, **values)
 
     def poses(self, number: int, seed: int) -> Iterator[NDArray[np.float64]]:
         """Errors of the pose, (6,), for draw `number`: the first, and others for where it cannot

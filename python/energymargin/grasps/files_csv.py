@@ -44,7 +44,7 @@ EXPECTED = (
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class CsvLayout:
     """Which column of a table is what."""
 
     cells: tuple[str, ...]
@@ -78,7 +78,7 @@ def read(path: Path) -> Content:
 def write(path: Path, content: Content) -> None:
     """A table with the columns that the content was read with, and then all others."""
     cells = (NAME, *POSITION, *QUATERNION)
-    layout = content.header.get("layout") or Layout(cells, {cell: cell for cell in cells})
+    layout = content.header.get("layout") or CsvLayout(cells, {cell: cell for cell in cells})
     values = {key: content.poses[:, row, column] for key, (row, column) in ENTRIES.items()}
     values |= dict(zip(QUATERNION, quaternions_of(content.poses).T, strict=True))
     values[NAME] = np.array(content.names)
@@ -94,11 +94,11 @@ def write(path: Path, content: Content) -> None:
         writer.writerows(zip(*(plain(table[cell]) for cell in cells), strict=True))
 
 
-def _layout(first: Sequence[str], delimiter: str) -> Layout:
+def _layout(first: Sequence[str], delimiter: str) -> CsvLayout:
     """From the first line; raises ValueError if that is no header of poses, nor 16 numbers."""
     numbers = all(re.fullmatch(r"[-+.\d]+(e[-+]?\d+)?", cell, re.IGNORECASE) for cell in first)
     if numbers and len(first) == len(MATRIX):
-        return Layout(tuple(MATRIX), {name: name for name in MATRIX}, delimiter, header=False)
+        return CsvLayout(tuple(MATRIX), {name: name for name in MATRIX}, delimiter, header=False)
     if numbers and first:
         raise ValueError(
             f"has {len(first)} numbers in its first line, which do not say what they are; give it "
@@ -118,10 +118,10 @@ def _layout(first: Sequence[str], delimiter: str) -> Layout:
     if not all(any(names <= {*places} for names in each) for each in (MOVES, TURNS)):
         line = ", ".join(first) or "missing"
         raise ValueError(f"the first line is {line[:80]}, expected {EXPECTED}")
-    return Layout(tuple(first), places, delimiter)
+    return CsvLayout(tuple(first), places, delimiter)
 
 
-def _content(cells: dict[str, tuple[str, ...]], layout: Layout) -> Content:
+def _content(cells: dict[str, tuple[str, ...]], layout: CsvLayout) -> Content:
     places = layout.places
     numbers = {
         key: _numbers(cell, cells.get(cell, ())) for key, cell in places.items() if key != NAME

@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from energymargin.disturbances import text_of
-from energymargin.grasps.trials import Grasp, Outcome, Trials
+from energymargin.grasps.trials import Grasp, GraspTrials, Outcome
 from energymargin.store import AnswerFile
 
 OF_TRIALS = ("hand", "object", "protocol", "belief")
@@ -30,7 +30,7 @@ class KeptRows(AnswerFile):
     """A store, and what its rows depend on beside the grasp."""
 
     def __init__(
-        self, store: str | Path, trials: Trials, rollouts: int, effort: int | None
+        self, store: str | Path, trials: GraspTrials, rollouts: int, effort: int | None
     ) -> None:
         """Errors: as AnswerFile. Raises ValueError on a disturbance or a belief that cannot be
         written down."""

@@ -15,7 +15,7 @@ from energymargin.base.checks import check_shape, not_negative_number, share
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.trials import ENDINGS, Grasp, Trials
+from energymargin.grasps.trials import ENDINGS, Grasp, GraspTrials
 from energymargin.summary import Summarized
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
@@ -37,7 +37,7 @@ class GraspScores(Record, Summarized):
     """How n grasps fared in K trials each."""
 
     grasps: GraspSet
-    trials: Trials
+    trials: GraspTrials
     """What was asked: hand, object, protocol, belief and disturbance."""
     endings: NDArray[np.int8]
     """Number in ENDINGS of how each trial ended, (n, K); -1: it was not made."""
@@ -65,7 +65,7 @@ class GraspScores(Record, Summarized):
     """Why a grasp has no score, by its number."""
 
     @staticmethod
-    def before(grasps: GraspSet, trials: Trials, rollouts: int) -> GraspScores:
+    def before(grasps: GraspSet, trials: GraspTrials, rollouts: int) -> GraspScores:
         """Scores without a trial so far, which need no memory: `writable` makes the arrays."""
         of_trials = len(grasps), rollouts
         arrays = {

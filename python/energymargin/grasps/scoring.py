@@ -30,7 +30,7 @@ from energymargin.grasps.hands import Hand, preset
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.rows import GraspRow, KeptRows
 from energymargin.grasps.scores import GraspScores, grasp_of
-from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, Trials
+from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, GraspTrials
 
 ROLLOUTS = 30
 EVERY = 0.5  # s between the moments whose efforts are searched
@@ -97,7 +97,7 @@ def score(
     one_of("colliding", colliding, COLLIDING)
     count = whole_number("rollouts", rollouts, 1)
     nodes = None if effort is None else whole_number("effort", effort, 1)
-    trials = Trials(
+    trials = GraspTrials(
         preset(hand) if isinstance(hand, str) else hand,
         object,
         protocol_of(protocol),
@@ -141,7 +141,7 @@ def score(
 
 
 def score_grasps(
-    trials: Trials, rollouts: int, nodes: int | None, grasps: Sequence[Grasp], cancel: Cancel
+    trials: GraspTrials, rollouts: int, nodes: int | None, grasps: Sequence[Grasp], cancel: Cancel
 ) -> list[GraspRow]:
     """The rows of some grasps; once it is cancelled, those that are finished."""
     rows: list[GraspRow] = []
@@ -161,7 +161,7 @@ def score_grasps(
 
 
 def _row(
-    trials: Trials, rollouts: int, nodes: int | None, grasp: Grasp, cancel: Cancel
+    trials: GraspTrials, rollouts: int, nodes: int | None, grasp: Grasp, cancel: Cancel
 ) -> GraspRow:
     """All that is asked about a grasp. Raises Cancelled if it is stopped before its end."""
     outcomes = tuple(trials.outcomes(grasp, rollouts, cancel))

@@ -28,7 +28,7 @@ from energymargin._core import (
 from energymargin.base.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.evaluate.scores import UNIFORM, capture_probability
-from energymargin.grasps.belief import Draw, GraspBelief
+from energymargin.grasps.belief import GraspBelief, GraspDraw
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
@@ -111,7 +111,7 @@ class Closed(NamedTuple):
         return self.outcome.ending
 
 
-class Start(NamedTuple):
+class HandStart(NamedTuple):
     """A hand where it begins to close."""
 
     state: State | None
@@ -121,7 +121,7 @@ class Start(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Trials:
+class GraspTrials:
     """What all trials of the grasps of one object have in common."""
 
     hand: Hand
@@ -138,11 +138,11 @@ class Trials:
         """All but the scenes that were built."""
         return {name: one for name, one in vars(self).items() if name != "_scenes"}
 
-    def draw(self, number: int) -> Draw:
+    def draw(self, number: int) -> GraspDraw:
         """Draw `number` of what is not known, but for the pose; -1: what is believed most."""
         likely = {"friction": self.object.friction, "mass": self.object.mass}
         if number < 0:
-            return Draw(number, **likely, force=self.hand.force)
+            return GraspDraw(number, **likely, force=self.hand.force)
         return self.belief.draw(number, self.seed, **likely, force=self.hand.force)
 
     def outcomes(self, grasp: Grasp, count: int, cancel: Cancel | None = None) -> list[Outcome]:
@@ -234,7 +234,7 @@ class Trials:
                 "em.grasps.read"
             )
 
-    def start(self, grasp: Grasp, draw: Draw, deep: float = DEEP) -> Start:
+    def start(self, grasp: Grasp, draw: GraspDraw, deep: float = DEEP) -> HandStart:
         """Where the hand begins to close, by a draw of its pose, at most so `deep` in anything."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
@@ -248,7 +248,7 @@ class Trials:
             state = _state(scene, hand, pose, placed)
             depth = -clearance(world, hand, state)
             if depth <= deep:
-                return Start(state, redrawn)
+                return HandStart(state, redrawn)
             if depth < deepest:
                 best, deepest = pose, depth
         back, away = 0.0, np.eye(4)
@@ -257,16 +257,16 @@ class Trials:
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
             if -clearance(world, hand, state) <= deep:
-                return Start(state, redrawn, back)
-        return Start(None, redrawn)
+                return HandStart(state, redrawn, back)
+        return HandStart(None, redrawn)
 
-    def open_state(self, grasp: Grasp, draw: Draw) -> State:
+    def open_state(self, grasp: Grasp, draw: GraspDraw) -> State:
         """The open hand where the grasp says, whatever is there."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         placed = self._placed(grasp)
         return _state(scene, hand, placed @ grasp.pose, placed)
 
-    def grip(self, grasp: Grasp, draw: Draw, cancel: Cancel | None = None) -> Closed:
+    def grip(self, grasp: Grasp, draw: GraspDraw, cancel: Cancel | None = None) -> Closed:
         """The hand after it has closed where a draw of the pose puts it."""
         start = self.start(grasp, draw)
         if start.state is None:
@@ -278,7 +278,7 @@ class Trials:
         return closed._replace(outcome=outcome)
 
     def close(
-        self, opening: float, start: State, draw: Draw, cancel: Cancel | None = None
+        self, opening: float, start: State, draw: GraspDraw, cancel: Cancel | None = None
     ) -> Closed:
         """The hand after it has closed."""
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
@@ -322,7 +322,7 @@ class Trials:
         thing[:3, 3] += thing[:3, :3] @ self.object.center
         return Closed(hand, state, base, np.linalg.inv(base) @ thing, Outcome(ending))
 
-    def problem(self, closed: Closed, draw: Draw) -> Problem:
+    def problem(self, closed: Closed, draw: GraspDraw) -> Problem:
         """Whether a closed grasp holds through the protocol."""
         protocol, hand = self.protocol, closed.hand
         scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
@@ -345,7 +345,7 @@ class Trials:
             plan=Plan(step=self.step, targets=kept, velocities={hand.base: rows}),
         )
 
-    def scene(self, opening: float, draw: Draw, *, gravity: bool) -> tuple[Scene, Fitted]:
+    def scene(self, opening: float, draw: GraspDraw, *, gravity: bool) -> tuple[Scene, Fitted]:
         """The hand at the world's origin and the object at its own; with a table at height 0."""
         key = (None if np.isnan(opening) else opening, draw.force, gravity)
         found = self._scenes.get(key)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from energymargin.grasps.hands import HandFile
 from energymargin.grasps.protocols import GRAVITY, Protocol
-from energymargin.grasps.trials import LEVER, Trials
+from energymargin.grasps.trials import LEVER, GraspTrials
 
 if TYPE_CHECKING:
     from energymargin.grasps import GraspBelief, GraspObject, Hand
@@ -67,7 +67,7 @@ def of_belief(belief: GraspBelief) -> str:
     return "; ".join(f"{name} {value}" for name, value in named.items()) + about
 
 
-def of_disturbance(asked: Trials) -> str:
+def of_disturbance(asked: GraspTrials) -> str:
     """What pushes and turns the object."""
     rules, weight = asked.protocol, asked.object.mass * GRAVITY
     force, torque = rules.force * weight, rules.torque * weight * LEVER

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from energymargin.act.surrogates import Surrogate
     from energymargin.evaluate.scoring import ScoreTable
     from energymargin.grasps import GraspComparison, GraspScores
-    from energymargin.grasps.trials import Trials
+    from energymargin.grasps.trials import GraspTrials
     from energymargin.model.scenes.reports import SceneReport
     from energymargin.records.datasets import Dataset
     from energymargin.records.evaluation import Cell, Evaluation, LabelledScores
@@ -38,7 +38,7 @@ DETAIL = 150  # cells of the sets along the longer side of a state's picture, wh
 STATE = "the state: object orange, effector green, capture set blue, success set grey and dashed"
 MOST_NAMES = 4  # of bodies
 
-Row = tuple[str, object]
+SummaryRow = tuple[str, object]
 
 
 # Searches
@@ -84,7 +84,7 @@ def _search(title: str, rows: Mapping[str, object], result: Any, size: int) -> S
 
 def force_score(score: _core.ForceScore) -> Summary:
     """The score and its terms."""
-    rows: list[Row] = [
+    rows: list[SummaryRow] = [
         ("score", _without_noise(score.force)),
         ("distance of object and effector", f"{_without_noise(score.distance)} m"),
     ]
@@ -100,7 +100,7 @@ def _without_noise(value: float) -> str:
 
 def tree(found: _core.Tree) -> Summary:
     """The size of a search tree."""
-    rows: list[Row] = [
+    rows: list[SummaryRow] = [
         ("nodes", f"{len(found) - 1} and the root"),
         ("numbers in a state", found.states.shape[1]),
         ("largest cost", _energy(float(found.costs.max()))),
@@ -167,7 +167,7 @@ def problem(asked: _core.Problem) -> Summary:
         "bounds of the search": asked.within,
     }
     contacts = asked.contacts
-    rows: list[Row] = [
+    rows: list[SummaryRow] = [
         ("bodies", _bodies_in_words(asked.scene)),
         ("largest force", _vector(asked.force, "N")),
         ("largest torque", _vector(asked.torque, "N m")),
@@ -387,7 +387,7 @@ def trajectory(recorded: Trajectory) -> Summary:
 def dataset(recorded: Dataset) -> Summary:
     """Its task and parameters, and how many trajectories and states it has."""
     successes = recorded.successes
-    rows: list[Row] = [
+    rows: list[SummaryRow] = [
         ("trajectories", f"{len(successes)}, {int(successes.sum())} succeed"),
         ("states", recorded.size),
         ("parameters", _parameters(recorded.parameters)),
@@ -444,7 +444,7 @@ def improvement(result: Improvement) -> Summary:
 
 def margin_profile(result: MarginProfile) -> Summary:
     """Where it is weakest, beside the probability at each moment."""
-    rows: list[Row] = [
+    rows: list[SummaryRow] = [
         ("moments", len(result)),
         ("of them captured", int(result.captured.sum())),
         ("from, to", f"{result.times[0]:.4g} s, {result.times[-1]:.4g} s"),
@@ -484,11 +484,11 @@ def grasp_scores(scores: GraspScores) -> Summary:
     return Summary("", rows, tuple(table), notes, lead=lead, picture=picture)
 
 
-def trials(asked: Trials) -> Summary:
+def trials(asked: GraspTrials) -> Summary:
     """What was asked about grasps: object, hand, protocol, belief and disturbance."""
     from energymargin.grasps import words
 
-    rows: list[Row] = [
+    rows: list[SummaryRow] = [
         ("object", words.of_object(asked.object)),
         ("hand", words.of_hand(asked.hand)),
         ("protocol", words.of_protocol(asked.protocol)),

@@ -84,7 +84,7 @@ def replay(
         raise ValueError("captured is 'any', expected 'all' for a problem of one capture set")
     largest = positive_number("largest_scale", largest_scale)
     edges, ours = _undisturbed(problem) if escape is None else _path(escape)
-    player = Player(problem, region, model, data, cancel)
+    player = EscapePlayer(problem, region, model, data, cancel)
     _require_same(problem, player.start.state())
     _require_targets(problem, model, data)
     first = played = player.play(edges)
@@ -184,7 +184,7 @@ class Played(NamedTuple):
     """State at the end of the edges, shape (n,)."""
 
 
-class Player:
+class EscapePlayer:
     """Plays edges from the state of some data, as the search for an escape does.
 
     Without a clock a look at the capture set follows each step of the scene, and after the edges

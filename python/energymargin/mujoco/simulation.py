@@ -43,7 +43,7 @@ class Simulation:
         self.objects = [self.states.body_id(name) for name in names]
         """Their numbers in the model."""
         self._applied = np.array(data.xfrc_applied)
-        self._robot = Robot(plan, model, self.states) if plan else None
+        self._robot = ModelRobot(plan, model, self.states) if plan else None
         self.push(np.zeros((len(names), 6)))
 
     @property
@@ -123,7 +123,7 @@ STANDARD_GRAVITY = 9.81  # m/s^2, of the default limits of motors, as of a Plan
 SHARE_OF_WEIGHT = 2.0  # that these hold
 
 
-class Robot:
+class ModelRobot:
     """What follows a plan.
 
     The controls of the joints' position actuators ask for the targets. A motor's wrench would bring

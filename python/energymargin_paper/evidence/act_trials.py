@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, World as Simulated, capture_probability
-from energymargin.mujoco.replay import Edge, Player
+from energymargin.mujoco.replay import Edge, EscapePlayer
 from energymargin_paper.evidence.act_demo import HOLD, Demo, Values
 from energymargin_paper.evidence.engines_states import twin
 
@@ -73,7 +73,7 @@ def in_bullet(problem: Problem, rows: NDArray[np.float64], cancel: Cancel) -> Ou
 
 def _in_mujoco(problem: Problem, rows: NDArray[np.float64], cancel: Cancel) -> Outcome:
     model, data = twin(problem.scene, np.asarray(problem.state), PARTS)
-    player = Player(problem, problem.captured, model, data, cancel)
+    player = EscapePlayer(problem, problem.captured, model, data, cancel)
     size = round(HOLD / problem.scene.step)
     edges = [
         Edge(rows[first].reshape(-1, 6), len(rows[first : first + size]) * problem.scene.step)

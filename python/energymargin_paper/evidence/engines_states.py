@@ -23,7 +23,7 @@ from energymargin._core import (
 )
 from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco import model_of, replay
-from energymargin.mujoco.replay import Edge, Player
+from energymargin.mujoco.replay import Edge, EscapePlayer
 from energymargin.mujoco.simulation import Simulation
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.tasks.trajectories import Trajectory
@@ -204,7 +204,7 @@ def _escape(question: str, frame: int, problem: Problem, job: Job, cancel: Cance
 
 def _probability(frame: int, problem: Problem, job: Job, cancel: Cancel) -> Probability:
     random = np.random.default_rng(stream(job.seed, frame))
-    player = Player(
+    player = EscapePlayer(
         problem, problem.captured, *twin(problem.scene, problem.state, job.parts), cancel
     )
     here, there = [], []

@@ -17,7 +17,7 @@ from energymargin.grasps import GraspBelief, GraspObject, GraspSet, Protocol, re
 from energymargin.grasps.hands import ParallelGripper, preset
 from energymargin.grasps.protocols import protocol_of
 from energymargin.grasps.scores import grasp_of
-from energymargin.grasps.trials import Grasp, Trials
+from energymargin.grasps.trials import Grasp, GraspTrials
 
 __all__ = ["FOLDER", "LITTLE", "MUG", "OF_ROBOT", "PAIRED", "Noise", "Posed"]
 __all__ += ["acronym", "data_folder", "graspa", "robot_objects", "sampled", "trials_of"]
@@ -97,7 +97,7 @@ class Posed(NamedTuple):
 
 
 @lru_cache
-def trials_of(folder: Path, asked: Posed) -> tuple[GraspSet, Trials]:
+def trials_of(folder: Path, asked: Posed) -> tuple[GraspSet, GraspTrials]:
     """The recorded grasps of an object, and trials without a table with poses that are off."""
     name, friction, protocol, noise, seed = asked
     grasps, thing = (graspa if name in OF_ROBOT else acronym)(folder, name, friction)
@@ -106,10 +106,10 @@ def trials_of(folder: Path, asked: Posed) -> tuple[GraspSet, Trials]:
     )
     errors = [uniform(-most, 2 * most) for most in noise]
     belief = GraspBelief(pose=[errors[0]] * 3 + [errors[1]] * 3)
-    return grasps, Trials(preset("panda"), thing, given, belief, colliding="redraw", seed=seed)
+    return grasps, GraspTrials(preset("panda"), thing, given, belief, colliding="redraw", seed=seed)
 
 
-def sampled(grasps: GraspSet, trials: Trials, number: int) -> Grasp:
+def sampled(grasps: GraspSet, trials: GraspTrials, number: int) -> Grasp:
     """Grasp `number` near recorded ones: the open hand is free, and the object reaches between
     its fingers. Raises ValueError if there is none."""
     random = np.random.default_rng([trials.seed, number, 3])

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Scene, World, capture_probability
-from energymargin.grasps.belief import Draw
+from energymargin.grasps.belief import GraspDraw
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY
-from energymargin.grasps.trials import LEVER, Closed, Grasp, Trials
+from energymargin.grasps.trials import LEVER, Closed, Grasp, GraspTrials
 from energymargin.model.scenes.mjcf_model import name_of
 from energymargin.mujoco import model_of
-from energymargin.mujoco.replay import Edge, Player
+from energymargin.mujoco.replay import Edge, EscapePlayer
 from energymargin.mujoco.simulation import Simulation
 
 __all__ = ["SOFTNESSES", "End", "Engine", "Trial"]
@@ -95,7 +95,7 @@ class _Movable:
 class Trial(NamedTuple):
     """A trial of a grasp, here or in MuJoCo."""
 
-    trials: Trials
+    trials: GraspTrials
     grasp: Grasp
     number: int
     """-1: with nothing unknown."""
@@ -103,7 +103,7 @@ class Trial(NamedTuple):
     """Of the disturbance, as a share of the protocol's bounds."""
 
     @property
-    def draw(self) -> Draw:
+    def draw(self) -> GraspDraw:
         """What is not known, but for the pose."""
         return self.trials.draw(self.number)
 
@@ -118,7 +118,7 @@ class Trial(NamedTuple):
             return NOT_GRIPPED
         problem = trials.problem(closed, draw)
         twin = _twin(problem.scene, closed.state, how)
-        player = Player(problem, problem.captured, *twin, cancel)
+        player = EscapePlayer(problem, problem.captured, *twin, cancel)
         player.start = Moved(problem.scene, *twin, _motion(trials, closed, how.step))
         played = player.play(self.pieces(draw.mass))
         return End(True, not played.escaped)
@@ -163,7 +163,7 @@ class Trial(NamedTuple):
 
 
 def _close(
-    there: Trials, opening: float, start: NDArray[np.float64], draw: Draw, how: Engine
+    there: GraspTrials, opening: float, start: NDArray[np.float64], draw: GraspDraw, how: Engine
 ) -> Closed:
     """The hand after it has closed in MuJoCo."""
     scene, hand = there.scene(opening, draw, gravity=there.protocol.gravity == "always")
@@ -189,7 +189,7 @@ class Motion(NamedTuple):
     """By joint, (K,)."""
 
 
-def _motion(there: Trials, closed: Closed, step: float) -> Motion:
+def _motion(there: GraspTrials, closed: Closed, step: float) -> Motion:
     """That of a closed hand through the protocol."""
     hand = closed.hand
     rows = there.protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], step)

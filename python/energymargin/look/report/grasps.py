@@ -24,7 +24,7 @@ SIZE = (10.0, 4.0)  # inch, of the probabilities by rank
 MOST_ROWS = 2000  # of the table of all grasps
 
 
-class Card(NamedTuple):
+class GraspCard(NamedTuple):
     """A grasp with its picture."""
 
     which: str
@@ -73,7 +73,7 @@ def write_grasps(
         file.write_text(rendered("grasps.html", page), encoding="utf-8")
 
 
-def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[Card]:
+def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[GraspCard]:
     if not len(scores.ranked):
         return
     chosen = {scores.best: "", scores.doubtful: "The most doubtful", scores.worst: "The worst"}
@@ -81,7 +81,9 @@ def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator
     for place, (k, which) in enumerate(chosen.items()):
         if progress is not None:
             progress("Pictures", place / len(chosen))
-        yield Card(which, scores.grasps.names[k], _text(scores, k), png(figure_grasp(scores, k)))
+        yield GraspCard(
+            which, scores.grasps.names[k], _text(scores, k), png(figure_grasp(scores, k))
+        )
 
 
 def _text(scores: em.grasps.GraspScores, k: int) -> str:

@@ -28,7 +28,7 @@ RESOLUTION = 130  # dots an inch
 COLORS = 256
 
 
-class Card(NamedTuple):
+class StateCard(NamedTuple):
     """One state, and why it is shown."""
 
     title: str
@@ -42,11 +42,11 @@ class Card(NamedTuple):
     score is uncertain."""
 
 
-class Mistakes(NamedTuple):
+class WorstStates(NamedTuple):
     """The most wrong states of one metric."""
 
     metric: str
-    cards: list[Card]
+    cards: list[StateCard]
     none: str
     """Why there is none, if so."""
 
@@ -57,7 +57,7 @@ def worst(
     *,
     each: int,
     progress: Callable[[float], None],
-) -> tuple[list[Mistakes], str]:
+) -> tuple[list[WorstStates], str]:
     """Up to `each` states of each metric and label; and why there are no pictures, empty if there
     are. progress(share) has the share that is done."""
     repeater, lacking = None, subject.lacking
@@ -71,11 +71,11 @@ def worst(
     ]
     total, done = max(1, sum(len(places) for _, places in chosen)), count()
 
-    def card(one: em.evaluation.curves.Wrongness, place: int) -> Card:
+    def card(one: em.evaluation.curves.Wrongness, place: int) -> StateCard:
         progress(next(done) / total)
         return _card(subject, repeater, one, place)
 
-    found = [Mistakes(one.metric, [card(one, p) for p in ps], _none(one)) for one, ps in chosen]
+    found = [WorstStates(one.metric, [card(one, p) for p in ps], _none(one)) for one, ps in chosen]
     return found, lacking
 
 
@@ -84,7 +84,7 @@ def _card(
     repeater: SearchRepeater | None,
     one: em.evaluation.curves.Wrongness,
     place: int,
-) -> Card:
+) -> StateCard:
     """Card of a state, or of the last state of a trajectory: the score and what happened, which
     contradict each other."""
     compared = one.compared
@@ -107,7 +107,7 @@ def _card(
             why = _notes(float(subject.scores(one.metric)[number]), repeated, subject.run.sampling)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
             why = f"No picture: {error}."
-    return Card(title, f"{where}. {_why(one, place)}", images, view, why)
+    return StateCard(title, f"{where}. {_why(one, place)}", images, view, why)
 
 
 def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> str:

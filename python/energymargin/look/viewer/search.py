@@ -112,7 +112,7 @@ class Scored:
         return lost_objects(self.problem, self.tree.states)
 
     @cached_property
-    def way_out(self) -> Replay | None:
+    def way_out(self) -> ReplayedWay | None:
         """The rollouts of the cheapest escape; None if none was found."""
         if len(self.escape.path) == 0:
             return None
@@ -167,7 +167,7 @@ def score_state(
     return Scored(problem, escape, capture, force, probability, disturbance)
 
 
-class Replay(NamedTuple):
+class ReplayedWay(NamedTuple):
     """K moments from the root of a tree to one of its nodes."""
 
     times: NDArray[np.float64]
@@ -178,7 +178,7 @@ class Replay(NamedTuple):
     """Effort since the root [J], shape (K,)."""
 
 
-def replay(problem: em.Problem, tree: em.Tree, path: Sequence[int]) -> Replay:
+def replay(problem: em.Problem, tree: em.Tree, path: Sequence[int]) -> ReplayedWay:
     """Rolls out again the edges of a path, as `tree.path_to` gives it: its ends are the tree's own
     states, to the last bit. With a plan the robot follows it from each node's time on.
 
@@ -201,7 +201,7 @@ def replay(problem: em.Problem, tree: em.Tree, path: Sequence[int]) -> Replay:
             times.append(begin + step * problem.scene.step)
             states.append(moment.state)
             costs.append(base + moment.effort)
-    return Replay(np.array(times), np.array(states), np.array(costs))
+    return ReplayedWay(np.array(times), np.array(states), np.array(costs))
 
 
 def tree_cache(most: int = MOST_CACHED) -> LRUCache[Place, Scored]:

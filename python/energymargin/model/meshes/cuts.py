@@ -28,7 +28,7 @@ GROWN = 1.01  # scale of a given part, over gaps between it and its neighbours
 LEFT = 0.5  # share of the accuracy by which the parts may fall short of the mesh
 
 
-class Piece(NamedTuple):
+class CutPiece(NamedTuple):
     """A piece of the mesh, whose hull is a part."""
 
     solid: Manifold
@@ -90,7 +90,7 @@ def _cut(
         if outside.farthest(rest, QUICK)[0] > LEFT * accuracy
     ]
 
-    def measured(solids: Sequence[Manifold]) -> list[Piece]:
+    def measured(solids: Sequence[Manifold]) -> list[CutPiece]:
         how.limit.require(f"{how.path} was decomposed")
         return [
             _piece(one, mesh, surface, accuracy) for one in solids if one.hull().volume() > least
@@ -108,13 +108,13 @@ def _cut(
     return [corners_of(piece.solid.hull()) for piece in pieces]
 
 
-def _piece(solid: Manifold, mesh: Manifold, surface: Surface, accuracy: float) -> Piece:
+def _piece(solid: Manifold, mesh: Manifold, surface: Surface, accuracy: float) -> CutPiece:
     beyond = solid.hull() - mesh
     found = surface.farthest(beyond, QUICK)
-    return Piece(solid, *(found if found[0] > accuracy else surface.farthest(beyond)))
+    return CutPiece(solid, *(found if found[0] > accuracy else surface.farthest(beyond)))
 
 
-def _halves(piece: Piece) -> list[Manifold]:
+def _halves(piece: CutPiece) -> list[Manifold]:
     """What a plane leaves of a piece, connected solids: the plane whose hulls are smallest.
 
     Planes go from where the hull is farthest off straight to the mesh, and through the middle.

@@ -20,7 +20,7 @@ from energymargin.base.errors import EnergyMarginError
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes import reports
-from energymargin.model.scenes.reports import Row
+from energymargin.model.scenes.reports import ReportRow
 
 # What `joints` may set of a robot's joints; the rest is the file's.
 CONTROL = (
@@ -57,7 +57,7 @@ class NotSimulatedError(EnergyMarginError, ValueError):
         self.features = dict(features)
 
 
-class Mistakes:
+class FileMistakes:
     """What is wrong in a file, and what of it is not simulated, to be told all at once."""
 
     def __init__(self, source: str) -> None:
@@ -159,7 +159,7 @@ class Additions:
     frictions: list[tuple[str, str, float, float, float]] = field(default_factory=list)
     """Coefficients of pairs of bodies."""
     planes: list[dict[str, Any]] = field(default_factory=list)
-    rows: list[Row] = field(default_factory=list)
+    rows: list[ReportRow] = field(default_factory=list)
     """Of the scene's report."""
     tendons: list[dict[str, Any]] = field(default_factory=list)
     loops: list[dict[str, Any]] = field(default_factory=list)
@@ -213,10 +213,12 @@ def added(
         for joint in moving
         if not any(map(joint.get, DRIVING)) and joint["name"] not in by_tendon
     ]
-    rows = [*new.rows, *(Row(reports.UNDRIVEN, name) for name in undriven)]
+    rows = [*new.rows, *(ReportRow(reports.UNDRIVEN, name) for name in undriven)]
     driven = [joint for joint in moving if joint.get("stiffness") and not joint.get("held")]
     rows += [
-        Row(reports.HOLDS, joint["name"], f"{joint.get('start', 0.0):.4g}, for want of a target")
+        ReportRow(
+            reports.HOLDS, joint["name"], f"{joint.get('start', 0.0):.4g}, for want of a target"
+        )
         for joint in driven
         if joint.get("target") is None
     ]
@@ -230,7 +232,7 @@ def added(
             made.disable_collisions(*pair)
         for kind, pairs in ((reports.APART, never), (reports.TOUCHING, depths.keys() - never)):
             found = {pair: f"{1e3 * depths[pair]:.3g} mm" for pair in sorted(pairs)}
-            rows += [Row(kind, " and ".join(pair), depth) for pair, depth in found.items()]
+            rows += [ReportRow(kind, " and ".join(pair), depth) for pair, depth in found.items()]
             if not overlapping:
                 _warn_of_overlaps(kind, found, prefix)
         if new.hulls:

@@ -12,7 +12,7 @@ from energymargin._core import Cancel, Scene
 from energymargin.base.checks import one_of
 from energymargin.base.limits import Limit
 from energymargin.model.scenes import additions
-from energymargin.model.scenes.additions import BASES, Control, Mistakes
+from energymargin.model.scenes.additions import BASES, Control, FileMistakes
 from energymargin.model.scenes.mjcf_bodies import Builder
 from energymargin.model.scenes.mjcf_contacts import Contacts
 from energymargin.model.scenes.mjcf_couplings import couplings
@@ -128,7 +128,7 @@ def from_mjcf(
     effectors = (effector,) if isinstance(effector, str) else tuple(effector)
     selection = Selection(made, subtree, base, start, features, effectors=effectors)
     at = _base_pose(selection, position, orientation)
-    mistakes = Mistakes(str(model) if isinstance(model, Path) else "the model")
+    mistakes = FileMistakes(str(model) if isinstance(model, Path) else "the model")
     with mistakes.listed():
         roles = _roles(selection, {"object": object, "effector": effector})
     coupled = couplings(selection, features)

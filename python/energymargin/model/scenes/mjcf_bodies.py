@@ -27,7 +27,7 @@ from energymargin.model.scenes.mjcf_model import (
     word,
 )
 from energymargin.model.scenes.poses import Pose, place, pose
-from energymargin.model.scenes.reports import Row
+from energymargin.model.scenes.reports import ReportRow
 
 NEGLIGIBLE = 1e-9  # share of a body's mass that a link without mass gets: a link has one
 GYRATION = 0.01  # m; radius of gyration of such a link
@@ -84,7 +84,10 @@ class Builder:
             disabled,
             frictions,
             list(self._planes.values()),
-            [Row(reports.STATED, name, f"{mass:.3g} kg") for name, mass in self._stated.items()],
+            [
+                ReportRow(reports.STATED, name, f"{mass:.3g} kg")
+                for name, mass in self._stated.items()
+            ],
             loops=loops,
         )
 

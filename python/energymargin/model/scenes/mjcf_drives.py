@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Mimic
-from energymargin.model.scenes.additions import Mistakes
+from energymargin.model.scenes.additions import FileMistakes
 from energymargin.model.scenes.mjcf_couplings import Linear, linear_tendon
 from energymargin.model.scenes.mjcf_model import (
     Features,
@@ -27,7 +27,7 @@ SLACK = 1e-6  # rad or m, of limits of joints that follow: files are rounded
 
 
 @dataclass(eq=False)
-class Drive:
+class JointDrive:
     """Limits of a joint, and its force: force - stiffness * position - damping * velocity.
 
     For a joint that slides read m for rad and N for N m.
@@ -84,7 +84,7 @@ class TendonDrive:
 
     name: str
     sum: Linear
-    drive: Drive
+    drive: JointDrive
 
 
 def drives(
@@ -94,7 +94,7 @@ def drives(
     features: Features,
     *,
     mimic_limits: str = "file",
-) -> tuple[dict[int, Drive], list[TendonDrive]]:
+) -> tuple[dict[int, JointDrive], list[TendonDrive]]:
     """By joint that follows no other; what acts on joints that follow acts there. And of tendons.
 
     `commanded`: joints whose drives the caller gives, by name. `mimic_limits`: "leader" leaves out
@@ -126,10 +126,10 @@ class _Drives:
             not disabled(self._model, what)
             for what in ("LIMIT", "DAMPER", "SPRING", "FRICTIONLOSS")
         )
-        self.drives = {joint: Drive() for joint in self._own if joint not in coupled}
+        self.drives = {joint: JointDrive() for joint in self._own if joint not in coupled}
         self.tendons: list[TendonDrive] = []
 
-    def _along(self, length: Linear) -> tuple[Drive, float]:
+    def _along(self, length: Linear) -> tuple[JointDrive, float]:
         """What drives a length, of one joint or of those of a tendon, and its coefficient."""
         if len(length.terms) > 1:
             found = self._of_tendon(length)
@@ -138,7 +138,7 @@ class _Drives:
         ((joint, factor),) = length.terms.items()
         return self.drives[joint], factor
 
-    def _of_tendon(self, length: Linear) -> tuple[Drive, float] | None:
+    def _of_tendon(self, length: Linear) -> tuple[JointDrive, float] | None:
         """The same of several joints; None if no tendon is simulated that is a multiple of it."""
         first = next(iter(length.terms))
         for tendon in self.tendons:
@@ -233,7 +233,7 @@ class _Drives:
                 name = name_of(model, "tendon", tendon)
                 taken = {name_of(model, "joint", joint) for joint in range(model.njnt)}
                 name = f"{name}/tendon" if name in taken else name
-                self.tendons.append(TendonDrive(name, Linear(length.terms), Drive()))
+                self.tendons.append(TendonDrive(name, Linear(length.terms), JointDrive()))
             self._stop(length, limited, model.tendon_range[tendon])
             low, high = map(float, model.tendon_lengthspring[tendon])
             add("tendon", bool(stiffness) and low != high)
@@ -368,11 +368,11 @@ class _Drives:
 def joint_drives(
     selection: Selection,
     coupled: Mapping[int, Linear],
-    driven: Mapping[int, Drive],
+    driven: Mapping[int, JointDrive],
     control: Mapping[str, Mapping[str, Any]],
     *,
     prefix: str,
-    mistakes: Mistakes,
+    mistakes: FileMistakes,
 ) -> dict[int, dict[str, Any]]:
     """By joint, keywords of `Scene.add_joint`: drive, limits and start, or what it follows.
 

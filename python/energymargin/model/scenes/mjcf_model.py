@@ -22,7 +22,7 @@ from energymargin.model.scenes import reports
 from energymargin.model.scenes.additions import counted, warn_of_loose
 from energymargin.model.scenes.files import require_robot
 from energymargin.model.scenes.poses import Pose, pose
-from energymargin.model.scenes.reports import Row
+from energymargin.model.scenes.reports import ReportRow
 
 COPYING = ("replicate", "composite", "flexcomp")
 # Of a model with copies; MuJoCo 3.11 takes 4 s for 10,000 geoms, and grows with the square of that.
@@ -115,7 +115,7 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Start(Record):
+class ModelStart(Record):
     """Where a model is when its scene begins."""
 
     positions: NDArray[np.float64]
@@ -130,7 +130,7 @@ class Start(Record):
     """Angular and linear velocity of the bodies' frames along the world's axes, (nbody, 6)."""
 
 
-def start_of(model: Any, data: Any, keyframe: str | int | None) -> Start:
+def start_of(model: Any, data: Any, keyframe: str | int | None) -> ModelStart:
     """That of an MjData, of a keyframe, or of a fresh MjData.
 
     Raises ValueError if both are given, and on an unknown keyframe.
@@ -156,7 +156,7 @@ def start_of(model: Any, data: Any, keyframe: str | int | None) -> Start:
     if control.size == limited.size and not disabled(model, "CLAMPCTRL"):
         low, high = np.asarray(model.actuator_ctrlrange).T
         control[limited] = np.clip(control, low, high)[limited]
-    return Start(np.array(own.qpos), np.array(own.qvel), control, poses, twists)
+    return ModelStart(np.array(own.qpos), np.array(own.qvel), control, poses, twists)
 
 
 def _keyframe(model: Any, keyframe: str | int) -> int:
@@ -199,10 +199,12 @@ class Features:
             own = self._loose.setdefault(name, [])
             own.extend(one for one in loose if one not in own)
 
-    def rows(self, prefix: str) -> list[Row]:
+    def rows(self, prefix: str) -> list[ReportRow]:
         """Of the report: what is ignored, and the bodies that this leaves loose."""
-        left_out = [Row(reports.LEFT_OUT, name, str(n)) for name, n in self._left_out.items()]
-        loose = [Row(reports.LOOSE, prefix + b, f"without {of}") for b, of in self._bodies.items()]
+        left_out = [ReportRow(reports.LEFT_OUT, name, str(n)) for name, n in self._left_out.items()]
+        loose = [
+            ReportRow(reports.LOOSE, prefix + b, f"without {of}") for b, of in self._bodies.items()
+        ]
         return left_out + loose
 
     def warn(self, source: str, held: Collection[str], fingerprint: str) -> None:
@@ -230,7 +232,7 @@ class Selection:
         model: Any,
         subtree: str | None,
         base: str,
-        start: Start,
+        start: ModelStart,
         features: Features,
         *,
         effectors: Collection[str] = (),

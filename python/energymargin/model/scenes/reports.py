@@ -20,7 +20,7 @@ TOUCHING = "overlap, touching"
 APART = "overlap, never colliding"
 
 
-class Row(NamedTuple):
+class ReportRow(NamedTuple):
     """One thing that a reader did with a file."""
 
     what: str
@@ -31,7 +31,7 @@ class Row(NamedTuple):
     """How many, how much, or how."""
 
 
-class SceneReport(tuple[Row, ...]):
+class SceneReport(tuple[ReportRow, ...]):
     """What was left out of a scene, left loose, or stated when files were read: rows of a table."""
 
     __slots__ = ()
@@ -56,6 +56,6 @@ def report_of(scene: Scene) -> SceneReport:
     return _reports.get(scene, SceneReport())
 
 
-def add_rows(scene: Scene, rows: Iterable[Row]) -> None:
+def add_rows(scene: Scene, rows: Iterable[ReportRow]) -> None:
     """Adds the rows of one file to the report of a scene."""
     _reports[scene] = SceneReport((*report_of(scene), *rows))

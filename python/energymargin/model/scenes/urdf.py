@@ -18,10 +18,10 @@ from energymargin.base.plausibility import warn
 from energymargin.model.meshes import MAX_POINTS, THRESHOLD
 from energymargin.model.meshes.files import FlatMeshError, shape_of, warn_of_open
 from energymargin.model.scenes import additions, reports
-from energymargin.model.scenes.additions import BASES, Additions, Mistakes, counted
+from energymargin.model.scenes.additions import BASES, Additions, FileMistakes, counted
 from energymargin.model.scenes.files import found
 from energymargin.model.scenes.poses import Pose, moved, place, pose, together
-from energymargin.model.scenes.reports import Row
+from energymargin.model.scenes.reports import ReportRow
 from energymargin.model.scenes.urdf_elements import MIMIC
 from energymargin.model.scenes.urdf_inertias import moving_inertials, warn_of_links
 from energymargin.model.scenes.urdf_joints import joint_keywords
@@ -138,7 +138,7 @@ def from_urdf(
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
-    mistakes = Mistakes(str(path))
+    mistakes = FileMistakes(str(path))
     free, control = base != "fixed", joints or {}
     dense = density is not None
     robot = read(Path(path), ignored, limit, mistakes, free=free, dense=dense, subtree=subtree)
@@ -204,17 +204,17 @@ def _place_as_given(at: Pose, orientation: Sequence[float]) -> dict[str, Any]:
     return placed | ({"orientation": -turn} if turn[3] == 0 and turn @ orientation < 0 else {})
 
 
-def _rows(robot: Robot, prefix: str) -> list[Row]:
+def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
     """Of the report: what is left out, what is a frame, what is stated, and whose effort counts."""
     return [
-        *(Row(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
+        *(ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
         *(
-            Row(reports.FRAME, prefix + name, f"{prefix}{of} at {_rounded(at)} m")
+            ReportRow(reports.FRAME, prefix + name, f"{prefix}{of} at {_rounded(at)} m")
             for name, (of, at) in robot.merged.items()
         ),
-        *(Row(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
+        *(ReportRow(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
         *(
-            Row(
+            ReportRow(
                 reports.EFFORT,
                 prefix + joint.name,
                 _counts(joint.effort, prefix + joint.mimic.joint),
@@ -247,7 +247,7 @@ def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None
     warn([(text, text)] if stated else [], text)
 
 
-def _check_links(robot: Robot, mistakes: Mistakes, **named: Iterable[str]) -> None:
+def _check_links(robot: Robot, mistakes: FileMistakes, **named: Iterable[str]) -> None:
     """Arguments may name the links that are bodies."""
     for argument, names in named.items():
         for name in names:

@@ -15,7 +15,7 @@ from xml.parsers import expat
 
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.model.scenes.additions import Mistakes
+from energymargin.model.scenes.additions import FileMistakes
 from energymargin.model.scenes.files import require_robot
 
 # How many numbers an attribute holds, if not one; words are no numbers.
@@ -97,7 +97,7 @@ def checked(
     path: Path,
     ignore: Collection[str],
     limit: Limit,
-    mistakes: Mistakes,
+    mistakes: FileMistakes,
     subtree: str | None = None,
 ) -> tuple[ET.Element, Counter[str], tuple[str, ...]]:
     """The root of a URDF file, without what is not simulated, which `mistakes` counts.
@@ -208,7 +208,7 @@ def _floats(text: str) -> list[float] | None:
         return None
 
 
-def _walk(element: ET.Element, where: str, mistakes: Mistakes) -> None:
+def _walk(element: ET.Element, where: str, mistakes: FileMistakes) -> None:
     """Lists what is not known below an element, and what is wrong there."""
     rule = GRAMMAR[element.tag]
     for name in rule.needs:
@@ -234,7 +234,7 @@ def _walk(element: ET.Element, where: str, mistakes: Mistakes) -> None:
             mistakes.features[f"{element.tag}/{child.tag}" if misplaced else child.tag] += 1
 
 
-def _check_counts(element: ET.Element, rule: _Element, where: str, mistakes: Mistakes) -> None:
+def _check_counts(element: ET.Element, rule: _Element, where: str, mistakes: FileMistakes) -> None:
     counts = Counter(child.tag for child in element)
     for tag in (*rule.one, *rule.maybe):
         if counts[tag] > 1 or (tag in rule.one and not counts[tag]):
@@ -244,7 +244,7 @@ def _check_counts(element: ET.Element, rule: _Element, where: str, mistakes: Mis
         mistakes.add(f"{where}: <geometry> has {len(element)} shapes, expected one")
 
 
-def _check_numbers(tag: str, name: str, text: str, where: str, mistakes: Mistakes) -> None:
+def _check_numbers(tag: str, name: str, text: str, where: str, mistakes: FileMistakes) -> None:
     counts = NUMBERS.get(name, (1,))
     values = _floats(text) or []
     if len(values) not in counts or not all(map(math.isfinite, values)):

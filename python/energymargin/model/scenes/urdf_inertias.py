@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
 from energymargin.base.plausibility import warn
-from energymargin.model.scenes.additions import Mistakes
+from energymargin.model.scenes.additions import FileMistakes
 from energymargin.model.scenes.corners import shape_parts
 from energymargin.model.scenes.poses import place, pose
 from energymargin.model.scenes.urdf_model import GYRATION, Link, Robot
@@ -40,7 +40,7 @@ Found = Iterator[tuple[str, str, str]]
 
 
 def moving_inertials(
-    robot: Robot, mistakes: Mistakes, *, free: bool, inertia: str
+    robot: Robot, mistakes: FileMistakes, *, free: bool, inertia: str
 ) -> dict[str, Inertial]:
     """By link that moves and has a mass, its inertia, unless the shapes have it (those of a
     density, and all with `inertia="shapes"`).

@@ -11,7 +11,7 @@ import numpy as np
 from energymargin._core import Mimic
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes import additions
-from energymargin.model.scenes.additions import Control, Mistakes
+from energymargin.model.scenes.additions import Control, FileMistakes
 from energymargin.model.scenes.poses import place
 from energymargin.model.scenes.urdf_model import Joint
 
@@ -24,7 +24,7 @@ def joint_keywords(
     joints: Mapping[str, Joint],
     control: Control,
     prefix: str,
-    mistakes: Mistakes,
+    mistakes: FileMistakes,
     *,
     mimic_limits: str,
 ) -> list[dict[str, Any]]:

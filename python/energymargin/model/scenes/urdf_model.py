@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Box, Cylinder, Mimic, Sphere, Surface
 from energymargin.base.limits import Limit
-from energymargin.model.scenes.additions import Mistakes
+from energymargin.model.scenes.additions import FileMistakes
 from energymargin.model.scenes.poses import Pose, from_rpy
 from energymargin.model.scenes.urdf_elements import MIMIC, SURFACE, checked, end_of, reached
 
@@ -121,7 +121,7 @@ class Robot:
         shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
         return {shape.filename: None for shape in shapes if isinstance(shape, MeshFile)}
 
-    def merge_frames(self, limit: Limit, mistakes: Mistakes, *, free: bool) -> None:
+    def merge_frames(self, limit: Limit, mistakes: FileMistakes, *, free: bool) -> None:
         """Merges links without mass into those that carry them.
 
         A `free` robot whose root has no mass has its base in the link that is fixed to the root, if
@@ -171,7 +171,7 @@ class Robot:
             self.root, self.base = joint.child, self.base @ joint.origin
         return places
 
-    def _carry(self, mistakes: Mistakes) -> None:
+    def _carry(self, mistakes: FileMistakes) -> None:
         """Links carry from now on what frames did, which are poses in them."""
         shapes: dict[str, list[Geometry]] = {}
         for name, (into, at) in self.merged.items():
@@ -213,7 +213,7 @@ def read(
     path: Path,
     ignore: Collection[str],
     limit: Limit,
-    mistakes: Mistakes,
+    mistakes: FileMistakes,
     *,
     free: bool,
     dense: bool,
@@ -244,7 +244,7 @@ def read(
 
 
 def _by_name(
-    what: str, make: Callable[[ET.Element], Any], elements: list[ET.Element], mistakes: Mistakes
+    what: str, make: Callable[[ET.Element], Any], elements: list[ET.Element], mistakes: FileMistakes
 ) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for element in elements:
@@ -355,7 +355,7 @@ def _pose(origin: ET.Element | None) -> Pose:
     return from_rpy(_numbers(origin, "xyz", nothing), _numbers(origin, "rpy", nothing))
 
 
-def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: Mistakes) -> str:
+def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: FileMistakes) -> str:
     """The link that no joint carries, if all others hang on it; lists what is wrong."""
     carried: dict[str, str] = {}
     for joint in joints.values():
@@ -380,7 +380,7 @@ def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: Mistakes) 
     return roots[0]
 
 
-def _followed(joints: dict[str, Joint], limit: Limit, mistakes: Mistakes) -> dict[str, Joint]:
+def _followed(joints: dict[str, Joint], limit: Limit, mistakes: FileMistakes) -> dict[str, Joint]:
     """The joints, each mimic joint with the moving joint at the end of its chain."""
     followed = dict(joints)
     for name, joint in joints.items():

@@ -26,7 +26,7 @@ from energymargin.records.recordings.folders import require_own_files
 from energymargin.records.recordings.outliers import gap_limits, lost
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import interpolated, usual_step
-from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, Floats, Mask, Source
+from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource, Floats, Mask
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -89,7 +89,7 @@ def read_bag(
     all that `read_csv` refuses.
     """
     check_type("path", path, (str, os.PathLike), "a path")
-    checked, source = Rules(**rules), Source(Path(path), "message", HINT)
+    checked, source = Rules(**rules), FileSource(Path(path), "message", HINT)
     given = {"object": object, "effector": effector, **(bodies or {})}
     if bodies:
         given = {body: topic for body, topic in given.items() if topic is not None}
@@ -108,7 +108,7 @@ def is_bag(path: Path) -> bool:
 
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, str]:
     """The topics of a bag with their types, those with poses first. Errors as `read_bag`."""
-    with _reader(Source(Path(path))) as reader:
+    with _reader(FileSource(Path(path))) as reader:
         found = {connection.topic: connection.msgtype for connection in reader.connections}
     return dict(sorted(found.items(), key=lambda one: (one[1] not in POSES, one[0])))
 
@@ -122,7 +122,7 @@ def _topic(name: str, given: str | None) -> tuple[str, str]:
 
 
 @contextmanager
-def _reader(source: Source) -> Iterator[AnyReader]:
+def _reader(source: FileSource) -> Iterator[AnyReader]:
     """Reads a bag; what cannot be read is a ValueError."""
     with needs_extra("a bag", "ros"):
         from rosbags.highlevel import AnyReader
@@ -145,7 +145,7 @@ def _reader(source: Source) -> Iterator[AnyReader]:
 
 
 def _table(
-    source: Source, wanted: Mapping[str, tuple[str, str]], flat: set[str], rules: Rules
+    source: FileSource, wanted: Mapping[str, tuple[str, str]], flat: set[str], rules: Rules
 ) -> pd.DataFrame:
     """A row for each message of the body that is seen most rarely; `flat` are in the plane."""
     messages = _read(source, wanted)
@@ -181,7 +181,7 @@ def _table(
     return table
 
 
-def _read(source: Source, wanted: Mapping[str, tuple[str, str]]) -> pd.DataFrame:
+def _read(source: FileSource, wanted: Mapping[str, tuple[str, str]]) -> pd.DataFrame:
     """All poses of these topics; one that is sent again, as on /tf, counts once."""
     topics = bag_topics(source.path)
     for topic, _ in wanted.values():
@@ -213,7 +213,7 @@ def _read(source: Source, wanted: Mapping[str, tuple[str, str]]) -> pd.DataFrame
     return found[~once.duplicated(["topic", "time", "frame", *POSE])]
 
 
-def _of_frame(source: Source, topic: str, frame: str, messages: pd.DataFrame) -> pd.DataFrame:
+def _of_frame(source: FileSource, topic: str, frame: str, messages: pd.DataFrame) -> pd.DataFrame:
     """Those of one frame; ValueError if there is none, or no frame is named among several."""
     frames = sorted(set(messages["frame"]))
     own = frame or (frames[0] if len(frames) == 1 else None)
@@ -225,7 +225,7 @@ def _of_frame(source: Source, topic: str, frame: str, messages: pd.DataFrame) ->
     return messages[messages["frame"] == own]
 
 
-def _timed(source: Source, topic: str, messages: pd.DataFrame, *, repair: bool) -> pd.DataFrame:
+def _timed(source: FileSource, topic: str, messages: pd.DataFrame, *, repair: bool) -> pd.DataFrame:
     """Messages with the time of their header, or all with that of the log if no header has one.
 
     A stamp of 0 that the others go on from is a time. Other stamps of 0 are of messages before a
@@ -246,7 +246,7 @@ def _timed(source: Source, topic: str, messages: pd.DataFrame, *, repair: bool) 
     return stamped
 
 
-def _require_one_clock(source: Source, seen: Mapping[str, pd.DataFrame]) -> None:
+def _require_one_clock(source: FileSource, seen: Mapping[str, pd.DataFrame]) -> None:
     """Raises ValueError if the times of two topics have nothing in common, and warns if they were
     recorded with clocks that differ."""
     first = next(iter(seen))
@@ -269,7 +269,7 @@ def _require_one_clock(source: Source, seen: Mapping[str, pd.DataFrame]) -> None
 
 
 def _seen(
-    source: Source, body: str, messages: pd.DataFrame, rules: Rules, *, planar: bool
+    source: FileSource, body: str, messages: pd.DataFrame, rules: Rules, *, planar: bool
 ) -> Floats:
     """Poses in the plane, shape (N, 3), or in space, shape (N, 7); NaN where it was not seen."""
     poses, lines = messages[POSE].to_numpy(float, copy=True), messages["number"].to_numpy()

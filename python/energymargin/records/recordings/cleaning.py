@@ -19,7 +19,7 @@ from energymargin.records.recordings import poses as se3, smoothing
 from energymargin.records.recordings.outliers import gap_limits, jumps, lost
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
 from energymargin.records.recordings.smoothing import LEAST_FRAMES, interpolated
-from energymargin.records.recordings.table import Floats, Lines, Mask, Source, columns_of, first
+from energymargin.records.recordings.table import FileSource, Floats, Lines, Mask, columns_of, first
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,7 +109,7 @@ def require_origin(given: Sequence[float]) -> None:
         raise ValueError(f"origin is {given!r}, expected {expected}")
 
 
-def cleaned(table: pd.DataFrame, source: Source, rules: Rules) -> Recording:
+def cleaned(table: pd.DataFrame, source: FileSource, rules: Rules) -> Recording:
     """The recording in a table, checked and repaired. Errors as `read_csv`."""
     _require_enough(source, len(table), "rows")
     if "frame" not in table:
@@ -138,12 +138,12 @@ def cleaned(table: pd.DataFrame, source: Source, rules: Rules) -> Recording:
     return Recording(source.path.name, frames, at, motions, repairs)
 
 
-def _require_enough(source: Source, count: int, what: str) -> None:
+def _require_enough(source: FileSource, count: int, what: str) -> None:
     if count < LEAST_FRAMES:
         raise source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
 
 
-def _require_clock(source: Source, table: pd.DataFrame, smoothing_time: float) -> None:
+def _require_clock(source: FileSource, table: pd.DataFrame, smoothing_time: float) -> None:
     """Raises ValueError unless frames and times rise, in steps of a camera, and for long enough."""
     times = table["time"].to_numpy()
     step, length = smoothing.usual_step(times), float(np.ptp(times))
@@ -166,7 +166,7 @@ def _require_clock(source: Source, table: pd.DataFrame, smoothing_time: float) -
         raise ValueError(f"smoothing is {smoothing_time:g}, {expected}")
 
 
-def _track(source: Source, table: pd.DataFrame, body: str, rules: Rules) -> _Track:
+def _track(source: FileSource, table: pd.DataFrame, body: str, rules: Rules) -> _Track:
     """One body's poses and velocities in the rows of a table, with outliers marked."""
     of_poses, of_rates = columns_of(table.columns)[body]
     times, poses = table["time"].to_numpy(), table[of_poses].to_numpy(float)
@@ -186,7 +186,7 @@ def _track(source: Source, table: pd.DataFrame, body: str, rules: Rules) -> _Tra
     return _Track(body, poses, velocities, of_rates, seen, jumped, good)
 
 
-def _require_units(source: Source, table: pd.DataFrame, body: str, poses: Floats) -> None:
+def _require_units(source: FileSource, table: pd.DataFrame, body: str, poses: Floats) -> None:
     """Raises ValueError unless positions, angles and their rates are plausible on a table."""
     rates = np.abs(se3.steps(poses)) / np.diff(table["time"].to_numpy())[:, None]
     axes = ("x", "y", "yaw") if se3.planar(poses) else ("x", "y", "z", "orientation")
@@ -202,7 +202,7 @@ def _require_units(source: Source, table: pd.DataFrame, body: str, poses: Floats
 
 
 def _require_short_gaps(
-    source: Source, table: pd.DataFrame, track: _Track, longest_gap: float
+    source: FileSource, table: pd.DataFrame, track: _Track, longest_gap: float
 ) -> None:
     """Raises ValueError with the line after a longer time without a good pose of this body."""
     good = table[track.good]
@@ -218,7 +218,7 @@ def _require_short_gaps(
         )
 
 
-def _filled_clock(source: Source, table: pd.DataFrame) -> tuple[Lines, Floats]:
+def _filled_clock(source: FileSource, table: pd.DataFrame) -> tuple[Lines, Floats]:
     """Numbers and times [s] of all K frames of a table, and of those between that are missing.
 
     If a camera drops all but every n-th frame, numbers rise by n. Raises ValueError
@@ -254,7 +254,7 @@ def _repairs(table: pd.DataFrame, tracks: Sequence[_Track], frames: Lines) -> Re
 
 
 def _require_few(
-    source: Source, table: pd.DataFrame, repairs: Repairs, frames: int, *, repair: bool
+    source: FileSource, table: pd.DataFrame, repairs: Repairs, frames: int, *, repair: bool
 ) -> None:
     """Raises ValueError if too many frames are repaired, or any with `repair` False."""
     wrong = sorted({*repairs.frames, *repairs.left_out})
@@ -267,7 +267,7 @@ def _require_few(
         raise source.error(f"{need}, expected at most {MOST_REPAIRED:.0%}")
 
 
-def _motion(source: Source, times: Floats, track: _Track, at: Floats, rules: Rules) -> Motion:
+def _motion(source: FileSource, times: Floats, track: _Track, at: Floats, rules: Rules) -> Motion:
     """A body's at all frames, in the scene's frame. Raises ValueError if velocities of the file
     contradict its poses."""
     times, poses, rates = times[track.good], track.poses[track.good], track.velocities
@@ -292,7 +292,9 @@ def _motion(source: Source, times: Floats, track: _Track, at: Floats, rules: Rul
     return Motion(placed, given @ turn.T, covariances[0])
 
 
-def _require_agreement(source: Source, names: list[str], given: Floats, derived: Floats) -> None:
+def _require_agreement(
+    source: FileSource, names: list[str], given: Floats, derived: Floats
+) -> None:
     """Raises ValueError if a file's velocities, shape (N, D), contradict those of its poses.
 
     The root mean square of their difference may be half of the larger one's, and a bit more.

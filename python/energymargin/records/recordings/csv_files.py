@@ -17,7 +17,13 @@ from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
 from energymargin.records.recordings.recording import Recording
-from energymargin.records.recordings.table import Floats, Source, fields_of, first, require_whole
+from energymargin.records.recordings.table import (
+    FileSource,
+    Floats,
+    fields_of,
+    first,
+    require_whole,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -196,7 +202,7 @@ def read_csv(
     Raises OSError, ImportError without the extra, and ValueError that names the file, the line and
     what was expected there.
     """
-    layout, source = Columns.of(columns), Source(Path(path))
+    layout, source = Columns.of(columns), FileSource(Path(path))
     checked = Rules(**rules).in_frame(layout.origin)
     return cleaned(_table(source, layout), source, checked)
 
@@ -213,7 +219,7 @@ def from_table(table: pd.DataFrame, name: str = "table", **rules: Unpack[LooseRu
     Raises ValueError as `read_csv`.
     """
     require_whole("the table", table.columns)
-    return cleaned(table, Source(Path(name), "row"), Rules(**rules))
+    return cleaned(table, FileSource(Path(name), "row"), Rules(**rules))
 
 
 def _require_keys(what: str, given: Any, known: Collection[str] = ()) -> None:
@@ -224,7 +230,7 @@ def _require_keys(what: str, given: Any, known: Collection[str] = ()) -> None:
         raise ValueError(f"{what} is {given!r}, expected an object with {', '.join(known)}")
 
 
-def read_cells(source: Source, delimiter: str = ",") -> dict[int, list[str]]:
+def read_cells(source: FileSource, delimiter: str = ",") -> dict[int, list[str]]:
     """The cells of a CSV file as text, by their line; no empty lines.
 
     Raises OSError, ImportError without pandas, and ValueError on a file that is not text in UTF-8,
@@ -256,7 +262,7 @@ def read_cells(source: Source, delimiter: str = ",") -> dict[int, list[str]]:
     return lines
 
 
-def _table(source: Source, columns: Columns) -> pd.DataFrame:
+def _table(source: FileSource, columns: Columns) -> pd.DataFrame:
     """The table in a recording's file.
 
     Raises as `read_cells`, and ValueError with the line of a header or cell that is none of those
@@ -276,7 +282,7 @@ def _table(source: Source, columns: Columns) -> pd.DataFrame:
     return pd.DataFrame(numbers, index=cells.index).assign(**columns.constants)
 
 
-def _numbers(source: Source, name: str, cells: pd.Series[Any]) -> Floats:
+def _numbers(source: FileSource, name: str, cells: pd.Series[Any]) -> Floats:
     """The numbers of a column of texts; NaN where a body was not seen."""
     import pandas as pd
 

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from energymargin.records.recordings.csv_files import read_cells
-from energymargin.records.recordings.table import Source
+from energymargin.records.recordings.table import FileSource
 
 FRAME = re.compile(r"0|[1-9][0-9]{,14}")
 WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
@@ -36,7 +36,7 @@ def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]
 
 def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
     """The labels of a file with this header, by what comes before them in their rows."""
-    source = Source(Path(path))
+    source = FileSource(Path(path))
     (first, names), *rows = read_cells(source).items()
     if tuple(names) != header:
         raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)

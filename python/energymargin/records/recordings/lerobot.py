@@ -24,7 +24,7 @@ from energymargin.records.recordings.csv_files import Columns, headers
 from energymargin.records.recordings.folders import require_own_files
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import usual_step
-from energymargin.records.recordings.table import Source
+from energymargin.records.recordings.table import FileSource
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,14 +73,14 @@ def read_lerobot(
     sizes = {name: size for name, (_, size) in fields.items()}
     found = []
     for episode, values in read_episodes(folder, used).items():
-        source = Source(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
+        source = FileSource(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
         _compare_rate(source, folder, sizes["time"] * values["time"].to_numpy())
         table = (values * sizes).assign(**layout.constants)
         found.append(cleaned(table, source, checked))
     return found
 
 
-def _compare_rate(source: Source, folder: Path, times: NDArray[np.float64]) -> None:
+def _compare_rate(source: FileSource, folder: Path, times: NDArray[np.float64]) -> None:
     """Warns if the times of an episode are not those of the frames a second that are said."""
     rate = json.loads((folder / INFO).read_text(encoding="utf-8")).get("fps")
     step = usual_step(times)

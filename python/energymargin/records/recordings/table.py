@@ -29,7 +29,7 @@ Lines = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Source:
+class FileSource:
     """Where a table is from, as errors name it."""
 
     path: Path
