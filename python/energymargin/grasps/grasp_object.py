@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Inertial, Scene, World, mass_properties
+from energymargin import Inertial, Scene, World, mass_properties
 from energymargin.base.checks import not_negative_number, positive_number
 from energymargin.grasps.grasp_set import ObjectFacts
 from energymargin.grasps.shapes import digest
-from energymargin.model.scenes.corners import shape_parts
+from energymargin.scenes import shape_parts
 
 HEAVY = 50.0  # kg; what no hand lifts
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Box, Compound, Mimic, Part, Scene, Surface
+from energymargin import Box, Compound, Mimic, Part, Scene, Surface
 from energymargin.base.checks import not_negative_number, numbers_of, one_of, positive_number
 from energymargin.grasps.grasp_set import check_poses
 

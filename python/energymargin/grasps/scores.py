@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Problem
+from energymargin import Problem
 from energymargin.base.checks import check_shape, not_negative_number, share
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin._core import Cancel, Cancelled
-from energymargin.act.profile import margin_profile
+from energymargin import Cancel, Cancelled, margin_profile
 from energymargin.base.checks import check_type, one_of, positive_number, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn

@@ -7,7 +7,7 @@ import hashlib
 import pickle
 from typing import Any
 
-from energymargin._core import (
+from energymargin import (
     Box,
     Capsule,
     Compound,

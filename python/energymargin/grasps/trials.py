@@ -14,16 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import regions
-from energymargin._core import (
+from energymargin import (
     Cancel,
     Cancelled,
     CaptureProbability,
     Plan,
     Problem,
-    Region,
     Scene,
     World,
+    regions,
 )
 from energymargin.base.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
@@ -35,6 +34,7 @@ from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.model.scenes.corners import smallest_half_extent
 from energymargin.model.scenes.poses import pose
+from energymargin.regions import Region
 
 STEP = 1 / 960  # s; at a longer one a grip at its limit slips in whole steps, and holds too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
