@@ -4,6 +4,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from energymargin.base import plausibility
+
 # In the background of a shell Ctrl-C is ignored, also in the processes that the tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -48,6 +50,12 @@ LONG = {
     "viewer_page",
     "walls",
 }
+
+
+@pytest.fixture(autouse=True)
+def warnings_of_before():
+    """Are forgotten: a scene warns once, whichever test is the first to make it."""
+    plausibility._known.clear()
 
 
 def pytest_configure():
