@@ -383,7 +383,7 @@ def test_a_screenshot_has_the_size_and_the_scene(tmp_path):
         (("push", "--port", "0"), "port is 0, expected a whole number from 1 to 65535"),
         (("push", "--plan", "hold"), "--plan is hold, expected --frames beside it"),
         (("push", "--frames", "0"), "frames is 0"),
-        (("push", "--frames", "2", "--plan", "dance"), "expected 'script', 'hold' or None"),
+        (("push", "--frames", "2", "--plan", "dance"), 'Choose from: "script", "hold", "none"'),
     ],
 )
 def test_wrong_options_are_one_line(arguments, message, tmp_path):

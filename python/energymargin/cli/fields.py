@@ -58,9 +58,10 @@ def as_number(kind: Callable[[str], Any], name: str, word: str) -> Any:
 
 
 def several(hint: Any, tokens: Sequence[Token]) -> tuple[Any, ...]:
-    """The values of a tuple of one kind."""
-    name, kind = (tokens[0].keyword or "").lstrip("-"), get_args(hint)[0]
-    return tuple(as_number(kind, name, word) for word in split(tokens[0].value))
+    """The values of a tuple of one kind. Of an option that is repeated the last one counts."""
+    last, kind = tokens[-1], get_args(hint)[0]
+    name = (last.keyword or "").lstrip("-")
+    return tuple(as_number(kind, name, word) for word in split(last.value))
 
 
 SEVERAL = Parameter(converter=several, n_tokens=1, allow_leading_hyphen=True)
