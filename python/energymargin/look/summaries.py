@@ -484,7 +484,7 @@ def grasp_scores(scores: GraspScores) -> Summary:
     return Summary("", rows, tuple(table), notes, lead=lead, picture=picture)
 
 
-def trials(asked: GraspTrials) -> Summary:
+def grasp_trials(asked: GraspTrials) -> Summary:
     """What was asked about grasps: object, hand, protocol, belief and disturbance."""
     from energymargin.grasps import words
 
