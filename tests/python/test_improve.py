@@ -312,7 +312,7 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     path = tmp_path / "search.db"
     for content in (b"no search", b"\xff\xfe\x00\n", b"[1, 2]\n"):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="is not a file of scores"):
+        with pytest.raises(ValueError, match=r"is not a file of scores.* give another name"):
             em.improve(problem(), BOX, placed, store=path, **SMALL)
     with pytest.raises(IsADirectoryError):
         em.improve(problem(), BOX, placed, store=tmp_path, **SMALL)
@@ -335,11 +335,12 @@ def test_a_bit_that_has_changed_in_a_file_is_refused_or_changes_nothing(tmp_path
     assert refused > 5
 
 
+@pytest.mark.parametrize("unsure", [None, em.beliefs.Uncertainty(mass=0.1)])
 @pytest.mark.parametrize("race", [True, False])
-def test_a_ranking_that_was_stopped_goes_on_to_the_same_result(tmp_path, race):
+def test_a_ranking_that_was_stopped_goes_on_to_the_same_result(tmp_path, race, unsure):
     path = tmp_path / "ranking.db"
     field = {f"{x}": still({"x": x}) for x in (0.1, 0.8, 0.9)}
-    asked = {"rollouts": 60, "race": race, "tolerance": 0.0}
+    asked = {"rollouts": 60, "race": race, "tolerance": 0.0, "uncertainty": unsure}
     straight = em.rank(field, **asked)
 
     def stop(done, total):

@@ -199,7 +199,9 @@ class AnswerFile(Closing):
             return PermissionError(errno.EACCES, f"{text}; {advice}", path)
         if "disk I/O" in text:
             return OSError(errno.EIO, text, path)
-        return ValueError(f"{path} is not a file of scores, or damaged: {text}")
+        return ValueError(
+            f"{path} is not a file of scores, or damaged: {text}; give another name, or remove it"
+        )
 
     def _check_format(self) -> None:
         if self.value("PRAGMA application_id") != schema.APPLICATION_ID:
