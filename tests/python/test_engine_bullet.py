@@ -272,6 +272,18 @@ def test_every_verb_has_the_same_bits_again_on_threads(problems, name):
     assert verbs(problems[name], threads=2) == verbs(problems[name])
 
 
+@pytest.mark.parametrize("name", ["push", "scoop", "push-multi"])
+def test_the_viewer_s_way_out_ends_where_the_tree_does(problems, name):
+    pytest.importorskip("viser")
+    from energymargin.look.viewer.search import replay
+
+    problem = problems[name].replace(horizon=None, plan=None)
+    escape = em.escape_effort(problem, nodes=60, seed=1, warn=False)
+    node = int(np.argmax(escape.tree.costs))
+    way = replay(problem, escape.tree, escape.tree.path_to(node))
+    np.testing.assert_array_equal(way.states[-1], escape.tree.states[node])
+
+
 def test_a_hand_on_a_moving_base_lifts_its_cube(problems):
     lifted = em.World(problems["hand"].scene, problems["hand"].plan)
     end = problems["hand"].scene.unpack(lifted.simulate(problems["hand"].state, 48).states[-1])
