@@ -71,12 +71,12 @@ docs: .venv/built
 
 sanitize: .venv/built build/asan/built build/tsan/built
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2
-	tests/sanitize/python build/asan $(SANITIZED:%=tests/python/test_%.py)
+	tests/sanitize/python build/asan $(wildcard $(SANITIZED:%=tests/python/*/test_%.py))
 	tests/sanitize/threads build/tsan
 
 fuzz: .venv/built build/asan/built
 	tests/fuzz/run build/asan $(SECONDS)
-	$(BIN)/python -m pytest --hypothesis-profile=fuzz tests/python/test_properties_*.py
+	$(BIN)/python -m pytest --hypothesis-profile=fuzz tests/python/*/test_properties_*.py
 
 bench: .venv/built
 	build/cpp/bench/energymargin_bench --benchmark_min_time=0.2

@@ -12,7 +12,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 # Where the functions of tests are found that workers run.
-PATHS = [str(Path(__file__).parent)]
+TESTS = Path(__file__).parent
+PATHS = [str(TESTS), *map(str, TESTS.glob("[a-z]*/"))]
 
 
 def free_port(host="127.0.0.1"):

@@ -21,7 +21,7 @@ run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -DCMAKE_PREFI
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
 
-# The examples print what stands beside them. Three of them do in Python too (tests/python/test_examples.py).
+# The examples print what stands beside them. Three of them do in Python too (tests/python/house/test_examples.py).
 set(root ${CMAKE_CURRENT_LIST_DIR}/../../..)
 foreach(example 01_capture 02_effort 03_own_scene 04_own_planner)
   set(problem ${root}/tests/golden/problem-grasp.json)

@@ -13,7 +13,7 @@ from energymargin import datasets, tasks
 from energymargin.tasks.base import parameters_of, plane_of
 from energymargin.tasks.registry import overview
 
-EXAMPLE = Path(__file__).parents[1] / "example_package"
+EXAMPLE = Path(__file__).parents[2] / "example_package"
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 
 

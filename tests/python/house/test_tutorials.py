@@ -14,7 +14,7 @@ from PIL import Image
 import energymargin as em
 from code_lines import code_lines
 
-FOLDER = Path(__file__).parents[2] / "docs/tutorials"
+FOLDER = Path(__file__).parents[3] / "docs/tutorials"
 RUN = runpy.run_path(str(FOLDER / "run.py"))
 TUTORIALS = RUN["tutorials"]()
 GRIPPER = FOLDER / "7_your_gripper_your_object.ipynb"

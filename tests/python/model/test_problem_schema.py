@@ -11,7 +11,7 @@ from problem_files import at_path, full_problem, planned_problem, run
 
 import energymargin as em
 
-CORE = Path(__file__).parents[2] / "cpp/src"
+CORE = Path(__file__).parents[3] / "cpp/src"
 SCHEMA = jsonschema.Draft7Validator(em.Problem.schema())
 
 

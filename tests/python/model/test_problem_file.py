@@ -20,7 +20,7 @@ def problem():
     return full_problem()
 
 
-OLDER = Path(__file__).parents[1] / "older_problem_files"
+OLDER = Path(__file__).parents[2] / "older_problem_files"
 SEED, SEARCH = ("--seed", 7), ("--seed", 7, "--nodes", 240)
 
 

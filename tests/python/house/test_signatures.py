@@ -8,7 +8,7 @@ import pytest
 
 import energymargin as em
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
+sys.path.insert(0, str(Path(__file__).parents[3] / "tools"))
 signatures = pytest.importorskip("signatures")
 # What pictures and reports ask of one problem, within a call of their own.
 WITHIN = ("em.futures.", "em.searches.")

@@ -174,7 +174,8 @@ def program(tmp_path, function):
     """One that works in processes, at its top level."""
     path = tmp_path / "program.py"
     path.write_text(PROGRAM.format(function=function))
-    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    here = Path(__file__).parent
+    paths = [str(here), str(here.parent), os.environ.get("PYTHONPATH", "")]
     return subprocess.Popen(
         [sys.executable, str(path)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},

@@ -302,7 +302,7 @@ class Share(NamedTuple):
 
 @pytest.mark.parametrize("others", [1, 3, 10])
 def test_the_guides_table_says_from_which_probability_on_no_other_action_is_asked(others):
-    guide = (Path(__file__).parents[2] / "docs/guides/policies.md").read_text()
+    guide = (Path(__file__).parents[3] / "docs/guides/policies.md").read_text()
     lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in guide.splitlines()]
     (head,) = [cells for cells in lines if cells[:1] == ["other actions"]]
     (row,) = [cells for cells in lines if cells[:1] == [str(others)]]

@@ -8,7 +8,7 @@ from scikit_build_core.build import prepare_metadata_for_build_wheel
 
 from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 README = (ROOT / "README.md").read_text()
 PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 MOST_LINES = {"README.md": 130, "CONTRIBUTING.md": 120}

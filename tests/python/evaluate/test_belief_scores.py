@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from boxes import problem
 from scipy import stats
 from scipy.stats import norm
-from test_beliefs import problem
 
 import energymargin as em
 

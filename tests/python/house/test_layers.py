@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-CPP = Path(__file__).parents[2] / "cpp"
+CPP = Path(__file__).parents[3] / "cpp"
 ROOMS = (
     "base",
     "scene",

@@ -21,7 +21,7 @@ from energymargin_paper.pages import (
 )
 from energymargin_paper.pieces import PIECES
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 RESULTS = DOCS / "results"
 IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 

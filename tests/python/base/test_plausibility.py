@@ -15,7 +15,7 @@ from made_tasks import MADE
 import energymargin as em
 from energymargin.base.plausibility import kept_warnings, warn
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 UPRIGHT, W_FIRST = (0, 0, 0, 1), (1, 0, 0, 0)
 names = (f"cup {number}" for number in range(10**6))  # each test has a scene of its own
 

@@ -13,7 +13,7 @@ from made_tasks import MADE
 import energymargin as em
 from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
 
-GOLDEN = Path(__file__).parents[1] / "golden"
+GOLDEN = Path(__file__).parents[2] / "golden"
 
 
 def load_maker() -> ModuleType:

@@ -16,7 +16,7 @@ from energymargin.act.surrogates import surrogate
 from energymargin.evaluate.store import schema
 from energymargin.records.datasets import files
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 

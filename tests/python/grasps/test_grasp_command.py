@@ -212,7 +212,7 @@ def test_baselines_are_columns_and_stand_beside_the_labels(folder):
 
 
 def test_the_guide_s_hand_of_a_file_ranks_as_the_preset_does(folder):
-    guide = (Path(__file__).parents[2] / "docs/guides/grasps.md").read_text()
+    guide = (Path(__file__).parents[3] / "docs/guides/grasps.md").read_text()
     (text,) = re.findall(r"```json\n(.*?)```", guide, re.DOTALL)
     data = pytest.importorskip("pybullet_data").getDataPath()
     (folder / "panda.json").write_text(text.replace("franka_panda/", f"{data}/franka_panda/"))

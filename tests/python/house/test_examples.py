@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXAMPLES = sorted(p for p in (ROOT / "examples").glob("*.py") if p.with_suffix(".cpp").exists())
 FETCH = ROOT / "examples/05_fetch_push.py"
 PROBLEM = ROOT / "tests/golden/problem-grasp.json"

@@ -99,7 +99,7 @@ def test_the_list_has_each_piece_with_its_minutes_and_makes_none(tmp_path):
     assert left[0] == "**left**" and float(left[1]) == pytest.approx(sum(p.minutes for p in PIECES))
     assert [piece.minutes for piece in PIECES] == sorted(piece.minutes for piece in PIECES)
     assert not (tmp_path / "all").exists()
-    docs = Path(__file__).parents[2] / "docs"
+    docs = Path(__file__).parents[3] / "docs"
     assert "not yet" not in run("--list", "--pages", docs).output
 
 

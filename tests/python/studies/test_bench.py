@@ -18,7 +18,7 @@ from speed_frame import PAGE, foreseen
 from speed_tasks import cost_of
 from tables import write
 
-SCRIPT = Path(__file__).parents[2] / "python" / "bench" / "speed.py"
+SCRIPT = Path(__file__).parents[3] / "python" / "bench" / "speed.py"
 
 
 def run(*arguments):

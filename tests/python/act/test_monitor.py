@@ -22,7 +22,7 @@ from energymargin import monitor
 from energymargin.act.monitor.conditions import SHARE, Pace
 from energymargin.monitor import Alarm, Conditions, alarms, first_loss, threshold
 
-BENCH = Path(__file__).parents[2] / "python" / "bench" / "monitor.py"
+BENCH = Path(__file__).parents[3] / "python" / "bench" / "monitor.py"
 LONG = 60.0  # s; so long a test waits for what has to come
 
 Question = Callable[[np.ndarray, float], em.Problem]

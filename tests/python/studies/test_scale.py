@@ -7,7 +7,7 @@ from pathlib import Path
 
 from scale_cost import Cost, Driver, Sizes
 
-SCRIPT = Path(__file__).parents[2] / "python" / "bench" / "scale.py"
+SCRIPT = Path(__file__).parents[3] / "python" / "bench" / "scale.py"
 
 
 def run(*arguments):

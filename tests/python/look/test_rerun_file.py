@@ -11,7 +11,7 @@ import pytest
 import energymargin as em
 
 pytest.importorskip("rerun", reason="rerun-sdk is of the extra [dev], which this Python lacks")
-GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "recordings.md"
+GUIDE = Path(__file__).parents[3] / "docs" / "guides" / "recordings.md"
 
 
 def test_rerun_finds_moving_bodies_and_scores_over_time(tmp_path, monkeypatch):

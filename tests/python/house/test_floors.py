@@ -8,7 +8,7 @@ import pytest
 
 import energymargin as em
 
-PACKAGE = Path(__file__).parents[2] / "python" / "energymargin"
+PACKAGE = Path(__file__).parents[3] / "python" / "energymargin"
 FLOORS = ("base", "model", "tasks", "evaluate", "records", "act", "look")
 COMPANIONS = {"grasps", "mujoco"}  # they stand on the face, and are looked at
 ON_THE_FACE = ("look/viewer", "look/report", "mujoco")

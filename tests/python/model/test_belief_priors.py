@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from boxes import problem, scene
 from scipy import stats
-from test_beliefs import problem, scene
 
 import energymargin as em
 from energymargin_paper.paper.prior import ContradictionError, informed, velocities
