@@ -83,10 +83,12 @@ if typing.TYPE_CHECKING:
         viewer as viewer,
     )
     from energymargin.actions import (
+        CriticalValue as CriticalValue,
         Guard as Guard,
         Improvement as Improvement,
         MarginProfile as MarginProfile,
         Ranking as Ranking,
+        critical_value as critical_value,
         improve as improve,
         margin_profile as margin_profile,
         rank as rank,
@@ -117,8 +119,8 @@ EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra 
 SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)
 NAMES = {
     "actions": [
-        *("Guard", "Improvement", "MarginProfile", "Ranking"),
-        *("improve", "margin_profile", "rank"),
+        *("CriticalValue", "Guard", "Improvement", "MarginProfile", "Ranking"),
+        *("critical_value", "improve", "margin_profile", "rank"),
     ],
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],

@@ -1,6 +1,7 @@
 """Choose, shape and guard actions by the margin."""
 
 from energymargin.act.choosing import Candidates, Noise
+from energymargin.act.critical import CriticalValue, critical_value
 from energymargin.act.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.act.improvement import Generation, Improvement, improve
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
@@ -9,6 +10,7 @@ from energymargin.base.doors import check_doors
 
 __all__ = [
     "Candidates",
+    "CriticalValue",
     "Decision",
     "Generation",
     "Guard",
@@ -20,6 +22,7 @@ __all__ = [
     "ProblemOfAction",
     "Ranking",
     "Standing",
+    "critical_value",
     "improve",
     "margin_profile",
     "rank",
