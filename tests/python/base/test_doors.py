@@ -86,6 +86,10 @@ def knocks():
         em.margin_profile,
         {"problem": problem, "plan": None, "every": 0.5, "effort": False, **few},
     )
+    yield (
+        em.critical_value,
+        {"problem_of": lambda _: problem, "quantity": "none", "range": (0.1, 1.0), "draws": 16},
+    )
     yield em.longest_step, {"problems": [problem], "error": 0.5, "rollouts": 2}
     yield (
         em.score_belief,
