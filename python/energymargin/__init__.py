@@ -89,6 +89,7 @@ if typing.TYPE_CHECKING:
         MarginProfile as MarginProfile,
         Ranking as Ranking,
         critical_value as critical_value,
+        critical_values as critical_values,
         improve as improve,
         margin_profile as margin_profile,
         rank as rank,
@@ -120,7 +121,7 @@ SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)
 NAMES = {
     "actions": [
         *("CriticalValue", "Guard", "Improvement", "MarginProfile", "Ranking"),
-        *("critical_value", "improve", "margin_profile", "rank"),
+        *("critical_value", "critical_values", "improve", "margin_profile", "rank"),
     ],
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],

@@ -4,6 +4,7 @@ from energymargin.act.choosing import Candidates, Noise
 from energymargin.act.critical import CriticalValue, critical_value
 from energymargin.act.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.act.improvement import Generation, Improvement, improve
+from energymargin.act.limits import CriticalValues, Quantity, critical_values, quantity_of
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
 from energymargin.act.ranking import Ranking, Standing, rank
 from energymargin.base.doors import check_doors
@@ -11,6 +12,7 @@ from energymargin.base.doors import check_doors
 __all__ = [
     "Candidates",
     "CriticalValue",
+    "CriticalValues",
     "Decision",
     "Generation",
     "Guard",
@@ -20,11 +22,14 @@ __all__ = [
     "Moment",
     "Noise",
     "ProblemOfAction",
+    "Quantity",
     "Ranking",
     "Standing",
     "critical_value",
+    "critical_values",
     "improve",
     "margin_profile",
+    "quantity_of",
     "rank",
 ]
 

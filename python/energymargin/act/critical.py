@@ -113,7 +113,7 @@ def critical_value(
     """How hard, fast, wrong or slippery may it be until it fails?
 
     Args:
-        problem_of: problem_of(value) makes the Problem of a value. All have the same horizon.
+        problem_of: problem_of(value) makes the Problem of a value, with a horizon.
         quantity: its name, for what is printed.
         range: lowest and highest value. Where both are above 0 and their ratio is above 10, values
             are searched by ratios.
@@ -277,7 +277,11 @@ class _Asking:
 
     def _run(self, u: float, draws: Sequence[int]) -> bool:
         value = self.scale.value(u)
-        problem = self.problem_of(value)
+        try:
+            problem = self.problem_of(value)
+        except ValueError as error:
+            said = f"no problem has {self.quantity} {value:g}: {error}; change the range"
+            raise ValueError(said) from error
         self.question.check(f"the problem of {self.quantity} {value:g}", problem)
         cuts = [0, *(k + 1 for k, (a, b) in enumerate(pairwise(draws)) if b != a + 1), len(draws)]
         spans = [range(draws[a], draws[b - 1] + 1) for a, b in pairwise(cuts)]

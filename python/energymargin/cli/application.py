@@ -1,6 +1,6 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-learn | rank | grasps | report | view. Each command has its own file; other packages register more,
-as `reproduce`.
+learn | rank | limits | grasps | report | view. Each command has its own file; other packages
+register more, as `reproduce`.
 
 A command is imported when it is called, and heavy modules where they are used, so that --help
 answers at once.
@@ -41,8 +41,8 @@ TRACEBACK = "--traceback"
 GROUP = "energymargin.commands"
 """Entry points of this group name functions or cyclopts Apps: commands of other packages."""
 OWN = (
-    *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "grasps"),
-    *("report", "import", "view"),
+    *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "limits"),
+    *("grasps", "report", "import", "view"),
 )
 
 
@@ -64,7 +64,8 @@ app = App(
     4. `energymargin report push-scores.db -o report.html`
     5. `energymargin view push.h5 --scores push-scores.db`
 
-    Which of several plans holds best: `energymargin rank --help`. Which grasps of a file:
+    Which of several plans holds best: `energymargin rank --help`. How much it can take:
+    `energymargin limits --help`. Which grasps of a file:
     `energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
 
     `--traceback`, anywhere: show where an error comes from, line by line.

@@ -1,7 +1,10 @@
 """How much it can take: critical values against closed forms, and what is said of the others."""
 
+import json
+
 import numpy as np
 import pytest
+from command_line import invoke
 
 import energymargin as em
 
@@ -153,9 +156,51 @@ def test_a_limit_keeps_what_is_known():
         ({"metric": "effort"}, "metric is 'effort'"),
         ({"problem_of": lambda value: value}, "the problem of push 0.05 is 0.05"),
         ({"problem_of": lambda _: on_slope(horizon=None)}, "without a horizon"),
+        ({"problem_of": lambda v: on_slope(-v)}, "no problem has push 0.05: .*change the range"),
     ],
 )
 def test_bad_arguments_are_named(changes, match):
     asked = {"problem_of": of_push, "quantity": "push", "range": (0.05, 20)} | changes
     with pytest.raises((ValueError, TypeError), match=match):
         em.critical_value(**asked)
+
+
+def test_several_quantities_have_margins_and_the_tightest_is_named(tmp_path):
+    problem = on_slope(0.6, push=0.5)
+    asked = {"friction.floor": (0.1, 1.0), "push": (0.1, 20), "y.object": (-0.1, 0.1)}
+    found = em.critical_values(problem, asked, seed=2)
+    assert [one.unit for one in found] == ["", "N", "m"] and found.complete
+    assert found.nominals == pytest.approx((0.6, 0.5, 0.0))
+    friction, push, place = found
+    assert friction.side == "above" and push.side == "below" and len(place.crossings) == 2
+    assert found.margins[0] == pytest.approx((0.6 - friction.value) / 0.6)
+    assert found.margins[1] == pytest.approx((push.value - 0.5) / 0.5)
+    assert found.tightest is found[int(np.argmin(found.margins))]
+    table = found.to_markdown()
+    assert "| friction.floor | 0.6 |" in table and f"Tightest: {found.tightest.quantity}" in table
+    assert "below" in push.to_markdown()
+    assert json.loads(found.to_json())["quantities"][1]["value"] == push.value
+
+
+@pytest.mark.parametrize(
+    ("name", "match"),
+    [
+        ("colour.object", "vary is 'colour.BODY', expected"),
+        ("friction.cup", "vary is 'cup', expected"),
+        ("x.floor", "vary is 'x.floor', along which that body does not move freely"),
+    ],
+)
+def test_a_quantity_that_a_problem_does_not_have_is_named(name, match):
+    with pytest.raises(ValueError, match=match):
+        em.critical_values(on_slope(), {name: (0.1, 1.0)})
+
+
+def test_the_command_prints_a_table_and_writes_a_card(tmp_path):
+    file, card = tmp_path / "block.json", tmp_path / "card.json"
+    on_slope(0.6, push=0.5).save(str(file))
+    words = ["limits", str(file), "--vary", "friction.floor=0.1:1", "--vary", "push=0.1:20"]
+    told = invoke([*words, "-o", str(card)])
+    assert told.exit_code == 0 and "| push | 0.5 N | below" in told.output
+    assert len(json.loads(card.read_text())["quantities"]) == 2
+    told = invoke(["limits", str(file), "--vary", "push=3"])
+    assert told.exit_code == 2 and "--vary is 'push=3', expected NAME=LOW:HIGH" in told.output
