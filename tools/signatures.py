@@ -1,6 +1,7 @@
 """The public callables with their arguments, units and defaults: docs/api/signatures.md.
 
-`python tools/signatures.py` writes the page; tests/python/house/test_signatures.py holds it to its rules.
+`python tools/signatures.py` writes the page; tests/python/house/test_signatures.py holds it to its
+rules.
 """
 
 from __future__ import annotations

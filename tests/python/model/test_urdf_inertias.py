@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+import urdf_files
 from urdf_files import body, built, chain, joint, link
 
 import energymargin as em
@@ -47,9 +48,7 @@ def test_what_contradicts_the_shapes_is_a_warning_that_names_link_and_value(
 ):
     with pytest.warns(em.PlausibilityWarning, match=message) as caught:
         scene = bar(tmp_path, inside)
-    assert len(caught) == 1 and caught[0].filename == __file__.replace(
-        "test_urdf_inertias", "urdf_files"
-    )
+    assert len(caught) == 1 and caught[0].filename == urdf_files.__file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         scene = bar(tmp_path, inside, inertia="shapes")
