@@ -15,7 +15,8 @@ import numpy as np
 from energymargin import regions
 from energymargin._core import Box, Scene, World
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, QuestionTask
+from energymargin.tasks.questions import QuestionTask
+from energymargin.tasks.scripted import Drive
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).

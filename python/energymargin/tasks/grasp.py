@@ -15,7 +15,8 @@ from energymargin import regions
 from energymargin._core import Box, Scene, World
 from energymargin.model.scenes import data_file, from_urdf
 from energymargin.tasks.base import Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask
+from energymargin.tasks.questions import FrictionTask
+from energymargin.tasks.scripted import Drive
 
 # Numbers of the authors' public implementation (EnergyMarginDynCage, 2024) are named so; what the
 # paper says is named so; the others are ours, chosen so that about half of the grasps hold.

@@ -15,7 +15,8 @@ from energymargin import regions
 from energymargin._core import Box, Cylinder, Scene, World
 from energymargin.base.checks import yes_or_no
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask, swept_from
+from energymargin.tasks.questions import FrictionTask, swept_from
+from energymargin.tasks.scripted import Drive
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).

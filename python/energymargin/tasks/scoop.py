@@ -15,7 +15,8 @@ import numpy as np
 from energymargin import regions
 from energymargin._core import Box, Compound, Part, Scene, World
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask, places_apart
+from energymargin.tasks.questions import FrictionTask, places_apart
+from energymargin.tasks.scripted import Drive
 
 # All numbers are ours.
 

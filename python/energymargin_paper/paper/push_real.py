@@ -17,7 +17,8 @@ from energymargin import regions
 from energymargin._core import Box, Inertial, Scene, World
 from energymargin.base.checks import one_of
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params
-from energymargin.tasks.scripted import Drive, QuestionTask, swept_from
+from energymargin.tasks.questions import QuestionTask, swept_from
+from energymargin.tasks.scripted import Drive
 from energymargin_paper.paper.printed import OBJECTS, TOOLS, Printed, printed
 
 __all__ = ["PushRealTask"]

@@ -14,7 +14,8 @@ from energymargin.base.plausibility import warn
 from energymargin.model.scenes.additions import FileMistakes
 from energymargin.model.scenes.corners import shape_parts
 from energymargin.model.scenes.poses import place, pose
-from energymargin.model.scenes.urdf_model import GYRATION, Link, Robot
+from energymargin.model.scenes.urdf_model import GYRATION, Robot
+from energymargin.model.scenes.urdf_parts import Link
 
 OUTSIDE = 1.0  # of the shapes' extent, by which a centre of mass may be outside of their box
 APART = 10.0  # of the larger of two links, by which a joint may hold them apart
