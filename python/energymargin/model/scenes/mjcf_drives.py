@@ -90,25 +90,15 @@ class _Drives:
             drive, factor = self._along(length)
             drive.stop(*sorted((float(end) - length.constant) / factor for end in ends))
 
-    def _push(
-        self, length: Linear, force: float, stiffness: float, damping: float, armature: float = 0.0
-    ) -> None:
-        """Adds force - stiffness * length - damping * rate, along the length."""
-        if length.terms:
-            drive, factor = self._along(length)
-            drive.force += factor * (force - stiffness * length.constant)
-            drive.stiffness += factor**2 * stiffness
-            drive.damping += factor**2 * damping
-            drive.armature += factor**2 * armature
-
     def _spring(
         self, length: Linear, law: tuple[float, float, float], *, armature: float, friction: float
     ) -> None:
         """Adds what acts beside actuators; `law`: length at rest, stiffness, damping."""
         rest, stiffness, damping = law
-        self._push(length, stiffness * rest, stiffness, damping, armature)
         if length.terms:
             drive, factor = self._along(length)
+            drive.push(factor, stiffness * rest, stiffness, damping, length.constant)
+            drive.armature += factor**2 * armature
             drive.passive_force |= stiffness > 0
             drive.friction += abs(factor) * friction
 
@@ -233,7 +223,7 @@ class _Drives:
             drive.motors += 1
             drive.idle += law[0] == 0
             return
-        self._push(length, *law)
+        drive.push(factor, *law, length.constant)
         gain = float(model.actuator_gainprm[actuator][0])
         if word("mjtGain", model.actuator_gaintype[actuator]) == "fixed" and gain:
             drive.controls[actuator] = factor * gain

@@ -47,6 +47,15 @@ class JointDrive:
         self.lower = max(self.lower, lower if lower > -UNLIMITED else -math.inf)
         self.upper = min(self.upper, upper if upper < UNLIMITED else math.inf)
 
+    def push(
+        self, factor: float, force: float, stiffness: float, damping: float, constant: float
+    ) -> None:
+        """Adds force - stiffness * length - damping * rate, along a length that is the `constant`
+        and `factor` times the position."""
+        self.force += factor * (force - stiffness * constant)
+        self.stiffness += factor**2 * stiffness
+        self.damping += factor**2 * damping
+
     def keywords(self) -> dict[str, Any]:
         """Those of `Scene.add_joint`."""
         given: dict[str, Any] = {

@@ -218,16 +218,12 @@ def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
             ReportRow(
                 reports.EFFORT,
                 prefix + joint.name,
-                _counts(joint.effort, prefix + joint.mimic.joint),
+                f"{joint.effort:g}: that of {prefix + joint.mimic.joint} counts",
             )
             for joint in robot.joints.values()
             if joint.mimic and 0.0 < joint.effort < math.inf
         ),
     ]
-
-
-def _counts(effort: float, leader: str) -> str:
-    return f"{effort:g}: that of {leader} counts"
 
 
 def _rounded(at: Pose) -> str:

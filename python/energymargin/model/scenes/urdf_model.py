@@ -17,15 +17,12 @@ import numpy as np
 
 from energymargin._core import Mimic
 from energymargin.base.limits import Limit
-from energymargin.model.scenes.additions import FileMistakes
+from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, FileMistakes
 from energymargin.model.scenes.poses import Pose
 from energymargin.model.scenes.urdf_elements import MIMIC, checked, reached
 from energymargin.model.scenes.urdf_parts import Geometry, Joint, Link, MeshFile, joint_of, link_of
 
-# Of what hangs on a link without mass that a joint moves, or else of the robot, its mass.
-BETWEEN = 1e-9
-AT_THE_END = 1e-3
-GYRATION = 0.01  # m; radius of gyration of what has no inertia
+AT_THE_END = 1e-3  # share of the robot, mass of a link without one that a joint moves, and no other
 
 
 @dataclass(eq=False)
@@ -139,7 +136,7 @@ class Robot:
         hanging = sum(self.links[link].mass for link in reached(name, pairs))
         given = [link.mass for name, link in self.links.items() if name not in self.stated]
         whole = sum(given) or 1.0  # kg
-        mass = BETWEEN * hanging or AT_THE_END * whole
+        mass = NEGLIGIBLE * hanging or AT_THE_END * whole
         inertia = mass * GYRATION**2 * np.eye(3)
         self.links[name] = replace(self.links[name], mass=mass, inertia=inertia)
         self.stated[name] = f"{mass:.3g} kg"
