@@ -16,7 +16,7 @@ from energymargin.base.limits import Limit
 from energymargin.model.scenes import reports
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, Additions
 from energymargin.model.scenes.mjcf_contacts import Contacts, Group
-from energymargin.model.scenes.mjcf_loops import Tie
+from energymargin.model.scenes.mjcf_equalities import Tie
 from energymargin.model.scenes.mjcf_model import (
     MASSLESS,
     WORLD,

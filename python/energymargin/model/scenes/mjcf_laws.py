@@ -9,7 +9,7 @@ from typing import Any
 
 from energymargin._core import Mimic
 from energymargin.model.scenes.additions import FileMistakes
-from energymargin.model.scenes.mjcf_couplings import Linear
+from energymargin.model.scenes.mjcf_equalities import Linear
 from energymargin.model.scenes.mjcf_model import Selection, name_of
 
 UNLIMITED = 1e4  # rad or m; a limit beyond it is none
