@@ -30,6 +30,10 @@ class QuestionTask(ScriptedTask):
     Its script is its drive in which each draw is the mean.
     """
 
+    longest_edge: float
+    """Longest edge of a search [s]."""
+    rate: float
+    """Lambda of eq. 4 [1/J]."""
     usual: ClassVar[Params] = {}
     """Parameters of a problem whose own params leave them out."""
     _last: tuple[Params, Scene] | None = None
@@ -72,6 +76,8 @@ class QuestionTask(ScriptedTask):
             effector=self.effector,
             contacts=contacts,
             start_outside=True,
+            duration=self.longest_edge,
+            rate=self.rate,
             **self.question(state, known),
         )
 
