@@ -14,6 +14,7 @@ from energymargin.model.scenes.mjcf_laws import JointDrive, TendonDrive
 from energymargin.model.scenes.mjcf_model import (
     Features,
     Selection,
+    below,
     control_address,
     damps,
     disabled,
@@ -223,7 +224,7 @@ class _Drives:
         ]
         bodies = {int(model.site_bodyid[site]) for site in sites}
         moved = {int(model.jnt_bodyid[joint]) for joint in self._own} | self._free
-        return any(above in moved for body in bodies for above in _chain(model, body))
+        return not bodies.isdisjoint(below(model, moved))
 
     def _within(self, tendon: int, length: Linear) -> bool:
         """Whether the joints' limits keep a tendon within its own."""
@@ -342,11 +343,3 @@ def _number(model: Any, name: str, index: int) -> float:
     """The largest of a model's numbers, 0 where this version of MuJoCo has none of the name."""
     values = getattr(model, name, None)
     return 0.0 if values is None else float(np.max(np.abs(values[index])))
-
-
-def _chain(model: Any, body: int) -> list[int]:
-    """A body and those above it."""
-    chain = [body]
-    while chain[-1] > 0:
-        chain.append(int(model.body_parentid[chain[-1]]))
-    return chain
