@@ -14,7 +14,7 @@ from energymargin.cli.terminal import warn
 if TYPE_CHECKING:
     from energymargin.datasets import Future
     from energymargin.executors import Dask, Executor
-    from energymargin.model.beliefs.uncertainty import Sampling
+    from energymargin.model.beliefs.sampling import Sampling
 
 PlanWord = Literal["script", "hold", "none"]
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
@@ -100,7 +100,8 @@ def chosen_future(
 def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
     """The Sampling of these options; None without a belief. Raises ValueError on particles without
     one, and on what is no uncertainty."""
-    from energymargin.model.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
+    from energymargin.model.beliefs.sampling import PARTICLES, Sampling
+    from energymargin.model.beliefs.uncertainty import Uncertainty
 
     require_beside("belief", belief, particles=particles)
     if belief is None:

@@ -31,7 +31,7 @@ from energymargin.evaluate.searches import SearchSettings
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
-    from energymargin.model.beliefs.uncertainty import Sampling
+    from energymargin.model.beliefs.sampling import Sampling
     from energymargin.store import Run
 
 SEARCH = SearchSettings()

@@ -33,7 +33,8 @@ from energymargin.evaluate.searches import (
     chosen_settings,
 )
 from energymargin.model.beliefs.belief import Belief, Drawn, Particles
-from energymargin.model.beliefs.uncertainty import MOST_PARTICLES, PARTICLES, Source
+from energymargin.model.beliefs.sampling import MOST_PARTICLES, PARTICLES
+from energymargin.model.beliefs.uncertainty import Source
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -14,16 +14,15 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Scene, World
-from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, QuestionTask
+from energymargin.tasks.base import NONE_DRAWN, PLANAR, STEP, Params, Vector
+from energymargin.tasks.questions import QuestionTask
+from energymargin.tasks.scripted import Drive
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
 
 # The scene: bodies that move in the plane of the slope alone.
 GRAVITY = (0.0, -9.81, 0.0)  # m/s^2
-FREE_AXES = (1.0, 1.0, 0.0)  # x and y
-FREE_TURNS = (0.0, 0.0, 1.0)  # yaw
 OBJECT_SIZE = (0.4, 0.4, 0.1)  # m
 OBJECT_MASS = 1.0  # kg
 SUPPORT_SIZE = (1.2, 0.2, 0.1)  # m
@@ -66,6 +65,7 @@ class BalanceTask(QuestionTask):
     # Both readings of the effector predict alike, since so heavy a support hardly feels the square;
     # "coast", the paper's, is the default.
     length = 2.5  # s
+    longest_edge, rate = LONGEST_EDGE, RATE
 
     def __init__(self, effector: str = "coast") -> None:
         """A task of these parameters; raises ValueError on others.
@@ -107,12 +107,7 @@ class BalanceTask(QuestionTask):
 
     def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Forces act on the square."""
-        return {
-            "force": (FORCE_BOUND, FORCE_BOUND, 0.0),
-            "torque": (0.0, 0.0, 0.0),
-            "duration": LONGEST_EDGE,
-            "rate": RATE,
-        }
+        return {"force": (FORCE_BOUND, FORCE_BOUND, 0.0), "torque": (0.0, 0.0, 0.0)}
 
     def captured_throughout(self, params: Params) -> regions.Region:
         """Z_cap of every instant: the square is on the support, wherever that has come to."""
@@ -141,8 +136,7 @@ def scene(holding: float = 0.0) -> Scene:
         position=(*OBJECT_START, 0.0),
         friction=FRICTION,
         role="object",
-        linear_factor=FREE_AXES,
-        angular_factor=FREE_TURNS,
+        **PLANAR,
     )
     made.add_body(
         "effector",
@@ -151,8 +145,7 @@ def scene(holding: float = 0.0) -> Scene:
         position=(OBJECT_START[0], SUPPORT_Y + OVERLAP, 0.0),
         friction=FRICTION,
         role="effector",
-        linear_factor=FREE_AXES,
-        angular_factor=FREE_TURNS,
+        **PLANAR,
         force=(0.0, holding, 0.0),
     )
     return made

@@ -33,6 +33,8 @@ of labels: whether all of them are captured, and whether at least one is."""
 
 STEP = 1 / 240  # s; the paper's simulator
 PLANE = ("x", "y")  # of pictures, of a task without `plane`
+# Keywords of a body that moves along x and y and turns about z alone.
+PLANAR: Mapping[str, Any] = {"linear_factor": (1.0, 1.0, 0.0), "angular_factor": (0.0, 0.0, 1.0)}
 
 
 class Task(Protocol):

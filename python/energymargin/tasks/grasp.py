@@ -15,7 +15,8 @@ from energymargin import regions
 from energymargin._core import Box, Scene, World
 from energymargin.model.scenes import data_file, from_urdf
 from energymargin.tasks.base import Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask
+from energymargin.tasks.questions import FrictionTask
+from energymargin.tasks.scripted import Drive
 
 # Numbers of the authors' public implementation (EnergyMarginDynCage, 2024) are named so; what the
 # paper says is named so; the others are ours, chosen so that about half of the grasps hold.
@@ -83,6 +84,7 @@ class GraspTask(FrictionTask):
     # both readings predict alike.
     plane = ("x", "z")
     length = 2.0  # s
+    longest_edge, rate = LONGEST_EDGE, RATE
     friction_range = FRICTION_RANGE
     usual: ClassVar[Params] = {"clench": 1.0}
 
@@ -151,12 +153,7 @@ class GraspTask(FrictionTask):
         The fingers' control keeps aiming at the clench, that of `params` or CLENCHED, and the table
         keeps the speed it has.
         """
-        return {
-            "force": (OBJECT_MASS * ACCELERATION_BOUND,) * 3,
-            "torque": (TORQUE_BOUND,) * 3,
-            "duration": LONGEST_EDGE,
-            "rate": RATE,
-        }
+        return {"force": (OBJECT_MASS * ACCELERATION_BOUND,) * 3, "torque": (TORQUE_BOUND,) * 3}
 
     def captured_throughout(self, params: Params) -> regions.Region:
         """Z_cap of every instant: the box has not slipped out of the hand, nor does it fall.

@@ -15,7 +15,8 @@ from energymargin import regions
 from energymargin._core import Box, Cylinder, Scene, World
 from energymargin.base.checks import yes_or_no
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask, swept_from
+from energymargin.tasks.questions import FrictionTask, swept_from
+from energymargin.tasks.scripted import Drive
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
@@ -72,6 +73,7 @@ class PushTask(FrictionTask):
     # "drive" is the default: the table's friction stops a pusher that coasts before the box slips
     # off, and the capture score's AUC falls by .02, its AP by .04.
     length = 2.5  # s
+    longest_edge, rate = LONGEST_EDGE, RATE
     friction_range = FRICTION_RANGE
 
     def __init__(
@@ -124,9 +126,7 @@ class PushTask(FrictionTask):
         return {
             "force": (FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
             "torque": (0.0, 0.0, TORQUE_BOUND * scale),
-            "duration": LONGEST_EDGE,
             "within": workspace if workspace.contains(self.layout, state) else None,
-            "rate": RATE,
         }
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> regions.Region:

@@ -14,8 +14,9 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Inertial, Scene, World
-from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask, places_apart, swept_from
+from energymargin.tasks.base import NONE_DRAWN, PLANAR, STEP, Params, Vector
+from energymargin.tasks.questions import FrictionTask, places_apart, swept_from
+from energymargin.tasks.scripted import Drive
 
 # All numbers are ours.
 
@@ -30,8 +31,6 @@ BAR_MASS = 10.0  # kg, with the arm behind it
 BAR_INERTIA = 1.0  # kg m^2, about all axes
 BAR_Z = 0.02  # m, of its middle: the hand carries it above the table
 MARGIN = 0.005  # m, of collisions: it rounds the edges of bar and discs
-FREE_AXES = (1.0, 1.0, 0.0)  # x and y
-FREE_TURNS = (0.0, 0.0, 1.0)  # yaw
 FRICTION_RANGE = (0.2, 0.4)  # coefficient of all bodies, one draw a trajectory
 FRICTION_MIDDLE = 0.3  # the forces below are for this friction, and grow with its square
 
@@ -76,6 +75,7 @@ class PushMultiTask(FrictionTask):
 
     name = "push-multi"
     length = 2.5  # s
+    longest_edge, rate = LONGEST_EDGE, RATE
     friction_range = FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
@@ -99,8 +99,7 @@ class PushMultiTask(FrictionTask):
             position=(0.0, 0.0, BAR_Z),
             friction=params["friction"],
             role="effector",
-            linear_factor=FREE_AXES,
-            angular_factor=FREE_TURNS,
+            **PLANAR,
         )
         return made
 
@@ -141,8 +140,6 @@ class PushMultiTask(FrictionTask):
         return {
             "force": (FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
             "torque": (0.0, 0.0, TORQUE_BOUND * scale),
-            "duration": LONGEST_EDGE,
-            "rate": RATE,
         }
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:

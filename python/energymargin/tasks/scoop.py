@@ -15,7 +15,8 @@ import numpy as np
 from energymargin import regions
 from energymargin._core import Box, Compound, Part, Scene, World
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask, places_apart
+from energymargin.tasks.questions import FrictionTask, places_apart
+from energymargin.tasks.scripted import Drive
 
 # All numbers are ours.
 
@@ -79,6 +80,7 @@ class ScoopTask(FrictionTask):
     name = "scoop"
     plane = ("x", "z")
     length = 2.0  # s
+    longest_edge, rate = LONGEST_EDGE, RATE
     friction_range = FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
@@ -138,12 +140,7 @@ class ScoopTask(FrictionTask):
 
     def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on each box."""
-        return {
-            "force": (FORCE_BOUND,) * 3,
-            "torque": (TORQUE_BOUND,) * 3,
-            "duration": LONGEST_EDGE,
-            "rate": RATE,
-        }
+        return {"force": (FORCE_BOUND,) * 3, "torque": (TORQUE_BOUND,) * 3}
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each box; it moves with the scoop."""

@@ -15,7 +15,8 @@ import numpy as np
 from energymargin import regions
 from energymargin._core import Box, ForceWeights, Scene, Sphere
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
-from energymargin.tasks.scripted import Drive, FrictionTask
+from energymargin.tasks.questions import FrictionTask
+from energymargin.tasks.scripted import Drive
 
 # Unless another source is named, a number is the one of the authors' public implementation
 # (EnergyMarginDynCage, 2024).
@@ -81,6 +82,7 @@ class ToppleTask(FrictionTask):
     # it at rest, so that it never arrives, and the capture score's AP falls by a quarter.
     plane = ("x", "z")
     length = 1.5  # s
+    longest_edge, rate = LONGEST_EDGE, RATE
     friction_range = FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
@@ -122,8 +124,6 @@ class ToppleTask(FrictionTask):
         return {
             "force": (FORCE_BOUND, 0.0, 0.0),
             "torque": (0.0, TORQUE_BOUND, 0.0),
-            "duration": LONGEST_EDGE,
-            "rate": RATE,
             "force_weights": FORCE_WEIGHTS,
         }
 

@@ -17,7 +17,8 @@ from energymargin import regions
 from energymargin._core import Box, Inertial, Scene, World
 from energymargin.base.checks import one_of
 from energymargin.tasks.base import NONE_DRAWN, STEP, Params
-from energymargin.tasks.scripted import Drive, QuestionTask, swept_from
+from energymargin.tasks.questions import QuestionTask, swept_from
+from energymargin.tasks.scripted import Drive
 from energymargin_paper.paper.printed import OBJECTS, TOOLS, Printed, printed
 
 __all__ = ["PushRealTask"]
@@ -66,6 +67,7 @@ class PushRealTask(QuestionTask):
 
     name = "push-real"
     length = 3.0  # s
+    longest_edge, rate = LONGEST_EDGE, RATE
 
     def __init__(
         self,
@@ -125,12 +127,7 @@ class PushRealTask(QuestionTask):
         """Wrenches act on the object."""
         friction = FRICTION * self._body.mass * -GRAVITY[2]  # N, between object and table
         force, torque = FORCE_SHARE * friction, TORQUE_SHARE * friction * self._body.width
-        return {
-            "force": (force, force, 0.0),
-            "torque": (0.0, 0.0, torque),
-            "duration": LONGEST_EDGE,
-            "rate": RATE,
-        }
+        return {"force": (force, force, 0.0), "torque": (0.0, 0.0, torque)}
 
     def captured(self, state: NDArray[np.float64], params: Params = NONE_DRAWN) -> regions.Region:
         """Z_cap(z) of a state, shape (26,), as that of PushTask: the object lies in what the

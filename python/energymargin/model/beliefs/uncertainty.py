@@ -15,14 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Body, Scene
-from energymargin.base.checks import (
-    check_type,
-    not_negative_number,
-    numbers_of,
-    shown,
-    whole_number,
-)
-from energymargin.base.metrics import TIMED
+from energymargin.base.checks import not_negative_number, numbers_of, shown
 from energymargin.model.scenes.overlaps import require_untied
 
 VALUES = ("friction", "mass", "torsional_friction", "rolling_friction")
@@ -369,42 +362,3 @@ def _of_scipy(name: object) -> Any:
 
     found = getattr(scipy.stats, name, None) if isinstance(name, str) else None
     return found if is_distribution(found) else None
-
-
-PARTICLES = 16
-"""Default number of particles of a belief."""
-MOST_PARTICLES = 2**16
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """What is not known, and how many particles each state has."""
-
-    uncertainty: Uncertainty
-    particles: int = PARTICLES
-
-    def __post_init__(self) -> None:
-        """Raises ValueError on what cannot be."""
-        check_type("uncertainty", self.uncertainty, Uncertainty, "an em.beliefs.Uncertainty")
-        count = whole_number("particles", self.particles, 1, MOST_PARTICLES)
-        object.__setattr__(self, "particles", count)
-
-    def __str__(self) -> str:
-        """As a store's run names it."""
-        return f"belief {self.uncertainty.to_json()}, {self.particles} particles"
-
-    def all(self) -> dict[str, Any]:
-        """As settings of a run."""
-        return {"uncertainty": self.uncertainty.to_json(), "particles": self.particles}
-
-    def of(self, metric: str) -> dict[str, Any]:
-        """Those that change the value of a metric: a probability has a particle each rollout."""
-        return {n: v for n, v in self.all().items() if n != "particles" or metric not in TIMED}
-
-    @staticmethod
-    def taken_from(settings: dict[str, Any]) -> Sampling | None:
-        """That of the settings of a run, out of which it is taken; None if they have none."""
-        uncertainty = settings.pop("uncertainty", None)
-        if uncertainty is None:
-            return None
-        return Sampling(Uncertainty.from_json(uncertainty), settings.pop("particles"))

@@ -5,7 +5,7 @@ from energymargin.model.scenes.additions import NotSimulatedError
 from energymargin.model.scenes.corners import shape_parts
 from energymargin.model.scenes.files import data_file
 from energymargin.model.scenes.mjcf import from_mjcf
-from energymargin.model.scenes.mjcf_actuators import Actuator, actuators
+from energymargin.model.scenes.mjcf_drives import Actuator, actuators
 from energymargin.model.scenes.overlaps import moved_apart
 from energymargin.model.scenes.poses import body_poses
 from energymargin.model.scenes.reports import SceneReport

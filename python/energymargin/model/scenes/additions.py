@@ -30,6 +30,8 @@ CONTROL = (
 Control = Mapping[str, Mapping[str, Any]]
 BASES = ("fixed", "free", "kinematic")
 
+NEGLIGIBLE = 1e-9  # share of what hangs on a link without mass, which it gets: a link has one
+GYRATION = 0.01  # m; radius of gyration of what has no inertia
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 
 POSES = 50  # of a robot's joints, at random: links that overlap in all of them always do
@@ -168,18 +170,17 @@ class Additions:
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
-        for keywords in self.planes:
-            scene.add_plane(**keywords)
-        for keywords in self.bodies:
-            limit.require(f"body {keywords['name']!r} was added")
-            scene.add_body(**keywords)
-        for keywords in self.joints:
-            limit.require(f"joint {keywords['name']!r} was added")
-            scene.add_joint(**keywords)
-        for keywords in self.tendons:
-            scene.add_tendon(**keywords)
-        for keywords in self.loops:
-            scene.add_loop(**keywords)
+        for what, add, items in (
+            ("plane", scene.add_plane, self.planes),
+            ("body", scene.add_body, self.bodies),
+            ("joint", scene.add_joint, self.joints),
+            ("tendon", scene.add_tendon, self.tendons),
+            ("loop", scene.add_loop, self.loops),
+        ):
+            for keywords in items:
+                name = keywords.get("name", keywords.get("body_a"))  # of a loop
+                limit.require(f"{what} {name!r} was added")
+                add(**keywords)
         for body_a, body_b in self.disabled:
             limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
             scene.disable_collisions(body_a, body_b)

@@ -21,6 +21,8 @@ from energymargin.model.scenes.poses import pose
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
 CIRCLE = np.stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND], axis=1)
+LATITUDES = np.linspace(-np.pi / 2, np.pi / 2, 13)
+BALL = np.concatenate([CIRCLE * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in LATITUDES])
 SIGNS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
 
 
@@ -50,14 +52,10 @@ def shape_corners(shape: Any) -> NDArray[np.float64]:
         return np.asarray(SIGNS * np.asarray(shape.size) / 2)
     if isinstance(shape, ConvexHull):
         return np.asarray(shape.points)
-    if isinstance(shape, Cylinder):
-        end = np.array([0.0, 0.0, shape.length / 2])
-        return np.concatenate([shape.radius * CIRCLE + end, shape.radius * CIRCLE - end])
-    latitudes = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    ball = np.concatenate([CIRCLE * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in latitudes])
     if isinstance(shape, Sphere):
-        return np.asarray(shape.radius * ball)
-    if isinstance(shape, Capsule):
+        return np.asarray(shape.radius * BALL)
+    if isinstance(shape, (Cylinder, Capsule)):
+        around = shape.radius * (CIRCLE if isinstance(shape, Cylinder) else BALL)
         end = np.array([0.0, 0.0, shape.length / 2])
-        return np.concatenate([shape.radius * ball + end, shape.radius * ball - end])
+        return np.concatenate([around + end, around - end])
     raise TypeError(f"a {type(shape).__name__} cannot be drawn")

@@ -15,9 +15,9 @@ from energymargin.model.scenes import additions
 from energymargin.model.scenes.additions import BASES, Control, FileMistakes
 from energymargin.model.scenes.mjcf_bodies import Builder
 from energymargin.model.scenes.mjcf_contacts import Contacts
-from energymargin.model.scenes.mjcf_couplings import couplings
-from energymargin.model.scenes.mjcf_drives import drives, joint_drives, tendon_drives
-from energymargin.model.scenes.mjcf_loops import ties
+from energymargin.model.scenes.mjcf_drives import drives
+from energymargin.model.scenes.mjcf_equalities import couplings, ties
+from energymargin.model.scenes.mjcf_laws import joint_drives, tendon_drives
 from energymargin.model.scenes.mjcf_model import (
     Features,
     Selection,

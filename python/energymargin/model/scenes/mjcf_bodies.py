@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Inertial, Part, Sphere
 from energymargin.base.limits import Limit
 from energymargin.model.scenes import reports
-from energymargin.model.scenes.additions import Additions
+from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, Additions
 from energymargin.model.scenes.mjcf_contacts import Contacts, Group
-from energymargin.model.scenes.mjcf_loops import Tie
+from energymargin.model.scenes.mjcf_equalities import Tie
 from energymargin.model.scenes.mjcf_model import (
     MASSLESS,
     WORLD,
@@ -28,9 +28,6 @@ from energymargin.model.scenes.mjcf_model import (
 )
 from energymargin.model.scenes.poses import Pose, place, pose
 from energymargin.model.scenes.reports import ReportRow
-
-NEGLIGIBLE = 1e-9  # share of a body's mass that a link without mass gets: a link has one
-GYRATION = 0.01  # m; radius of gyration of such a link
 
 
 @dataclass(eq=False, repr=False)
@@ -320,6 +317,16 @@ GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 Solid = Box | Sphere | Cylinder | Capsule | ConvexHull
 
 
+# By MuJoCo's geom, from its size (3,).
+SOLIDS: Mapping[str, Callable[[NDArray[np.float64]], Solid]] = {
+    "box": lambda size: Box(2 * size),
+    "sphere": lambda size: Sphere(size[0]),
+    "capsule": lambda size: Capsule(size[0], 2 * size[1]),
+    "cylinder": lambda size: Cylinder(size[0], 2 * size[1]),
+    "ellipsoid": lambda size: ConvexHull(size * _even_directions(ELLIPSOID_POINTS)),
+}
+
+
 def shape(model: Any, geoms: list[tuple[int, Pose]]) -> Solid | Compound:
     """The solids of geoms, each with its body's pose in the frame of the shape."""
     placed = [
@@ -340,16 +347,8 @@ def plane(model: Any, geom: int, body: Pose) -> dict[str, Any]:
 
 def _solid(model: Any, geom: int) -> Solid:
     kind, size = word("mjtGeom", model.geom_type[geom]), np.asarray(model.geom_size[geom], float)
-    if kind == "box":
-        return Box(2 * size)
-    if kind == "sphere":
-        return Sphere(size[0])
-    if kind == "capsule":
-        return Capsule(size[0], 2 * size[1])
-    if kind == "cylinder":
-        return Cylinder(size[0], 2 * size[1])
-    if kind == "ellipsoid":
-        return ConvexHull(size * _even_directions(ELLIPSOID_POINTS))
+    if kind in SOLIDS:
+        return SOLIDS[kind](size)
     points = _hull(model, int(model.geom_dataid[geom]))
     try:
         return ConvexHull(points)

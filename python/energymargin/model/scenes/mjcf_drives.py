@@ -4,87 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from energymargin._core import Mimic
-from energymargin.model.scenes.additions import FileMistakes
-from energymargin.model.scenes.mjcf_couplings import Linear, linear_tendon
+from energymargin.model.scenes.mjcf_equalities import Linear, couplings, linear_tendon
+from energymargin.model.scenes.mjcf_laws import JointDrive, TendonDrive
 from energymargin.model.scenes.mjcf_model import (
     Features,
     Selection,
+    below,
     control_address,
     damps,
     disabled,
     name_of,
+    start_of,
     word,
 )
 
-UNLIMITED = 1e4  # rad or m; a limit beyond it is none
-SLACK = 1e-6  # rad or m, of limits of joints that follow: files are rounded
-
-
-@dataclass(eq=False)
-class JointDrive:
-    """Limits of a joint, and its force: force - stiffness * position - damping * velocity.
-
-    For a joint that slides read m for rad and N for N m.
-    """
-
-    lower: float = -math.inf
-    upper: float = math.inf
-    force: float = 0.0
-    stiffness: float = 0.0
-    damping: float = 0.0
-    armature: float = 0.0
-    friction: float = 0.0
-    most: list[float] = field(default_factory=list)
-    """The force limit of each actuator."""
-    passive_force: bool = False
-    """Whether a spring of the joint acts beside its actuators."""
-    controls: dict[int, float] = field(default_factory=dict)
-    """By actuator with a constant gain, the force for each unit of its control."""
-    motors: int = 0
-    """Actuators that control a force alone."""
-    idle: int = 0
-    """Those of them whose force is 0."""
-    ceiling: float = math.inf
-    """Force limit of all actuators together."""
-
-    def stop(self, lower: float, upper: float) -> None:
-        """Narrows the limits; a number beyond UNLIMITED is none."""
-        self.lower = max(self.lower, lower if lower > -UNLIMITED else -math.inf)
-        self.upper = min(self.upper, upper if upper < UNLIMITED else math.inf)
-
-    def keywords(self) -> dict[str, Any]:
-        """Those of `Scene.add_joint`."""
-        given: dict[str, Any] = {
-            "limits": (self.lower, self.upper),
-            "stiffness": self.stiffness,
-            "damping": self.damping,
-        }
-        given |= {
-            name: value for name in ("armature", "friction") if (value := getattr(self, name))
-        }
-        if self.stiffness > 0:
-            given["target"] = self.force / self.stiffness
-        elif self.damping > 0:
-            given["target_velocity"] = self.force / self.damping
-        limit = min(sum(self.most), self.ceiling) if self.most else math.inf
-        if math.isfinite(limit):
-            given["torque_limit"] = limit
-        return given
-
-
-@dataclass(frozen=True, eq=False)
-class TendonDrive:
-    """What acts along a sum of several joints' positions."""
-
-    name: str
-    sum: Linear
-    drive: JointDrive
+FILTERS = ("filter", "filterexact")  # activations that follow the control
 
 
 def drives(
@@ -112,6 +51,51 @@ def drives(
             maker.add_ceiling(joint)
     maker.count(commanded)
     return maker.drives, maker.tendons
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """The one actuator that drives a joint or a tendon by position or velocity control.
+
+    At a control c it acts with slope * c + rest - stiffness * position - damping * velocity, in N m
+    or N.
+    """
+
+    address: int
+    """Place of its control in `ctrl`."""
+    slope: float
+    rest: float
+    stiffness: float
+    """0 under velocity control."""
+    damping: float
+    activation: int
+    """Place of a filter's state in `act`; -1 without one."""
+    low: float
+    high: float
+    """To which MuJoCo clips the control."""
+
+
+def actuators(model: Any) -> dict[str, Actuator]:
+    """The actuators of a `mujoco.MjModel`, by the joint or tendon that each drives alone."""
+    features = Features(())
+    selection = Selection(model, None, "fixed", start_of(model, None, None), features)
+    of_joints, tendons = drives(selection, couplings(selection, features), (), features)
+    driven = {tendon.name: tendon.drive for tendon in tendons}
+    driven |= {name_of(model, "joint", number): drive for number, drive in of_joints.items()}
+    clamps, found = not disabled(model, "CLAMPCTRL"), {}
+    for name, drive in driven.items():
+        if len(drive.controls) != 1:
+            continue
+        ((number, slope),) = drive.controls.items()
+        address = control_address(model, number)
+        rest = drive.force - slope * float(selection.start.control[address])
+        filtered = word("mjtDyn", model.actuator_dyntype[number]) in FILTERS
+        activation = int(model.actuator_actadr[number]) if filtered else -1
+        limited = clamps and model.actuator_ctrllimited[number]
+        low, high = model.actuator_ctrlrange[number] if limited else (-math.inf, math.inf)
+        law = (address, slope, rest, drive.stiffness, drive.damping, activation)
+        found[name] = Actuator(*law, float(low), float(high))
+    return found
 
 
 class _Drives:
@@ -156,25 +140,15 @@ class _Drives:
             drive, factor = self._along(length)
             drive.stop(*sorted((float(end) - length.constant) / factor for end in ends))
 
-    def _push(
-        self, length: Linear, force: float, stiffness: float, damping: float, armature: float = 0.0
-    ) -> None:
-        """Adds force - stiffness * length - damping * rate, along the length."""
-        if length.terms:
-            drive, factor = self._along(length)
-            drive.force += factor * (force - stiffness * length.constant)
-            drive.stiffness += factor**2 * stiffness
-            drive.damping += factor**2 * damping
-            drive.armature += factor**2 * armature
-
     def _spring(
         self, length: Linear, law: tuple[float, float, float], *, armature: float, friction: float
     ) -> None:
         """Adds what acts beside actuators; `law`: length at rest, stiffness, damping."""
         rest, stiffness, damping = law
-        self._push(length, stiffness * rest, stiffness, damping, armature)
         if length.terms:
             drive, factor = self._along(length)
+            drive.push(factor, stiffness * rest, stiffness, damping, length.constant)
+            drive.armature += factor**2 * armature
             drive.passive_force |= stiffness > 0
             drive.friction += abs(factor) * friction
 
@@ -250,7 +224,7 @@ class _Drives:
         ]
         bodies = {int(model.site_bodyid[site]) for site in sites}
         moved = {int(model.jnt_bodyid[joint]) for joint in self._own} | self._free
-        return any(above in moved for body in bodies for above in _chain(model, body))
+        return not bodies.isdisjoint(below(model, moved))
 
     def _within(self, tendon: int, length: Linear) -> bool:
         """Whether the joints' limits keep a tendon within its own."""
@@ -299,7 +273,7 @@ class _Drives:
             drive.motors += 1
             drive.idle += law[0] == 0
             return
-        self._push(length, *law)
+        drive.push(factor, *law, length.constant)
         gain = float(model.actuator_gainprm[actuator][0])
         if word("mjtGain", model.actuator_gaintype[actuator]) == "fixed" and gain:
             drive.controls[actuator] = factor * gain
@@ -365,69 +339,7 @@ class _Drives:
                 add("actuator.forcerange", limited and (len(drive.most) > 1 or drive.passive_force))
 
 
-def joint_drives(
-    selection: Selection,
-    coupled: Mapping[int, Linear],
-    driven: Mapping[int, JointDrive],
-    control: Mapping[str, Mapping[str, Any]],
-    *,
-    prefix: str,
-    mistakes: FileMistakes,
-) -> dict[int, dict[str, Any]]:
-    """By joint, keywords of `Scene.add_joint`: drive, limits and start, or what it follows.
-
-    `control` replaces the model's, by joint. Joints that lead come first. Lists limits that
-    contradict each other.
-    """
-    model, start, keywords = selection.model, selection.start, {}
-    for joint, drive in driven.items():
-        name = name_of(model, "joint", joint)
-        own = control.get(name, {})
-        if "limits" not in own and not drive.lower < drive.upper:
-            mistakes.add(
-                f"joint {name!r} and those that follow it have limits from {drive.lower} to "
-                f"{drive.upper}; joints={{{name!r}: {{'limits': (lower, upper)}}}} says which "
-                "hold, mimic_limits='leader' that those of the joints that lead do, for all"
-            )
-            continue
-        given = {**drive.keywords(), **own}
-        lower, upper = given["limits"]
-        position = float(start.positions[model.jnt_qposadr[joint]])
-        velocity = float(start.velocities[model.jnt_dofadr[joint]])
-        begins = {"start": min(max(position, lower), upper)}
-        if velocity and not given.get("held"):
-            begins["start_velocity"] = velocity
-        keywords[joint] = {**begins, **given}
-    for joint, of in coupled.items():
-        keywords[joint] = {"held": True, "start": of.constant}
-        for source, multiplier in of.terms.items():
-            leader = prefix + name_of(model, "joint", source)
-            keywords[joint] = {"mimic": Mimic(leader, multiplier, of.constant)}
-    return keywords
-
-
-def tendon_drives(model: Any, tendons: list[TendonDrive], prefix: str) -> list[dict[str, Any]]:
-    """Keywords of `Scene.add_tendon`, of those that do something."""
-    found = []
-    for tendon in tendons:
-        joints = {prefix + name_of(model, "joint", j): v for j, v in tendon.sum.terms.items()}
-        keywords = tendon.drive.keywords()
-        if any(value for name, value in keywords.items() if name != "limits") or any(
-            map(math.isfinite, keywords["limits"])
-        ):
-            found.append({"name": prefix + tendon.name, "joints": joints, **keywords})
-    return found
-
-
 def _number(model: Any, name: str, index: int) -> float:
     """The largest of a model's numbers, 0 where this version of MuJoCo has none of the name."""
     values = getattr(model, name, None)
     return 0.0 if values is None else float(np.max(np.abs(values[index])))
-
-
-def _chain(model: Any, body: int) -> list[int]:
-    """A body and those above it."""
-    chain = [body]
-    while chain[-1] > 0:
-        chain.append(int(model.body_parentid[chain[-1]]))
-    return chain

@@ -71,11 +71,21 @@ def together(compounds: Sequence[Compound]) -> Compound:
     center = sum(own.volume * np.asarray(own.center) for own in known) / volume
     inertia = np.zeros((3, 3))
     for own in known:
-        turn, arm = pose((0.0, 0.0, 0.0), own.axes)[:3, :3], own.center - center
-        inertia += turn @ np.diag(own.moments) @ turn.T
-        inertia += own.volume * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        inertia += tensor(own.moments, own.axes)
+        inertia += of_point(own.volume, own.center - center)
     whole = Inertial(center, inertia=inertia / volume)
     return Compound(parts, solid=MassProperties(volume, center, whole.moments, whole.axes))
+
+
+def tensor(moments: ArrayLike, axes: ArrayLike) -> NDArray[np.float64]:
+    """The inertia (3, 3) of principal moments (3,) about axes, a quaternion x, y, z, w."""
+    turn = pose((0.0, 0.0, 0.0), axes)[:3, :3]
+    return np.asarray(turn @ np.diag(moments) @ turn.T)
+
+
+def of_point(mass: float, arm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The inertia (3, 3) of a mass at a point (3,), about the origin: the parallel axis theorem."""
+    return np.asarray(mass * (arm @ arm * np.eye(3) - np.outer(arm, arm)))
 
 
 # Of scipy, to its last bit; to import that takes longer than to make and to score a hand.

@@ -25,7 +25,8 @@ from energymargin.model.scenes.reports import ReportRow
 from energymargin.model.scenes.urdf_elements import MIMIC
 from energymargin.model.scenes.urdf_inertias import moving_inertials, warn_of_links
 from energymargin.model.scenes.urdf_joints import joint_keywords
-from energymargin.model.scenes.urdf_model import Link, MeshFile, Robot, read, surface_of
+from energymargin.model.scenes.urdf_model import Robot, read
+from energymargin.model.scenes.urdf_parts import Link, MeshFile, surface_of
 
 MeshOf = Callable[[MeshFile], Compound]
 
@@ -217,16 +218,12 @@ def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
             ReportRow(
                 reports.EFFORT,
                 prefix + joint.name,
-                _counts(joint.effort, prefix + joint.mimic.joint),
+                f"{joint.effort:g}: that of {prefix + joint.mimic.joint} counts",
             )
             for joint in robot.joints.values()
             if joint.mimic and 0.0 < joint.effort < math.inf
         ),
     ]
-
-
-def _counts(effort: float, leader: str) -> str:
-    return f"{effort:g}: that of {leader} counts"
 
 
 def _rounded(at: Pose) -> str:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
 from energymargin.base.plausibility import warn
-from energymargin.model.scenes.additions import FileMistakes
+from energymargin.model.scenes.additions import GYRATION, FileMistakes
 from energymargin.model.scenes.corners import shape_parts
-from energymargin.model.scenes.poses import place, pose
-from energymargin.model.scenes.urdf_model import GYRATION, Link, Robot
+from energymargin.model.scenes.poses import of_point, place, tensor
+from energymargin.model.scenes.urdf_model import Robot
+from energymargin.model.scenes.urdf_parts import Link
 
 OUTSIDE = 1.0  # of the shapes' extent, by which a centre of mass may be outside of their box
 APART = 10.0  # of the larger of two links, by which a joint may hold them apart
@@ -125,25 +126,18 @@ def _of_masses(
 def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
     """The kind of warning about an inertia that is that of the shapes, but for its axes."""
     solid = mass_properties(shape, mass)
-    own = _tensor(inertial.moments, inertial.axes)
-    expected = _tensor(solid.moments, solid.axes)
+    own = tensor(inertial.moments, inertial.axes)
+    expected = tensor(solid.moments, solid.axes)
     if not solid.volume > 0.0 or _difference(own, expected) < OTHER:
         return ""
     if _difference(np.sort(inertial.moments), np.sort(solid.moments)) < SAME:
         return OTHER_AXES
-    center = np.asarray(inertial.center)
-    moved = expected + mass * (center @ center * np.eye(3) - np.outer(center, center))
+    moved = expected + of_point(mass, np.asarray(inertial.center))
     return ORIGIN if _difference(own, moved) < SAME else ""
 
 
 def _difference(own: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
     return float(np.linalg.norm(own - expected) / np.linalg.norm(expected))
-
-
-def _tensor(moments: Any, axes: Any) -> NDArray[np.float64]:
-    """Matrix (3, 3) along the axes of the body's frame."""
-    turn = pose((0.0, 0.0, 0.0), axes)[:3, :3]
-    return np.asarray(turn @ np.diag(moments) @ turn.T)
 
 
 def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Found:

@@ -13,7 +13,7 @@ from energymargin.base.plausibility import warn
 from energymargin.model.scenes import additions
 from energymargin.model.scenes.additions import Control, FileMistakes
 from energymargin.model.scenes.poses import place
-from energymargin.model.scenes.urdf_model import Joint
+from energymargin.model.scenes.urdf_parts import Joint
 
 UNLIMITED = (-math.inf, math.inf)
 SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded

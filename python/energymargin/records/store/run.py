@@ -21,7 +21,7 @@ from energymargin.evaluate.futures import disturbance_in_words
 from energymargin.evaluate.searches import algorithm_of
 from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.evaluate.store.schema import NO_FUTURE
-from energymargin.model.beliefs.uncertainty import Sampling
+from energymargin.model.beliefs.sampling import Sampling
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation import LabelledScores
 

@@ -29,7 +29,8 @@ from energymargin.evaluate.searches import (
 )
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.model.beliefs.belief import Belief
-from energymargin.model.beliefs.uncertainty import PARTICLES, Sampling, Uncertainty
+from energymargin.model.beliefs.sampling import PARTICLES, Sampling
+from energymargin.model.beliefs.uncertainty import Uncertainty
 from energymargin.records import datasets
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.datasets.dataset import StateError, left_out_text

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Region, Scene, World
 from energymargin.tasks.base import STEP, Params
-from energymargin.tasks.scripted import drawn
+from energymargin.tasks.questions import drawn
 from energymargin_paper.paper.authors.task import DEEPEST, SimulatedTask, Vector
 
 __all__ = ["PublishedGrasp"]
