@@ -244,6 +244,25 @@ HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
   return hull;
 }
 
+constexpr std::size_t few_points = 16;  // which are looked at sooner than their table
+constexpr double near_corners = 0.05;   // of a hull's size: where the corners of its face are mostly asked for
+
+// Half the diagonal of the box around points [m].
+double extent_of(const std::vector<btVector3>& points) {
+  btVector3 low = points.front(), high = low;
+  for (const btVector3& point : points) {
+    low.setMin(point);
+    high.setMax(point);
+  }
+  return 0.5 * (high - low).length();
+}
+
+std::vector<btVector3> normals_of(const std::vector<HullShape::Face>& faces) {
+  std::vector<btVector3> normals;
+  for (const HullShape::Face& face : faces) normals.push_back(face.normal);
+  return normals;
+}
+
 }  // namespace
 
 btTransform bullet_pose(const Inertial& inertial, const BodyState& frame) {
@@ -294,7 +313,8 @@ HullShape::HullShape(const Hull& hull)
     : corners_(hull.corners),
       faces_(hull.faces),
       points_(hull.inner),
-      corner_points_(hull.corners),
+      corner_points_(hull.corners, near_corners * extent_of(hull.corners)),
+      normals_(normals_of(hull.faces)),
       low_(hull.corners.front()),
       high_(low_) {
   for (const btVector3& point : hull.inner) addPoint(point, false);
@@ -306,13 +326,8 @@ HullShape::HullShape(const Hull& hull)
   }
 }
 
-const HullShape::Face& HullShape::face_along(const btVector3& direction) const {
-  return *std::max_element(faces_.begin(), faces_.end(), [&](const Face& a, const Face& b) {
-    return direction.dot(a.normal) < direction.dot(b.normal);
-  });
-}
-
-PointSet::PointSet(const std::vector<btVector3>& points) : blocks_((points.size() + block - 1) / block) {
+PointSet::PointSet(const std::vector<btVector3>& points, double depth)
+    : count_(points.size()), blocks_((points.size() + block - 1) / block) {
   for (std::size_t i = 0; i < block * blocks_.size(); ++i) {
     const btVector3& point = points[std::min(i, points.size() - 1)];
     Block& of = blocks_[i / block];
@@ -321,9 +336,26 @@ PointSet::PointSet(const std::vector<btVector3>& points) : blocks_((points.size(
     of.y[pair][i % 2] = point.y();
     of.z[pair][i % 2] = point.z();
   }
+  if (count_ >= few_points) table_ = DirectionTable(points, depth);
 }
 
-std::size_t PointSet::farthest(const btVector3& direction) const {
+std::size_t PointSet::farthest_of(const DirectionTable::Candidates& candidates, const btVector3& direction) const {
+  const auto along = [&](std::size_t i) {
+    const Block& of = blocks_[i / block];
+    const std::size_t pair = i % block / 2, lane = i % 2;
+    return of.x[pair][lane] * direction.x() + of.y[pair][lane] * direction.y() + of.z[pair][lane] * direction.z();
+  };
+  std::size_t first = *candidates.first;
+  double most = along(first);
+  for (const DirectionTable::Index* i = candidates.first + 1; i != candidates.last; ++i) {
+    const double now = along(*i);
+    first = now > most ? std::size_t{*i} : first;
+    most = now > most ? now : most;
+  }
+  return first;
+}
+
+std::size_t PointSet::farthest_of_all(const btVector3& direction) const {
   using Places = long long __attribute__((vector_size(sizeof(Pair))));
   const auto along = [&](const Block& of, std::size_t pair) {
     return of.x[pair] * direction.x() + of.y[pair] * direction.y() + of.z[pair] * direction.z();
@@ -350,11 +382,6 @@ std::size_t PointSet::farthest(const btVector3& direction) const {
     first = point;
   }
   return static_cast<std::size_t>(first);
-}
-
-btVector3 HullShape::localGetSupportingVertex(const btVector3& direction) const {
-  return *std::max_element(corners_.begin(), corners_.end(),
-                           [&](const btVector3& a, const btVector3& b) { return direction.dot(a) < direction.dot(b); });
 }
 
 void HullShape::getAabb(const btTransform& pose, btVector3& low, btVector3& high) const {

@@ -71,6 +71,14 @@ class InnerShape {
     }
   }
 
+  //! Calls `visit` with those of a hull's corners that can be within `depth` of the farthest along a unit vector, or
+  //! with all corners of a box [m].
+  template <typename Visit>
+  void for_each_corner_near(const btVector3& direction, double depth, const Visit& visit) const {
+    if (is_hull()) return hull_->for_each_corner_near(direction, depth, visit);
+    for_each_corner(visit);
+  }
+
   //! Of a hull, not of a sliver: its face along a direction in its own frame. Else null.
   const HullShape::Face* face_along(const btVector3& direction) const {
     return hull_ && hull_->has_faces() ? &hull_->face_along(direction) : nullptr;
