@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "physics/contacts/solid_pair.hpp"
@@ -220,6 +221,12 @@ TEST(HullShape, HasTheSameFarthestPointsAndFacesAsALookAtAllOfThem) {
       ASSERT_EQ(&hull.farthest_point(direction), hull.getUnscaledPoints() + first_of_farthest(inner, direction));
       const btVector3& corner = hull.corners()[first_of_farthest(hull.corners(), direction)];
       ASSERT_EQ(&hull.farthest_corner(direction), &corner) << cloud.name;
+      const std::pair<double, double> extent = hull.extent(direction);
+      if (std::isfinite(direction.length())) {
+        EXPECT_EQ(extent.second, direction.dot(corner)) << cloud.name;
+        EXPECT_EQ(extent.first, direction.dot(hull.corners()[first_of_farthest(hull.corners(), -direction)]))
+            << cloud.name;
+      }
       if (!normals.empty()) {
         ASSERT_EQ(hull.face_along(direction).normal, normals[first_of_farthest(normals, direction)]) << cloud.name;
       }

@@ -247,6 +247,8 @@ HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
 constexpr std::size_t few_points = 16;  // which are looked at sooner than their table
 constexpr double near_corners = 0.05;   // of a hull's size: where the corners of its face are mostly asked for
 
+constexpr double one_normal_depth = 2e-9;  // of unit vectors along a face's normal
+
 // Half the diagonal of the box around points [m].
 double extent_of(const std::vector<btVector3>& points) {
   btVector3 low = points.front(), high = low;
@@ -314,7 +316,7 @@ HullShape::HullShape(const Hull& hull)
       faces_(hull.faces),
       points_(hull.inner),
       corner_points_(hull.corners, near_corners * extent_of(hull.corners)),
-      normals_(normals_of(hull.faces)),
+      normals_(normals_of(hull.faces), one_normal_depth),
       low_(hull.corners.front()),
       high_(low_) {
   for (const btVector3& point : hull.inner) addPoint(point, false);
@@ -339,34 +341,57 @@ PointSet::PointSet(const std::vector<btVector3>& points, double depth)
   if (count_ >= few_points) table_ = DirectionTable(points, depth);
 }
 
+double PointSet::along(std::size_t i, const btVector3& direction) const {
+  const Block& of = blocks_[i / block];
+  const std::size_t pair = i % block / 2, lane = i % 2;
+  return of.x[pair][lane] * direction.x() + of.y[pair][lane] * direction.y() + of.z[pair][lane] * direction.z();
+}
+
+Pair PointSet::along(const Block& of, std::size_t pair, const btVector3& direction) {
+  return of.x[pair] * direction.x() + of.y[pair] * direction.y() + of.z[pair] * direction.z();
+}
+
 std::size_t PointSet::farthest_of(const DirectionTable::Candidates& candidates, const btVector3& direction) const {
-  const auto along = [&](std::size_t i) {
-    const Block& of = blocks_[i / block];
-    const std::size_t pair = i % block / 2, lane = i % 2;
-    return of.x[pair][lane] * direction.x() + of.y[pair][lane] * direction.y() + of.z[pair][lane] * direction.z();
-  };
   std::size_t first = *candidates.first;
-  double most = along(first);
+  double most = along(first, direction);
   for (const DirectionTable::Index* i = candidates.first + 1; i != candidates.last; ++i) {
-    const double now = along(*i);
+    const double now = along(*i, direction);
     first = now > most ? std::size_t{*i} : first;
     most = now > most ? now : most;
   }
   return first;
 }
 
+std::pair<double, double> PointSet::extent(const btVector3& direction) const {
+  const DirectionTable::Candidates ahead = table_.at(direction), behind = table_.at(-direction);
+  if (!ahead.empty() && !behind.empty())
+    return {along(farthest_of(behind, -direction), direction), along(farthest_of(ahead, direction), direction)};
+  Pair least[pairs], most[pairs];
+  for (std::size_t pair = 0; pair < pairs; ++pair) least[pair] = most[pair] = along(blocks_[0], pair, direction);
+  for (std::size_t i = 1; i < blocks_.size(); ++i) {
+    for (std::size_t pair = 0; pair < pairs; ++pair) {
+      const Pair now = along(blocks_[i], pair, direction);
+      least[pair] = now < least[pair] ? now : least[pair];
+      most[pair] = now > most[pair] ? now : most[pair];
+    }
+  }
+  std::pair<double, double> extent(least[0][0], most[0][0]);
+  for (std::size_t lane = 1; lane < block; ++lane) {
+    extent.first = std::min(extent.first, least[lane / 2][lane % 2]);
+    extent.second = std::max(extent.second, most[lane / 2][lane % 2]);
+  }
+  return extent;
+}
+
 std::size_t PointSet::farthest_of_all(const btVector3& direction) const {
   using Places = long long __attribute__((vector_size(sizeof(Pair))));
-  const auto along = [&](const Block& of, std::size_t pair) {
-    return of.x[pair] * direction.x() + of.y[pair] * direction.y() + of.z[pair] * direction.z();
-  };
   Pair most[pairs];
   Places best[pairs] = {}, place = {};
-  for (std::size_t pair = 0; pair < pairs; ++pair) most[pair] = along(blocks_[0], pair);
+  for (std::size_t pair = 0; pair < pairs; ++pair) most[pair] = along(blocks_[0], pair, direction);
   for (std::size_t i = 1; i < blocks_.size(); ++i) {
     place += block;
     for (std::size_t pair = 0; pair < pairs; ++pair) {
-      const Pair now = along(blocks_[i], pair);
+      const Pair now = along(blocks_[i], pair, direction);
       const Places farther = now > most[pair];
       most[pair] = farther ? now : most[pair];
       best[pair] = farther ? place : best[pair];

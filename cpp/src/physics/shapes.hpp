@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/pair.hpp"
@@ -41,6 +42,9 @@ class PointSet {
     return candidates.empty() ? farthest_of_all(direction) : farthest_of(candidates, direction);
   }
 
+  //! How far they reach along a direction, at least and at most.
+  std::pair<double, double> extent(const btVector3& direction) const;
+
   //! Calls `visit` with the indices of those that can be within `depth` of the farthest along a direction, in ascending
   //! order.
   template <typename Visit>
@@ -61,6 +65,9 @@ class PointSet {
   struct Block {
     Pair x[pairs], y[pairs], z[pairs];
   };
+
+  double along(std::size_t i, const btVector3& direction) const;
+  static Pair along(const Block& of, std::size_t pair, const btVector3& direction);
 
   std::size_t count_;
   std::vector<Block> blocks_;
@@ -102,9 +109,9 @@ class HullShape : public btConvexHullShape {
   //! Calls `visit` with the normals and offsets of the faces whose cosine with a direction is at least `near`.
   template <typename Visit>
   void for_each_face_near(const btVector3& direction, double near, const Visit& visit) const {
-    for (const Face& face : faces_) {
-      if (direction.dot(face.normal) >= near) visit(face.normal, face.offset);
-    }
+    normals_.for_each_near(direction, 1.0 - near, [&](std::size_t i) {
+      if (direction.dot(faces_[i].normal) >= near) visit(faces_[i].normal, faces_[i].offset);
+    });
   }
 
   //! Of the inner shape's points that farthest along a direction, the first of them.
@@ -122,6 +129,9 @@ class HullShape : public btConvexHullShape {
   void for_each_corner_near(const btVector3& direction, double depth, const Visit& visit) const {
     corner_points_.for_each_near(direction, depth, [&](std::size_t i) { visit(corners_[i]); });
   }
+
+  //! How far the corners reach along a direction, at least and at most.
+  std::pair<double, double> extent(const btVector3& direction) const { return corner_points_.extent(direction); }
 
   //! Half the diagonal of the box around it [m].
   double size() const { return 0.5 * (high_ - low_).length(); }

@@ -161,7 +161,7 @@ double area(const Face& face) {
 
 // How far a solid's corners reach along a direction in its frame, at least and at most.
 std::pair<double, double> extent(const InnerShape& solid, const btVector3& direction) {
-  if (solid.is_hull()) return {-solid.reach(-direction), solid.reach(direction)};
+  if (solid.is_hull()) return solid.extent(direction);
   std::pair<double, double> along(BT_LARGE_FLOAT, -BT_LARGE_FLOAT);
   for_each_corner(solid, direction, BT_LARGE_FLOAT, [&](const btVector3& point) {
     along.first = std::min(along.first, direction.dot(point));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "physics/shapes.hpp"
@@ -78,6 +79,9 @@ class InnerShape {
     if (is_hull()) return hull_->for_each_corner_near(direction, depth, visit);
     for_each_corner(visit);
   }
+
+  //! How far a hull reaches along a direction, at least and at most.
+  std::pair<double, double> extent(const btVector3& direction) const { return hull_->extent(direction); }
 
   //! Of a hull, not of a sliver: its face along a direction in its own frame. Else null.
   const HullShape::Face* face_along(const btVector3& direction) const {
