@@ -244,6 +244,27 @@ HullShape::Hull shrunk_hull(const std::vector<Vector3>& points, double margin) {
   return hull;
 }
 
+constexpr std::size_t few_points = 16;  // which are looked at sooner than their table
+constexpr double near_corners = 0.05;   // of a hull's size: where the corners of its face are mostly asked for
+
+constexpr double one_normal_depth = 2e-9;  // of unit vectors along a face's normal
+
+// Half the diagonal of the box around points [m].
+double extent_of(const std::vector<btVector3>& points) {
+  btVector3 low = points.front(), high = low;
+  for (const btVector3& point : points) {
+    low.setMin(point);
+    high.setMax(point);
+  }
+  return 0.5 * (high - low).length();
+}
+
+std::vector<btVector3> normals_of(const std::vector<HullShape::Face>& faces) {
+  std::vector<btVector3> normals;
+  for (const HullShape::Face& face : faces) normals.push_back(face.normal);
+  return normals;
+}
+
 }  // namespace
 
 btTransform bullet_pose(const Inertial& inertial, const BodyState& frame) {
@@ -294,7 +315,8 @@ HullShape::HullShape(const Hull& hull)
     : corners_(hull.corners),
       faces_(hull.faces),
       points_(hull.inner),
-      corner_points_(hull.corners),
+      corner_points_(hull.corners, near_corners * extent_of(hull.corners)),
+      normals_(normals_of(hull.faces), one_normal_depth),
       low_(hull.corners.front()),
       high_(low_) {
   for (const btVector3& point : hull.inner) addPoint(point, false);
@@ -306,13 +328,8 @@ HullShape::HullShape(const Hull& hull)
   }
 }
 
-const HullShape::Face& HullShape::face_along(const btVector3& direction) const {
-  return *std::max_element(faces_.begin(), faces_.end(), [&](const Face& a, const Face& b) {
-    return direction.dot(a.normal) < direction.dot(b.normal);
-  });
-}
-
-PointSet::PointSet(const std::vector<btVector3>& points) : blocks_((points.size() + block - 1) / block) {
+PointSet::PointSet(const std::vector<btVector3>& points, double depth)
+    : count_(points.size()), blocks_((points.size() + block - 1) / block) {
   for (std::size_t i = 0; i < block * blocks_.size(); ++i) {
     const btVector3& point = points[std::min(i, points.size() - 1)];
     Block& of = blocks_[i / block];
@@ -321,20 +338,60 @@ PointSet::PointSet(const std::vector<btVector3>& points) : blocks_((points.size(
     of.y[pair][i % 2] = point.y();
     of.z[pair][i % 2] = point.z();
   }
+  if (count_ >= few_points) table_ = DirectionTable(points, depth);
 }
 
-std::size_t PointSet::farthest(const btVector3& direction) const {
+double PointSet::along(std::size_t i, const btVector3& direction) const {
+  const Block& of = blocks_[i / block];
+  const std::size_t pair = i % block / 2, lane = i % 2;
+  return of.x[pair][lane] * direction.x() + of.y[pair][lane] * direction.y() + of.z[pair][lane] * direction.z();
+}
+
+Pair PointSet::along(const Block& of, std::size_t pair, const btVector3& direction) {
+  return of.x[pair] * direction.x() + of.y[pair] * direction.y() + of.z[pair] * direction.z();
+}
+
+std::size_t PointSet::farthest_of(const DirectionTable::Candidates& candidates, const btVector3& direction) const {
+  std::size_t first = *candidates.first;
+  double most = along(first, direction);
+  for (const DirectionTable::Index* i = candidates.first + 1; i != candidates.last; ++i) {
+    const double now = along(*i, direction);
+    first = now > most ? std::size_t{*i} : first;
+    most = now > most ? now : most;
+  }
+  return first;
+}
+
+std::pair<double, double> PointSet::extent(const btVector3& direction) const {
+  const DirectionTable::Candidates ahead = table_.at(direction), behind = table_.at(-direction);
+  if (!ahead.empty() && !behind.empty())
+    return {along(farthest_of(behind, -direction), direction), along(farthest_of(ahead, direction), direction)};
+  Pair least[pairs], most[pairs];
+  for (std::size_t pair = 0; pair < pairs; ++pair) least[pair] = most[pair] = along(blocks_[0], pair, direction);
+  for (std::size_t i = 1; i < blocks_.size(); ++i) {
+    for (std::size_t pair = 0; pair < pairs; ++pair) {
+      const Pair now = along(blocks_[i], pair, direction);
+      least[pair] = now < least[pair] ? now : least[pair];
+      most[pair] = now > most[pair] ? now : most[pair];
+    }
+  }
+  std::pair<double, double> extent(least[0][0], most[0][0]);
+  for (std::size_t lane = 1; lane < block; ++lane) {
+    extent.first = std::min(extent.first, least[lane / 2][lane % 2]);
+    extent.second = std::max(extent.second, most[lane / 2][lane % 2]);
+  }
+  return extent;
+}
+
+std::size_t PointSet::farthest_of_all(const btVector3& direction) const {
   using Places = long long __attribute__((vector_size(sizeof(Pair))));
-  const auto along = [&](const Block& of, std::size_t pair) {
-    return of.x[pair] * direction.x() + of.y[pair] * direction.y() + of.z[pair] * direction.z();
-  };
   Pair most[pairs];
   Places best[pairs] = {}, place = {};
-  for (std::size_t pair = 0; pair < pairs; ++pair) most[pair] = along(blocks_[0], pair);
+  for (std::size_t pair = 0; pair < pairs; ++pair) most[pair] = along(blocks_[0], pair, direction);
   for (std::size_t i = 1; i < blocks_.size(); ++i) {
     place += block;
     for (std::size_t pair = 0; pair < pairs; ++pair) {
-      const Pair now = along(blocks_[i], pair);
+      const Pair now = along(blocks_[i], pair, direction);
       const Places farther = now > most[pair];
       most[pair] = farther ? now : most[pair];
       best[pair] = farther ? place : best[pair];
@@ -350,11 +407,6 @@ std::size_t PointSet::farthest(const btVector3& direction) const {
     first = point;
   }
   return static_cast<std::size_t>(first);
-}
-
-btVector3 HullShape::localGetSupportingVertex(const btVector3& direction) const {
-  return *std::max_element(corners_.begin(), corners_.end(),
-                           [&](const btVector3& a, const btVector3& b) { return direction.dot(a) < direction.dot(b); });
 }
 
 void HullShape::getAabb(const btTransform& pose, btVector3& low, btVector3& high) const {

@@ -5,10 +5,12 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/pair.hpp"
 #include "energymargin/scene.hpp"
+#include "physics/direction_table.hpp"
 
 namespace energymargin {
 
@@ -31,19 +33,45 @@ BodyState frame_state(const Inertial& inertial, const btTransform& pose, const V
 //! Points of which the farthest is asked for. Their coordinates are together, two by two.
 class PointSet {
  public:
-  explicit PointSet(const std::vector<btVector3>& points);
+  //! Those within `depth` of the farthest are asked for, too [m].
+  explicit PointSet(const std::vector<btVector3>& points, double depth = 0.0);
 
   //! The index of the first of those that are farthest along a direction.
-  std::size_t farthest(const btVector3& direction) const;
+  std::size_t farthest(const btVector3& direction) const {
+    const DirectionTable::Candidates candidates = table_.at(direction);
+    return candidates.empty() ? farthest_of_all(direction) : farthest_of(candidates, direction);
+  }
+
+  //! How far they reach along a direction, at least and at most.
+  std::pair<double, double> extent(const btVector3& direction) const;
+
+  //! Calls `visit` with the indices of those that can be within `depth` of the farthest along a direction, in ascending
+  //! order.
+  template <typename Visit>
+  void for_each_near(const btVector3& direction, double depth, const Visit& visit) const {
+    const DirectionTable::Candidates candidates =
+        depth <= table_.depth() ? table_.at(direction) : DirectionTable::Candidates{};
+    for (const DirectionTable::Index i : candidates) visit(std::size_t{i});
+    if (!candidates.empty()) return;
+    for (std::size_t i = 0; i < count_; ++i) visit(i);
+  }
 
  private:
+  std::size_t farthest_of(const DirectionTable::Candidates& candidates, const btVector3& direction) const;
+  std::size_t farthest_of_all(const btVector3& direction) const;
+
   static constexpr std::size_t pairs = 4, block = 2 * pairs;
   // What is missing of the last block is the last point again.
   struct Block {
     Pair x[pairs], y[pairs], z[pairs];
   };
 
+  double along(std::size_t i, const btVector3& direction) const;
+  static Pair along(const Block& of, std::size_t pair, const btVector3& direction);
+
+  std::size_t count_;
   std::vector<Block> blocks_;
+  DirectionTable table_;  // without cells if the points are few
 };
 
 //! A convex hull with its margin inside, and the corners that it has with it. Bullet's hull is an inner shape with a
@@ -76,14 +104,14 @@ class HullShape : public btConvexHullShape {
   bool has_faces() const { return !faces_.empty(); }
 
   //! That whose normal is nearest to a direction.
-  const Face& face_along(const btVector3& direction) const;
+  const Face& face_along(const btVector3& direction) const { return faces_[normals_.farthest(direction)]; }
 
   //! Calls `visit` with the normals and offsets of the faces whose cosine with a direction is at least `near`.
   template <typename Visit>
   void for_each_face_near(const btVector3& direction, double near, const Visit& visit) const {
-    for (const Face& face : faces_) {
-      if (direction.dot(face.normal) >= near) visit(face.normal, face.offset);
-    }
+    normals_.for_each_near(direction, 1.0 - near, [&](std::size_t i) {
+      if (direction.dot(faces_[i].normal) >= near) visit(faces_[i].normal, faces_[i].offset);
+    });
   }
 
   //! Of the inner shape's points that farthest along a direction, the first of them.
@@ -96,16 +124,25 @@ class HullShape : public btConvexHullShape {
     return corners_[corner_points_.farthest(direction)];
   }
 
+  //! Calls `visit` with those of the corners that can be within `depth` of the farthest along a unit vector [m].
+  template <typename Visit>
+  void for_each_corner_near(const btVector3& direction, double depth, const Visit& visit) const {
+    corner_points_.for_each_near(direction, depth, [&](std::size_t i) { visit(corners_[i]); });
+  }
+
+  //! How far the corners reach along a direction, at least and at most.
+  std::pair<double, double> extent(const btVector3& direction) const { return corner_points_.extent(direction); }
+
   //! Half the diagonal of the box around it [m].
   double size() const { return 0.5 * (high_ - low_).length(); }
 
-  btVector3 localGetSupportingVertex(const btVector3& direction) const override;
+  btVector3 localGetSupportingVertex(const btVector3& direction) const override { return farthest_corner(direction); }
   void getAabb(const btTransform& pose, btVector3& low, btVector3& high) const override;
 
  private:
   std::vector<btVector3> corners_;
   std::vector<Face> faces_;
-  PointSet points_, corner_points_;
+  PointSet points_, corner_points_, normals_;
   btVector3 low_, high_;
 };
 

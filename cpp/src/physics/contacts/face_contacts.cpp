@@ -83,10 +83,11 @@ void for_each_rim_corner(double radius, double z, const btVector3& down, const V
 // Whether the corners of the other side are visited too: those of a thin plate are near.
 bool has_back(const InnerShape& solid) { return solid.is_box() || solid.is_hull(); }
 
-// Calls `visit` with the points that can be corners of a solid's outermost face along `direction`, in its frame.
+// Calls `visit` with the points that can be corners of a solid's outermost face along `direction`, in its frame, and so
+// near to the farthest as `depth`, or nearly so.
 template <typename Visit>
-void for_each_corner(const InnerShape& solid, const btVector3& direction, const Visit& visit) {
-  if (has_back(solid)) return solid.for_each_corner(visit);
+void for_each_corner(const InnerShape& solid, const btVector3& direction, double depth, const Visit& visit) {
+  if (has_back(solid)) return solid.for_each_corner_near(direction, depth, visit);
   if (solid.kind() == CAPSULE_SHAPE_PROXYTYPE) {
     for (const double z : {-solid.half().z(), solid.half().z()}) visit(btVector3(0.0, 0.0, z));
   }
@@ -160,8 +161,9 @@ double area(const Face& face) {
 
 // How far a solid's corners reach along a direction in its frame, at least and at most.
 std::pair<double, double> extent(const InnerShape& solid, const btVector3& direction) {
+  if (solid.is_hull()) return solid.extent(direction);
   std::pair<double, double> along(BT_LARGE_FLOAT, -BT_LARGE_FLOAT);
-  for_each_corner(solid, direction, [&](const btVector3& point) {
+  for_each_corner(solid, direction, BT_LARGE_FLOAT, [&](const btVector3& point) {
     along.first = std::min(along.first, direction.dot(point));
     along.second = std::max(along.second, direction.dot(point));
   });
@@ -185,7 +187,7 @@ void find_face(const InnerShape& solid, const btTransform& pose, const ContactPl
     face.push_back(plane(pose(point)));
     face.back().height += outward * (std::min(along + outside, reached) - along);
   };
-  for_each_corner(solid, direction, add);
+  for_each_corner(solid, direction, depth, add);
   const std::size_t found = face.size();
   order(face, scratch, outward, depth);
   if (face.size() == found) return;
@@ -391,9 +393,13 @@ std::optional<Corner> crossing(const Face& line, const Face& other) {
 // A cylinder stands upright if its axis is as near to the vertical: square of the sine.
 constexpr double upright = 1e-6;
 
-// Calls `visit` with every point of a solid that can be its lowest one along `down`, all in its own frame.
+// Of heights above a plane, a share of the coordinates that they come from: more than there is.
+constexpr double rounding_of_heights = 1e-12;
+
+// Calls `visit` with every point of a solid that can be its lowest one along `down`, all in its own frame; of a hull
+// with those that can be within `depth` of it [m].
 template <typename Visit>
-void for_each_low_point(const InnerShape& solid, const btVector3& down, const Visit& visit) {
+void for_each_low_point(const InnerShape& solid, const btVector3& down, double depth, const Visit& visit) {
   const auto ends = [&](const btVector3& half, const btVector3& side) {
     visit(side + half);
     visit(side - half);
@@ -411,20 +417,8 @@ void for_each_low_point(const InnerShape& solid, const btVector3& down, const Vi
     case SPHERE_SHAPE_PROXYTYPE:
       return visit(down * solid.margin());
     default:
-      solid.for_each_corner(visit);
+      solid.for_each_corner_near(down, depth, visit);
   }
-}
-
-// Half way from a solid's top to its lowest point, along `down`. A hull may have its frame anywhere.
-double half_way(const InnerShape& solid, const btVector3& down) {
-  if (!solid.is_hull()) return 0.0;
-  double top = BT_LARGE_FLOAT;
-  double low = -BT_LARGE_FLOAT;
-  solid.for_each_corner([&](const btVector3& point) {
-    top = std::min(top, down.dot(point));
-    low = std::max(low, down.dot(point));
-  });
-  return 0.5 * (top + low);
 }
 
 // Whether a solid is a cylinder on its round face.
@@ -628,7 +622,7 @@ void FaceContacts::add_corners(const SolidPair& solids, const btTransform& pose_
     const btVector3 direction = normal * outward * pose.getBasis();
     const auto [least, most] = extent(solid, direction);
     const double highest = most - std::min(near.depth, 0.5 * (most - least)), lowest = 0.5 * (least + most);
-    for_each_corner(solid, direction, [&, highest = highest](const btVector3& point) {
+    for_each_corner(solid, direction, BT_LARGE_FLOAT, [&, highest = highest](const btVector3& point) {
       const double along = direction.dot(point);
       if (along >= highest || along < lowest) return;
       const Corner corner = plane(pose(point));
@@ -653,8 +647,15 @@ void find_plane_contacts(const InnerShape& solid, const btTransform& pose, const
   points.clear();
   const btVector3 down = -plane.normal * pose.getBasis();
   const bool rubs_inside = stands(solid, down);
-  const double middle = half_way(solid, down);
-  for_each_low_point(solid, down, [&](const btVector3& point) {
+  double middle = 0.0, depth = BT_LARGE_FLOAT;
+  if (solid.is_hull()) {  // its frame may be anywhere
+    const auto [top, low] = extent(solid, down);
+    const double height = plane.normal.dot(pose.getOrigin()) - plane.offset - low;
+    middle = 0.5 * (top + low);
+    depth = reach - height + rounding_of_heights * (std::abs(plane.offset) + pose.getOrigin().length() + std::abs(low));
+    if (depth < 0.0) return;
+  }
+  for_each_low_point(solid, down, depth, [&](const btVector3& point) {
     if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
     const btVector3 on_solid = pose * point;
     const double distance = plane.normal.dot(on_solid) - plane.offset;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "physics/shapes.hpp"
@@ -70,6 +71,17 @@ class InnerShape {
       visit(btVector3(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 4 ? half.z() : -half.z()));
     }
   }
+
+  //! Calls `visit` with those of a hull's corners that can be within `depth` of the farthest along a unit vector, or
+  //! with all corners of a box [m].
+  template <typename Visit>
+  void for_each_corner_near(const btVector3& direction, double depth, const Visit& visit) const {
+    if (is_hull()) return hull_->for_each_corner_near(direction, depth, visit);
+    for_each_corner(visit);
+  }
+
+  //! How far a hull reaches along a direction, at least and at most.
+  std::pair<double, double> extent(const btVector3& direction) const { return hull_->extent(direction); }
 
   //! Of a hull, not of a sliver: its face along a direction in its own frame. Else null.
   const HullShape::Face* face_along(const btVector3& direction) const {
