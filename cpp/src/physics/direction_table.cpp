@@ -39,25 +39,29 @@ std::vector<DirectionTable::Index> DirectionTable::candidates(const std::vector<
                                                               const std::vector<Index>& among,
                                                               const Square& square) const {
   const Directions directions = square.directions();
-  std::array<btVector3, 5> farthest;
+  constexpr std::size_t middle = 4;
+  std::vector<std::array<double, middle + 1>> along(among.size());
+  std::array<std::size_t, middle + 1> farthest{};
   double longest = 0.0;
-  for (std::size_t k = 0; k < directions.size(); ++k) {
-    const btVector3& direction = directions[k];
-    farthest[k] = points[*std::max_element(among.begin(), among.end(), [&](Index a, Index b) {
-      return direction.dot(points[a]) < direction.dot(points[b]);
-    })];
-    longest = std::max(longest, direction.length());
+  for (std::size_t k = 0; k <= middle; ++k) {
+    for (std::size_t i = 0; i < among.size(); ++i) {
+      along[i][k] = directions[k].dot(points[among[i]]);
+      if (along[i][k] > along[farthest[k]][k]) farthest[k] = i;
+    }
+    longest = std::max(longest, directions[k].length());
   }
   const double least = depth_ * longest + rounding_;
-  const auto is_out = [&](Index i) {
-    return std::any_of(farthest.begin(), farthest.end(), [&](const btVector3& other) {
-      const btVector3 ahead = other - points[i];
-      return std::all_of(directions.begin(), directions.begin() + 4,
-                         [&](const btVector3& direction) { return direction.dot(ahead) > least; });
-    });
+  const auto is_behind = [&](std::size_t i, std::size_t other) {
+    for (std::size_t k = 0; k < middle; ++k) {
+      if (!(along[other][k] - along[i][k] > least)) return false;
+    }
+    return true;
   };
   std::vector<Index> left;
-  std::remove_copy_if(among.begin(), among.end(), std::back_inserter(left), is_out);
+  for (std::size_t i = 0; i < among.size(); ++i) {
+    const auto beats = [&](std::size_t other) { return is_behind(i, other); };
+    if (std::none_of(farthest.rbegin(), farthest.rend(), beats)) left.push_back(among[i]);
+  }
   return left;
 }
 
