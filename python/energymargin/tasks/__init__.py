@@ -5,7 +5,7 @@ Tasks are plugins: whatever an installed package registers under the entry point
 """
 
 from energymargin.base.doors import check_doors
-from energymargin.tasks.base import Params, Regions, Task, plane_of
+from energymargin.tasks.base import Params, Regions, Task, inside, parameters_of, plane_of
 from energymargin.tasks.registry import TaskError, make, names, register
 from energymargin.tasks.scripted import Drive, ScriptedTask
 from energymargin.tasks.trajectories import Trajectory
@@ -18,8 +18,10 @@ __all__ = [
     "Task",
     "TaskError",
     "Trajectory",
+    "inside",
     "make",
     "names",
+    "parameters_of",
     "plane_of",
     "register",
 ]

@@ -11,7 +11,13 @@ import energymargin as em
 PACKAGE = Path(__file__).parents[3] / "python" / "energymargin"
 FLOORS = ("base", "model", "tasks", "evaluate", "records", "act", "look")
 COMPANIONS = {"grasps", "mujoco"}  # they stand on the face, and are looked at
-ON_THE_FACE = ("look/viewer", "look/report", "mujoco")
+ON_THE_FACE = (
+    "act/surrogates",
+    "look/report",
+    "look/viewer",
+    "mujoco",
+    "records/recordings",
+)
 FACE = {path.stem for path in PACKAGE.glob("[a-z]*.py")} | {"grasps", "mujoco", "tasks"}
 # Modules of the face that are compiled, so that every floor may ask for them.
 COMPILED = {"_core", "disturbances", "regions"}

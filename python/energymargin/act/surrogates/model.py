@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.act.surrogates.features import Vector
 from energymargin.base.reprs import Record
-from energymargin.model.scenes.features import Vector
 
 Mask = NDArray[np.bool_]
 

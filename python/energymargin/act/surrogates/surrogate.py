@@ -14,20 +14,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin import tasks
-from energymargin._core import Problem
+from energymargin import Problem, tasks
+from energymargin.act.surrogates.facts import Facts, facts_of, same
+from energymargin.act.surrogates.features import FeaturesOf, Layout, Vector
 from energymargin.act.surrogates.model import Estimates, Model, Quality
 from energymargin.base.checks import numbers_of, seed_number, share, shown
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.replacing import replaced
 from energymargin.base.reprs import Record
-from energymargin.base.summary import Summarized
-from energymargin.evaluate.searches import algorithm
-from energymargin.model.facts import Facts, facts_of, same
-from energymargin.model.scenes.features import FeaturesOf, Layout, Vector
-from energymargin.records.datasets import Dataset
-from energymargin.records.evaluation.labelled import HORIZON, compared_states
-from energymargin.records.store import Run
+from energymargin.datasets import Dataset
+from energymargin.evaluation import HORIZON, compared_states
+from energymargin.searches import algorithm
+from energymargin.store import Run
+from energymargin.summary import Summarized
 
 KEPT = ("metric", "names", "given", "coverage", "source", "facts")  # as JSON
 VERSION = 2

@@ -13,7 +13,14 @@ with each.
 
 from energymargin.base.doors import check_doors
 from energymargin.records.evaluation.bootstrap import DRAWS
-from energymargin.records.evaluation.labelled import HORIZON, LAST_FRAMES, Among, LabelledScores
+from energymargin.records.evaluation.labelled import (
+    HORIZON,
+    LAST_FRAMES,
+    Among,
+    Compared,
+    LabelledScores,
+    compared_states,
+)
 from energymargin.records.evaluation.table import Cell, Evaluation, evaluate, tables_of
 
 __all__ = [
@@ -22,8 +29,10 @@ __all__ = [
     "LAST_FRAMES",
     "Among",
     "Cell",
+    "Compared",
     "Evaluation",
     "LabelledScores",
+    "compared_states",
     "evaluate",
     "tables_of",
 ]

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Scene, World
+from energymargin import Scene, World
 from energymargin.base.checks import positive_number
 from energymargin.base.reprs import Record
-from energymargin.model.scenes import moved_apart
 from energymargin.records.recordings.poses import planar
 from energymargin.records.recordings.recording import Motion, Recording
+from energymargin.scenes import moved_apart
 
 MOST_OVERLAP = 0.01  # m; an arm's error of 5 to 8 mm, and a camera's
 UPRIGHT = 1e-6

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from energymargin.base.checks import whole_number
 from energymargin.base.reprs import Record
-from energymargin.model.beliefs.uncertainty import Uncertainty
+from energymargin.beliefs import Uncertainty
 from energymargin.records.recordings.poses import planar
 
 PLANE = [0, 1, 5]  # x, y and the turn about z, of six errors

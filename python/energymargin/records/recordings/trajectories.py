@@ -8,13 +8,11 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import tasks
-from energymargin._core import Scene, World
-from energymargin.records.datasets import Dataset
+from energymargin import Scene, World, tasks
+from energymargin.datasets import Dataset
 from energymargin.records.recordings.placing import MOST_OVERLAP, Placed, placed
 from energymargin.records.recordings.recording import Recording
-from energymargin.tasks.base import Params, Regions, Task, inside, parameters_of
-from energymargin.tasks.trajectories import Trajectory
+from energymargin.tasks import Params, Regions, Task, Trajectory, inside, parameters_of
 
 
 class RecordedTask(Task, Protocol):

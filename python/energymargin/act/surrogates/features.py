@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Scene
+from energymargin import Scene
 
 Vector = NDArray[np.float64]
 FeaturesOf = Callable[[Vector], Vector]

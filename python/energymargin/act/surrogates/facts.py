@@ -6,7 +6,7 @@ import json
 import math
 from typing import Any
 
-from energymargin._core import Problem
+from energymargin import Problem
 
 Facts = dict[str, Any]
 """Values of a problem by their places in its file, as "scene.bodies.object.mass"."""
