@@ -132,10 +132,10 @@ def summary(result: Any) -> Summary:
 
     Raises ValueError on what has none.
     """
-    summaries = import_module("energymargin.look.summaries")
+    summaries = import_module("energymargin.look.summaries").SUMMARIES
     kinds = [kind.__name__ for kind in type(result).__mro__[:-1]]  # a Policy is a Plan
     names = [re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower() for kind in kinds]
-    made = next((getattr(summaries, name) for name in names if hasattr(summaries, name)), None)
+    made = next((summaries[name] for name in names if name in summaries), None)
     if made is None:
         raise ValueError(f"result is a {type(result).__name__}, which has no summary")
     found: Summary = made(result)

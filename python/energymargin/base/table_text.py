@@ -1,4 +1,4 @@
-"""Tables as text, in CSV and Markdown, and numbers from 0 to 1 in their cells."""
+"""Tables as text, in CSV and Markdown, numbers from 0 to 1 in their cells, and notes below."""
 
 from __future__ import annotations
 
@@ -40,6 +40,11 @@ def short(value: float, decimals: int = 3) -> str:
     """Rounded, without the leading zero: .981; what rounds to one is 1.00."""
     rounded = f"{value:.{decimals}f}"
     return "1.00" if rounded[0] == "1" else rounded[1:]
+
+
+def sentence(text: str) -> str:
+    """A note as a sentence: with a capital, and an end."""
+    return f"{text[0].upper()}{text[1:]}{'' if text.endswith('?') else '.'}"
 
 
 def _cell(text: str) -> str:

@@ -19,6 +19,7 @@ from PIL import Image
 
 import energymargin as em
 from energymargin.base.metrics import with_unit
+from energymargin.base.table_text import sentence
 from energymargin.look import plots
 from energymargin.look.outlines import Plan
 from energymargin.look.plots.trees import Result
@@ -113,7 +114,7 @@ def _card(
 def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> str:
     """What is to be known of a picture, and of the score in the file."""
     warnings = () if repeated.search is None else repeated.search.warnings
-    notes = [f"{text[0].upper()}{text[1:]}." for text in warnings]
+    notes = [sentence(text) for text in warnings]
     if sampling is not None:
         notes.insert(
             0,

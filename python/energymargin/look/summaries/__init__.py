@@ -1,0 +1,8 @@
+"""The summary of each class: a function of its name, as `summary` looks for it."""
+
+from collections import ChainMap
+
+from energymargin.look.summaries import grasps, limits, plans, scores, searches
+
+SUMMARIES = ChainMap(*map(vars, (searches, scores, plans, limits, grasps)))
+"""All functions by their names."""

@@ -1,0 +1,60 @@
+"""Summaries of how much something can take."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from energymargin.base.summary import Summary
+from energymargin.base.table_text import DASH
+from energymargin.look.summaries.searches import UNFINISHED
+
+if TYPE_CHECKING:
+    from energymargin.act.critical import CriticalValue
+    from energymargin.act.limits import CriticalValues
+
+
+def critical_value(one: CriticalValue) -> Summary:
+    """Where it holds, with the interval, and what it took."""
+    holds, ends = _where_it_holds(one)
+    rows = [
+        ("holds", holds),
+        (f"{one.confidence:.0%} interval", ends),
+        ("captured with probability", f"{one.probability:g}"),
+        ("rollouts", one.rollouts),
+    ]
+    notes = [] if one.monotone else ["Not monotone: new draws have tested the ends."]
+    notes += [] if one.complete else [UNFINISHED]
+    return Summary(f"Critical {one.quantity}", rows, notes=notes)
+
+
+def critical_values(found: CriticalValues) -> Summary:
+    """A row for each: nominal value, where it holds, with the interval, and margin."""
+    rows = [
+        (one.quantity, _with_unit(nominal, one.unit), *_where_it_holds(one), _margin(margin))
+        for one, nominal, margin in zip(found, found.nominals, found.margins, strict=True)
+    ]
+    first = found.tightest
+    notes = [found.question] + ([] if first is None else [f"Tightest: {first.quantity}."])
+    notes += [] if found.complete else [UNFINISHED]
+    return Summary("", rows, ("quantity", "nominal", "holds", "interval", "margin"), notes)
+
+
+def _where_it_holds(one: CriticalValue) -> tuple[str, str]:
+    """In words, and the intervals, a part for each crossing."""
+    if not one.crossings:
+        low, high = (_with_unit(end, one.unit) for end in one.range)
+        return "not known" if one.side == "unknown" else one.side, f"asked from {low} to {high}"
+    holds = [f"{side} {_with_unit(value, one.unit)}" for value, _, _, side in one.crossings]
+    ends = [f"{low:.4g} to {_with_unit(high, one.unit)}" for _, low, high, _ in one.crossings]
+    return " and ".join(holds), " and ".join(ends)
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}".rstrip()
+
+
+def _margin(margin: float) -> str:
+    if math.isnan(margin):
+        return "not known"
+    return f"{margin:+.0%}" if math.isfinite(margin) else DASH
