@@ -15,7 +15,7 @@ constexpr std::size_t most_left = 3;  // a look at all points, several at a time
 int cells_for(std::size_t points) {
   constexpr int most_cells = 16;
   int cells = 4;
-  while (cells < most_cells && static_cast<std::size_t>(2 * cells * cells) < points) cells *= 2;
+  while (cells < most_cells && static_cast<std::size_t>(8 * cells * cells) < points) cells *= 2;
   return cells;
 }
 
