@@ -375,7 +375,7 @@ std::pair<double, double> PointSet::extent(const btVector3& direction) const {
       most[pair] = now > most[pair] ? now : most[pair];
     }
   }
-  std::pair<double, double> extent(least[0][0], most[0][0]);
+  std::pair<double, double> extent = {double{least[0][0]}, double{most[0][0]}};
   for (std::size_t lane = 1; lane < block; ++lane) {
     extent.first = std::min(extent.first, least[lane / 2][lane % 2]);
     extent.second = std::max(extent.second, most[lane / 2][lane % 2]);
