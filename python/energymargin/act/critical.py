@@ -161,8 +161,7 @@ def critical_value(
     ):
         asking = _Asking(problem_of, quantity, question, trials, scale, rule, limit, progress)
         pilot = [asking.outcomes(u, np.arange(PILOT)) for u in np.linspace(0, 1, GRID)]
-        limit_came = any(one is None for one in pilot)
-        if limit_came:
+        if any(one is None for one in pilot):
             limit.require("the first values were tried")
         shares = [float(np.nanmean(one)) for one in pilot if one is not None]
         parts = [_Part(asking, rule, tolerance, *ends) for ends in _segments(shares)]
@@ -412,8 +411,8 @@ class _Part:
     def _narrow(self) -> None:
         """Brackets where the first draws are lost: all of those, if they are alike, else the
         quarter that is lost first."""
-        pilot = np.arange(PILOT)
         while True:
+            pilot = np.flatnonzero(~self._asking.diverged[:PILOT])
             held, lost = self._held[pilot], self._lost[pilot]
             first = np.argsort(lost, kind="stable")[: PILOT // 4]
             j = first[np.argmax(np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0))]
