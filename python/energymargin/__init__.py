@@ -83,12 +83,15 @@ if typing.TYPE_CHECKING:
         viewer as viewer,
     )
     from energymargin.actions import (
+        CriticalCurve as CriticalCurve,
         CriticalValue as CriticalValue,
         Guard as Guard,
         Improvement as Improvement,
         MarginProfile as MarginProfile,
         Ranking as Ranking,
+        critical_curve as critical_curve,
         critical_value as critical_value,
+        critical_value_of as critical_value_of,
         critical_values as critical_values,
         improve as improve,
         margin_profile as margin_profile,
@@ -120,8 +123,9 @@ EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra 
 SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)
 NAMES = {
     "actions": [
-        *("CriticalValue", "Guard", "Improvement", "MarginProfile", "Ranking"),
-        *("critical_value", "critical_values", "improve", "margin_profile", "rank"),
+        *("CriticalCurve", "CriticalValue", "Guard", "Improvement", "MarginProfile", "Ranking"),
+        *("critical_curve", "critical_value", "critical_value_of", "critical_values"),
+        *("improve", "margin_profile", "rank"),
     ],
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],

@@ -1,16 +1,19 @@
 """Choose, shape and guard actions by the margin."""
 
 from energymargin.act.choosing import Candidates, Noise
-from energymargin.act.critical import CriticalValue, critical_value
+from energymargin.act.critical import CriticalValue, critical_value, critical_value_of
+from energymargin.act.curve import CriticalCurve, critical_curve
 from energymargin.act.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.act.improvement import Generation, Improvement, improve
-from energymargin.act.limits import CriticalValues, Quantity, critical_values, quantity_of
+from energymargin.act.limits import CriticalValues, critical_values
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
+from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.act.ranking import Ranking, Standing, rank
 from energymargin.base.doors import check_doors
 
 __all__ = [
     "Candidates",
+    "CriticalCurve",
     "CriticalValue",
     "CriticalValues",
     "Decision",
@@ -25,7 +28,9 @@ __all__ = [
     "Quantity",
     "Ranking",
     "Standing",
+    "critical_curve",
     "critical_value",
+    "critical_value_of",
     "critical_values",
     "improve",
     "margin_profile",

@@ -1,50 +1,35 @@
-"""How much can it take? The value of a quantity at which a probability falls below what is asked.
-
-Draw number j is the same for every value (common random numbers). So each draw has a critical value
-of its own, on one side of which it is lost, and what is asked for is a quantile of those. The
-interval is one of order statistics, which holds whatever their law is: of N draws the number that
-is lost at the critical value is binomial. Only draws near it are asked again and again; the
-outcomes of the others follow.
-
-That needs draws each of which is lost on one side alone. So some outcomes that follow are asked
-too. If one is another, both ends are tested on draws that were not used before, and moved until
-they hold. Then the probability alone has to be monotone.
-"""
+"""How much can it take? Where a probability falls below what is asked, as a quantity varies."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import isnan, log, nan
+from math import isnan, nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from energymargin._core import Cancel, Problem
-from energymargin.act.draws import Disturbance, Draws, Question, Trial
+from energymargin.act.crossing import PILOT, Asking, Outcomes, Rule, Run, Scale, crossings
+from energymargin.act.draws import Disturbance, Question, Trial, check_uncertainty
 from energymargin.act.kept_draws import KeptDraws
 from energymargin.act.trials import Trials
-from energymargin.base.checks import function_of, function_or_none, share, shown, whole_number
-from energymargin.base.errors import DivergedError
+from energymargin.base.checks import function_of, function_or_none, share, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
-from energymargin.evaluate.divergence import too_many_diverged
 from energymargin.evaluate.executors import Executor
+from energymargin.model.beliefs.belief import Belief, numbered_particle
+from energymargin.model.beliefs.uncertainty import Uncertainty
 
 DRAWS = 120
-PILOT = 16  # draws that are asked at each of the first values
-GRID = 5  # first values
-COARSE = 0.2  # apart; so near are the first draws bracketed
-SURPRISES = 16  # outcomes that follow, and are asked all the same
-STEP = 0.01  # of the range; by so much at least an end is moved
-DECADE = 10.0  # a range of a larger ratio is searched by ratios
 
 ProblemOf = Callable[[float], Problem]
+OutcomesOf = Callable[[float, Sequence[int]], Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,8 +54,9 @@ class CriticalValue(Record, Summarized):
     """Of the interval, and of `side`."""
     side: str
     """Where it holds: "below", "above", "everywhere", "nowhere", or "unknown"."""
-    monotone: bool
-    """False if a draw was lost at a value, and at a harder one not, or there are more crossings."""
+    monotone: bool | None
+    """False if a draw was lost at a value, and at a harder one not, or there are more crossings;
+    None if that was not tried, as the search was stopped."""
     crossings: tuple[tuple[float, float, float, str], ...]
     """All that were found: value, low, high, side."""
     outcomes: NDArray[np.float64]
@@ -89,6 +75,33 @@ class CriticalValue(Record, Summarized):
         """(low, high) of the critical value, with the confidence that was asked for."""
         return self.low, self.high
 
+    @staticmethod
+    def unknown(
+        quantity: str, unit: str, range: tuple[float, float], *, like: CriticalValue
+    ) -> CriticalValue:
+        """Of a search that did not begin, asked as another one."""
+        ends = (float(range[0]), float(range[1]))
+        asked: dict[str, Any] = {
+            "quantity": quantity,
+            "unit": unit,
+            "range": ends,
+            "side": "unknown",
+        }
+        known: dict[str, Any] = {
+            "value": nan,
+            "low": ends[0],
+            "high": ends[1],
+            "monotone": None,
+            "crossings": (),
+        }
+        counts: dict[str, Any] = {
+            "rollouts": 0,
+            "steps": 0,
+            "diverged": 0,
+            "outcomes": np.zeros((0, 3)),
+        }
+        return replace(like, **asked, **known, **counts, complete=False)
+
 
 def critical_value(
     problem_of: ProblemOf,
@@ -100,6 +113,7 @@ def critical_value(
     confidence: float = 0.95,
     metric: str = "probability",
     disturbance: Disturbance | None = None,
+    uncertainty: Uncertainty | None = None,
     draws: int = DRAWS,
     tolerance: float = 0.01,
     seed: int = 0,
@@ -122,6 +136,7 @@ def critical_value(
         confidence: with which the interval covers the critical value, and `side` is true.
         metric: "probability", or "probability/success".
         disturbance: as of `capture_probability`; None is Uniform().
+        uncertainty: what is not known of each problem: draw j has particle j.
         draws: how many rollouts of each value there may be. More make the interval narrower.
         tolerance: to which share of itself the critical value, and each end of the interval, is
             searched; where it is near 0, of a fiftieth of the range.
@@ -144,353 +159,139 @@ def critical_value(
     """
     limit = Limit(timeout, cancel)
     function_of("problem_of", problem_of, "value")
-    function_or_none("progress", progress, "done", "total")
-    scale = _Scale.of(range)
-    for name, of in (("probability", probability), ("confidence", confidence)):
-        if share(name, of) == 0.0:
-            raise ValueError(f"{name} is {of:g}, expected a number between 0 and 1")
-    if not 0.0 < share("tolerance", tolerance) < 0.5:
-        raise ValueError(f"tolerance is {tolerance:g}, expected a share of the range, such as 0.01")
-    question = Question(metric, disturbance, seed)
+    check_uncertainty(uncertainty)
+    asked = (quantity, range, unit, probability, confidence, draws, tolerance, progress, limit)
+    search, question = _Search(*asked), Question(metric, disturbance, seed)
     if question.is_effort:
         raise ValueError(f"metric is {metric!r}, expected 'probability' or 'probability/success'")
-    rule = _Rule.of(probability, confidence, whole_number("draws", draws, PILOT))
     with (
         nullcontext() if store is None else KeptDraws(store, None, question) as kept,
         Trials(executor, threads, kept=kept) as trials,
     ):
-        asking = _Asking(problem_of, quantity, question, trials, scale, rule, limit, progress)
-        pilot = [asking.outcomes(u, np.arange(PILOT)) for u in np.linspace(0, 1, GRID)]
-        if any(one is None for one in pilot):
-            limit.require("the first values were tried")
-        shares = [float(np.nanmean(one)) for one in pilot if one is not None]
-        parts = [_Part(asking, rule, tolerance, *ends) for ends in _segments(shares)]
-        found = [part.crossing() for part in parts]
-    first = found[0]
-    return CriticalValue(
-        quantity,
-        unit,
-        scale.ends,
-        probability,
-        first.value,
-        *(first.low, first.high, confidence, first.side),
-        monotone=len(found) == 1 and all(one.monotone for one in found),
-        crossings=tuple((c.value, c.low, c.high, c.side) for c in found if not isnan(c.value)),
-        outcomes=np.array(sorted(row for part in parts for row in part.table())),
-        rollouts=asking.rollouts,
-        steps=asking.steps,
-        diverged=int(asking.diverged.sum()),
-        complete=not asking.stopped,
-    )
+        return search.found(_Rollouts(problem_of, quantity, question, uncertainty, trials, limit))
+
+
+def critical_value_of(
+    outcomes_of: OutcomesOf,
+    quantity: str,
+    range: tuple[float, float],
+    *,
+    unit: str = "",
+    probability: float = 0.95,
+    confidence: float = 0.95,
+    draws: int = DRAWS,
+    tolerance: float = 0.01,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> CriticalValue:
+    """The same of any trial: a simulator of yours, a grasp, a robot.
+
+    `outcomes_of`: outcomes_of(value, numbers) is 1 for each draw that holds at a value, 0 if it is
+    lost, NaN if it does not count; draw number j meets the same luck at every value. All else, and
+    errors: as `critical_value`. Raises ValueError on another number of outcomes, or other ones.
+    """
+    function_of("outcomes_of", outcomes_of, "value", "numbers")
+    limit = Limit(timeout, cancel)
+
+    def run(value: float, numbers: Sequence[int]) -> Iterator[Outcomes | None]:
+        if limit.reached:
+            yield None
+            return
+        found = np.asarray(outcomes_of(value, numbers), dtype=float)
+        if found.shape != (len(numbers),) or not np.isin(found[~np.isnan(found)], (0, 1)).all():
+            raise ValueError(
+                f"outcomes_of returned {found!r} for {len(numbers)} draws, expected as many of 0, "
+                "1 or NaN"
+            )
+        yield Outcomes(numbers, found, 0)
+
+    asked = (quantity, range, unit, probability, confidence, draws, tolerance, progress, limit)
+    return _Search(*asked).found(run)
 
 
 @dataclass(frozen=True)
-class _Scale:
-    """Values of a range as numbers from 0 to 1."""
+class _Search:
+    """What a search is asked; raises ValueError on what cannot be."""
 
+    quantity: str
     ends: tuple[float, float]
+    unit: str
+    probability: float
+    confidence: float
+    draws: int
+    tolerance: float
+    progress: Callable[[int, int], None] | None
+    limit: Limit
 
-    @classmethod
-    def of(cls, given: tuple[float, float]) -> _Scale:
-        """Raises ValueError unless it is two finite numbers that rise."""
-        try:
-            low, high = map(float, given)
-        except (TypeError, ValueError):
-            low = high = nan
-        if not (np.isfinite([low, high]).all() and low < high):
-            raise ValueError(f"range is {shown(given)}, expected (low, high), which rise")
-        return cls((low, high))
+    def __post_init__(self) -> None:
+        """Checks it."""
+        function_or_none("progress", self.progress, "done", "total")
+        Scale.of(self.ends)
+        for name in ("probability", "confidence"):
+            if share(name, of := getattr(self, name)) == 0.0:
+                raise ValueError(f"{name} is {of:g}, expected a number between 0 and 1")
+        if not 0.0 < share("tolerance", self.tolerance) < 0.5:
+            raise ValueError(
+                f"tolerance is {self.tolerance:g}, expected a share of the range, such as 0.01"
+            )
+        whole_number("draws", self.draws, PILOT)
 
-    def apart(self, u: float, other: float) -> float:
-        """How far two values are apart, as a share of the larger one; infinite beyond the range."""
-        if not np.isfinite([u, other]).all():
-            return np.inf
-        a, b = self.value(u), self.value(other)
-        return abs(a - b) / max(abs(a), abs(b), (self.ends[1] - self.ends[0]) / 50.0)
-
-    def value(self, u: float) -> float:
-        """The value at a number from 0 to 1."""
-        low, high = self.ends
-        if low > 0.0 and high / low > DECADE:
-            value = low * float(np.exp(u * log(high / low)))
-        else:
-            value = low + u * (high - low)
-        return min(max(value, low), high)
+    def found(self, run: Run) -> CriticalValue:
+        """What it finds."""
+        rule, scale = Rule.of(self.probability, self.confidence, self.draws), Scale.of(self.ends)
+        asking = Asking(self.quantity, run, scale, rule, self.progress)
+        parts = crossings(asking, self.tolerance, self.limit)
+        found = [part.crossing for part in parts]
+        first, told = found[0], [one.monotone for one in found]
+        return CriticalValue(
+            self.quantity,
+            self.unit,
+            scale.ends,
+            self.probability,
+            first.value,
+            *(first.low, first.high, self.confidence, first.side),
+            monotone=False if len(found) > 1 or False in told else None if None in told else True,
+            crossings=tuple((c.value, c.low, c.high, c.side) for c in found if not isnan(c.value)),
+            outcomes=np.array(sorted(row for part in parts for row in part.table())),
+            rollouts=asking.rollouts,
+            steps=asking.steps,
+            diverged=int(asking.diverged.sum()),
+            complete=not asking.stopped,
+        )
 
 
 @dataclass(frozen=True)
-class _Rule:
-    """How many of the draws may be lost where the probability is the one that is asked for."""
-
-    draws: int
-    lost: float  # the share that is lost there
-    alpha: float  # of each end
-    ranks: tuple[int, int, int]  # of the draws whose critical values are the ends and the value
-
-    @classmethod
-    def of(cls, probability: float, confidence: float, draws: int) -> _Rule:
-        lost, alpha = 1.0 - probability, (1.0 - confidence) / 2.0
-        law = stats.binom(draws, lost)
-        counts = np.arange(draws + 1)
-        plausible = counts[(law.cdf(counts) > alpha) & (law.sf(counts - 1) > alpha)]
-        middle = int(np.floor(lost * draws)) + 1
-        return cls(draws, lost, alpha, (int(plausible[0]), middle, int(plausible[-1]) + 1))
-
-    def is_few(self, lost: int, draws: int, alpha: float) -> bool:
-        """Whether so few of new draws are lost that the probability is larger."""
-        return bool(stats.binom.cdf(lost, draws, self.lost) <= alpha)
-
-    def is_many(self, lost: int, draws: int, alpha: float) -> bool:
-        """Whether so many of new draws are lost that the probability is less."""
-        return bool(stats.binom.sf(lost - 1, draws, self.lost) <= alpha)
-
-
-@dataclass(eq=False)
-class _Asking:
-    """The draws that were asked, by the number of the value on the scale."""
+class _Rollouts:
+    """Outcomes of rollouts of problems."""
 
     problem_of: ProblemOf
     quantity: str
     question: Question
+    uncertainty: Uncertainty | None
     trials: Trials
-    scale: _Scale
-    rule: _Rule
     limit: Limit
-    progress: Callable[[int, int], None] | None
-    known: dict[float, dict[int, float]] = field(default_factory=dict)
-    """1 if a draw holds, else 0, by value and draw."""
-    rollouts: int = 0
-    steps: int = 0
-    stopped: bool = False
 
-    def __post_init__(self) -> None:
-        self.diverged: NDArray[np.bool_] = np.zeros(self.rule.draws, bool)
+    def __call__(self, value: float, draws: Sequence[int]) -> Iterator[Outcomes | None]:
+        """As Run."""
+        spans, problems = self._problems(value, draws)
+        asked = [Trial(k, *one) for k, one in enumerate(zip(spans, problems, strict=True))]
+        found = self.trials.run(self.question, asked, self.limit)
+        for span, one in zip(spans, found, strict=True):
+            yield None if one is None else Outcomes(span, one.values, one.steps)
 
-    def outcomes(self, u: float, draws: NDArray[np.int64]) -> NDArray[np.float64] | None:
-        """Those of some draws at a value, 1 or 0, or NaN; None if the limit came first."""
-        known = self.known.setdefault(float(u), {})
-        new = [int(j) for j in draws if int(j) not in known]
-        if new and not self._run(float(u), new):
-            return None
-        return np.array([known[int(j)] for j in draws])
-
-    def _run(self, u: float, draws: Sequence[int]) -> bool:
-        value = self.scale.value(u)
+    def _problems(self, value: float, draws: Sequence[int]) -> tuple[list[range], list[Problem]]:
+        """Draws that have one problem together, and that of each."""
         try:
             problem = self.problem_of(value)
         except ValueError as error:
             said = f"no problem has {self.quantity} {value:g}: {error}; change the range"
             raise ValueError(said) from error
         self.question.check(f"the problem of {self.quantity} {value:g}", problem)
+        if self.uncertainty is not None:
+            belief, seed = Belief(problem, uncertainty=self.uncertainty), self.question.seed
+            problems = [numbered_particle(belief, seed, j) for j in draws]
+            return [range(j, j + 1) for j in draws], problems
         cuts = [0, *(k + 1 for k, (a, b) in enumerate(pairwise(draws)) if b != a + 1), len(draws)]
         spans = [range(draws[a], draws[b - 1] + 1) for a, b in pairwise(cuts)]
-        asked = [Trial(number, span, problem) for number, span in enumerate(spans)]
-        found = self.trials.run(self.question, asked, self.limit)
-        for span, one in zip(spans, found, strict=True):
-            if one is None:
-                self.stopped = True
-                continue
-            self._note(u, span, one)
-        if self.progress is not None:
-            self.progress(self.rollouts, max(self.rollouts, 4 * self.rule.draws))
-        return not self.stopped
-
-    def _note(self, u: float, span: range, one: Draws) -> None:
-        self.known[u] |= dict(zip(span, one.values.tolist(), strict=True))
-        self.rollouts, self.steps = self.rollouts + len(span), self.steps + one.steps
-        lost = [j for j in span if j < len(self.diverged) and isnan(self.known[u][j])]
-        self.diverged[lost] = True
-        count = int(self.diverged.sum())
-        if too_many_diverged(count, self.rule.draws):
-            raise DivergedError(self.quantity, count, self.rule.draws)
-
-
-def _segments(shares: Sequence[float]) -> list[tuple[float, float]]:
-    """From a number on the scale where most holds to one where most is lost, of each change between
-    held and lost in the first values; one of the whole range if there is at most one."""
-    numbers = np.linspace(0.0, 1.0, len(shares)).tolist()
-    holds = [one > 0.5 for one in shares]
-    if sum(a != b for a, b in pairwise(holds)) <= 1:
-        return [(0.0, 1.0)] if shares[0] >= shares[-1] else [(1.0, 0.0)]
-    runs: list[list[int]] = []
-    for k, one in enumerate(holds):
-        if runs and holds[runs[-1][0]] == one:
-            runs[-1].append(k)
-        else:
-            runs.append([k])
-    peaks = [(max if holds[run[0]] else min)(run, key=shares.__getitem__) for run in runs]
-    ends = [(a, b) if holds[a] else (b, a) for a, b in pairwise(peaks)]
-    return [(numbers[a], numbers[b]) for a, b in ends]
-
-
-@dataclass(frozen=True)
-class _Crossing:
-    value: float
-    low: float
-    high: float
-    side: str
-    monotone: bool
-
-
-class _Part:
-    """A part of the range: from where it is easy, 0, to where it is hard, 1."""
-
-    def __init__(
-        self, asking: _Asking, rule: _Rule, tolerance: float, easy: float, hard: float
-    ) -> None:
-        self._asking, self._rule, self._tolerance = asking, rule, tolerance
-        self._easy, self._hard = easy, hard
-        self._held, self._lost = np.full(rule.draws, -np.inf), np.full(rule.draws, np.inf)
-        self._lost_at: dict[float, int] = {}  # of all draws
-        for u, outcomes in asking.known.items():
-            if min(easy, hard) <= u <= max(easy, hard):
-                self._see((u - easy) / (hard - easy), outcomes)
-
-    def crossing(self) -> _Crossing:
-        """Where the probability is the one that is asked for."""
-        self._narrow()
-        ends = [self._bracket(rank) for rank in self._rule.ranks]
-        low, value, high = ends[0][0], sum(ends[1]) / 2.0, ends[2][1]
-        monotone = self._asking.stopped or not self._surprised(low, high)
-        if not monotone:
-            low = self._moved(low, -max(STEP, value - low), self._rule.is_few)
-            high = self._moved(high, max(STEP, high - value), self._rule.is_many)
-        return self._told(low, value, high, monotone)
-
-    def table(self) -> list[tuple[float, float, float]]:
-        """As the rows of CriticalValue.outcomes."""
-        numbers = {self._number(u): u for u in (*self._held, *self._lost) if np.isfinite(u)}
-        return [
-            (
-                self._asking.scale.value(number),
-                float((self._held >= u).mean()),
-                float((self._lost > u).mean()),
-            )
-            for number, u in numbers.items()
-        ]
-
-    def _told(self, low: float, value: float, high: float, monotone: bool) -> _Crossing:
-        """With the ends in the range, and what is true of all of it."""
-        few, _, many = self._rule.ranks
-        everywhere = self._lost_at.get(1.0, self._rule.draws) < few
-        nowhere = self._lost_at.get(0.0, 0) >= many
-        side = "below" if self._easy < self._hard else "above"
-        if not np.isfinite(value):
-            value, side = nan, "unknown"
-        side = "everywhere" if everywhere else "nowhere" if nowhere else side
-        told = [self._value(min(max(u, 0.0), 1.0)) for u in (low, high)]
-        if everywhere or nowhere:
-            value, told = nan, [nan, nan]
-        return _Crossing(self._value(value), min(told), max(told), side, monotone)
-
-    def _value(self, u: float) -> float:
-        return u if isnan(u) else self._asking.scale.value(self._number(u))
-
-    def _number(self, u: float) -> float:
-        return self._easy + u * (self._hard - self._easy)
-
-    def _see(self, u: float, outcomes: dict[int, float]) -> None:
-        for j, holds in outcomes.items():
-            if j >= len(self._held):
-                continue
-            if holds == 1.0:
-                self._held[j] = max(self._held[j], u)
-            elif holds == 0.0:
-                self._lost[j] = min(self._lost[j], u)
-
-    def _ask(self, u: float, draws: NDArray[np.int64]) -> bool:
-        """Asks those draws whose outcome does not follow; False if the limit came."""
-        open_ = draws[(self._held[draws] < u) & (self._lost[draws] > u)]
-        open_ = open_[~self._asking.diverged[open_]]
-        if not len(open_):
-            return True
-        done = self._asking.outcomes(self._number(u), open_) is not None
-        self._see(u, self._asking.known[float(self._number(u))])
-        return done
-
-    def _narrow(self) -> None:
-        """Brackets where the first draws are lost: all of those, if they are alike, else the
-        quarter that is lost first."""
-        while True:
-            pilot = np.flatnonzero(~self._asking.diverged[:PILOT])
-            held, lost = self._held[pilot], self._lost[pilot]
-            first = np.argsort(lost, kind="stable")[: PILOT // 4]
-            j = first[np.argmax(np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0))]
-            alike = bool((lost == lost[0]).all() and (held == held[0]).all())
-            enough = self._width(held[j], lost[j]) <= (self._tolerance if alike else COARSE)
-            if enough or not np.isfinite([held[j], lost[j]]).all():
-                break
-            if not self._ask((held[j] + lost[j]) / 2.0, pilot):
-                break
-
-    def _width(self, u: float, other: float) -> float:
-        return self._asking.scale.apart(self._number(u), self._number(other))
-
-    def _count(self, u: float) -> int | None:
-        """How many of all draws are lost at a value; None if the limit came."""
-        every = np.arange(self._rule.draws)
-        if not self._ask(u, every):
-            return None
-        self._lost_at[u] = int((self._lost <= u).sum())
-        return self._lost_at[u]
-
-    def _bracket(self, rank: int) -> tuple[float, float]:
-        """Values on both sides of the critical value of the draw of a rank, from the first to be
-        lost; infinite where it lies beyond the range."""
-        if rank == 0:
-            return -np.inf, -np.inf
-        low = max((u for u, lost in self._lost_at.items() if lost < rank), default=-np.inf)
-        high = min((u for u, lost in self._lost_at.items() if lost >= rank), default=np.inf)
-        while low < 1.0 and high > 0.0 and self._width(low, high) > self._tolerance:
-            lost = self._count(u := self._between(low, high, rank))
-            if lost is None:
-                return low, high
-            low, high = (u, high) if lost < rank else (low, u)
-        if high == 0.0:
-            return -np.inf, -np.inf
-        return (np.inf, np.inf) if low == 1.0 else (low, high)
-
-    def _between(self, low: float, high: float, rank: int) -> float:
-        """The next value: one at which the first draws say on which side it is, or the middle."""
-        tried: set[float] = {
-            u for u in (*self._held[:PILOT], *self._lost[:PILOT]) if low < u < high
-        }
-        share, pilot = rank / self._rule.draws, self._lost[:PILOT]
-        if high == np.inf:
-            many = [u for u in tried if float((pilot <= u).mean()) > share]
-            return min(many) if many else 1.0
-        if tried:
-            few = [u for u in tried if float((pilot <= u).mean()) < share]
-            return max(few) if few else min(tried)
-        if low == -np.inf and self._width(0.0, high) <= self._tolerance:
-            return 0.0
-        return float((max(low, 0.0) + high) / 2.0)
-
-    def _surprised(self, low: float, high: float) -> bool:
-        """Whether an outcome that follows is another one."""
-        every = np.arange(self._rule.draws)
-        for u, follows, expected in (
-            (min(max(low, 0.0), 1.0), self._held > low, 1.0),
-            (min(max(high, 0.0), 1.0), self._lost < high, 0.0),
-        ):
-            asked = self._asking.known.get(float(self._number(u)), {})
-            left = [j for j in every[follows] if int(j) not in asked][: SURPRISES // 2]
-            found = self._asking.outcomes(self._number(u), np.array(left, int)) if left else None
-            if found is not None and bool((found == 1.0 - expected).any()):
-                return True
-        return False
-
-    def _moved(self, u: float, by: float, holds: Callable[[int, int, float], bool]) -> float:
-        """An end of the interval that draws which were not used before say is one."""
-        new = np.arange(self._rule.draws, 2 * self._rule.draws)
-        alpha = self._rule.alpha
-        while 0.0 <= u <= 1.0:
-            alpha /= 2.0
-            found = self._asking.outcomes(self._number(u), new)
-            if found is None:
-                break
-            kept = found[~np.isnan(found)]
-            if holds(int((kept == 0.0).sum()), len(kept), alpha):
-                return u
-            u, by, new = u + by, 2.0 * by, new + self._rule.draws
-        return -np.inf if by < 0 else np.inf
+        return spans, [problem] * len(spans)

@@ -1,94 +1,21 @@
-"""Several quantities of one problem, by name: how much of each can it take, which is tightest?"""
+"""Several quantities of one problem: how much of each can it take, which is tightest?"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, overload
 
 import numpy as np
 
-from energymargin._core import Problem
+from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.act.critical import CriticalValue, critical_value
-from energymargin.base.checks import check_type, one_of, shown
+from energymargin.act.quantities import Quantity, quantity_of
+from energymargin.base.checks import check_type, shown
+from energymargin.base.limits import Limit
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
-
-KINDS = ("push", "horizon", "friction.BODY", "mass.BODY", "x.BODY", "y.BODY", "z.BODY")
-AXES = "xyz"
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One of a problem that can be varied."""
-
-    name: str
-    unit: str
-    nominal: float
-    """What the problem has."""
-    problem: Callable[[float], Problem]
-    """The problem with another value."""
-
-
-def quantity_of(problem: Problem, name: str) -> Quantity:
-    """A quantity by its name.
-
-    "push" is the largest force of a disturbance [N], of which its forces and torques are scaled;
-    "horizon" [s], in whole steps; "friction.BODY"; "mass.BODY" [kg]; "x.BODY", "y.BODY" and
-    "z.BODY" move a free body along an axis of the world by so much [m]. Raises ValueError on
-    another name, and a body that has no such quantity.
-    """
-    kind, _, body = name.partition(".")
-    one_of("vary", f"{kind}.BODY" if body else kind, KINDS)
-    if kind == "horizon":
-        if problem.horizon is None:
-            raise ValueError("vary is 'horizon', and the problem has none: replace(horizon=1.0)")
-        step = problem.scene.step
-
-        def over(value: float) -> Problem:
-            return problem.replace(horizon=max(1, round(value / step)) * step)
-
-        return Quantity(name, "s", problem.horizon, over)
-    if kind == "push":
-        force, torque = np.array(problem.force), np.array(problem.torque)
-        most = float(force.max())
-        if most == 0.0:
-            raise ValueError("vary is 'push', and the problem has no force")
-
-        def pushed(value: float) -> Problem:
-            return problem.replace(force=force * (value / most), torque=torque * (value / most))
-
-        return Quantity(name, "N", most, pushed)
-    bodies = {one.name: one for one in problem.scene.bodies}
-    one_of("vary", body, tuple(bodies))
-    if kind in AXES:
-        return Quantity(name, "m", 0.0, _moved(problem, body, AXES.index(kind)))
-
-    def changed(value: float) -> Problem:
-        return problem.replace(scene=problem.scene.with_body(body, **{kind: value}))
-
-    unit = "kg" if kind == "mass" else ""
-    return Quantity(name, unit, float(getattr(bodies[body], kind)), changed)
-
-
-def _moved(problem: Problem, body: str, axis: int) -> Callable[[float], Problem]:
-    scene = problem.scene
-    there = scene.unpack(problem.state).get(body, {})
-    if len(there.get("position", ())) <= axis:
-        raise ValueError(
-            f"vary is '{AXES[axis]}.{body}', along which that body does not move freely"
-        )
-
-    def moved(value: float) -> Problem:
-        position = np.array(there["position"], dtype=float)
-        before = scene.pack(**{body: {"position": position}})
-        position[axis] += value
-        return problem.with_state(
-            problem.state + scene.pack(**{body: {"position": position}}) - before
-        )
-
-    return moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,22 +78,39 @@ class CriticalValues(Sequence[CriticalValue], Summarized):
 
 
 def critical_values(
-    problem: Problem, vary: Mapping[str, tuple[float, float]], **asked: Any
+    problem: Problem,
+    vary: Mapping[Any, tuple[float, float]],
+    *,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+    **asked: Any,
 ) -> CriticalValues:
     """How much of each of several quantities a problem can take, one varied at a time.
 
-    `vary`: ranges by the quantities' names: "push" [N], "horizon" [s], "friction.BODY", "mass.BODY"
-    [kg], "x.BODY", "y.BODY" and "z.BODY" [m]. `asked`: as of `em.critical_value`, which says what
-    comes out, and its errors; `timeout` is of each.
+    Args:
+        problem: the one that is varied.
+        vary: ranges by the quantities' names, as of `quantity_of`: "push" [N], "horizon" [s],
+            "speed", "delay" [s], "gain", "friction.BODY", "friction.BODY,BODY", "mass.BODY" [kg],
+            "force.JOINT", "x.BODY" to "z.BODY" [m], "rx.BODY" to "rz.BODY" [rad]; or a Quantity of
+            your own.
+        timeout: after so many seconds [s] the quantities have what is known by then.
+        cancel: the same once it is set.
+        asked: as of `em.critical_value`, which says what comes out, and its errors.
     """
     check_type("problem", problem, Problem, "a Problem")
     if not isinstance(vary, Mapping) or not vary:
         raise ValueError(f"vary is {shown(vary)}, expected ranges by name, {{'push': (0.1, 20)}}")
-    quantities = [quantity_of(problem, name) for name in vary]
-    found = [
-        critical_value(one.problem, one.name, vary[one.name], unit=one.unit, **asked)
-        for one in quantities
-    ]
+    limit = Limit(timeout, cancel)
+    quantities = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
+    found: list[CriticalValue] = []
+    for one, ends in quantities.items():
+        given: dict[str, Any] = {**asked, **limit.rest(), "unit": one.unit}
+        try:
+            found.append(critical_value(one.problem, one.name, ends, **given))
+        except (Cancelled, TimeoutError):
+            if not found:
+                raise
+            found.append(CriticalValue.unknown(one.name, one.unit, ends, like=found[0]))
     first = found[0]
     question = (
         f"Asked: captured for {problem.horizon:g} s with probability {first.probability:g}; "

@@ -338,5 +338,19 @@ def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonPar
     )
 
 
+def numbered_particle(belief: Belief, seed: int, number: int) -> Problem:
+    """Particle `number` of a belief, the same whatever others there are. Raises ValueError if
+    hardly any draw can be."""
+    random = np.random.default_rng([seed, number])
+    points = (np.clip(random.random(belief.dimension), *OPEN) for _ in range(TRIES))
+    found = next(filter(None, map(belief.particle, points)), None)
+    if found is None:
+        raise ValueError(
+            f"{TRIES} draws of the uncertainty have no place or a friction or mass below 0, "
+            "expected smaller errors"
+        )
+    return found[0]
+
+
 def _said(sources: Sequence[Source]) -> str:
     return ", ".join(f"{one.name} ({', '.join(one.inputs)})" for one in sources) or "nothing"

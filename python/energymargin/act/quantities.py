@@ -1,0 +1,208 @@
+"""Quantities of a problem that can be varied, by name."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from energymargin._core import Feedback, Plan, Problem
+from energymargin.base.checks import one_of
+from energymargin.model.plans import in_steps
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One of a problem that can be varied."""
+
+    name: str
+    unit: str
+    nominal: float
+    """What the problem has."""
+    problem: Callable[[float], Problem]
+    """The problem with another value."""
+
+
+def quantity_of(problem: Problem, name: str) -> Quantity:
+    """A quantity by its name.
+
+    "push" is the largest force of a disturbance [N], of which its forces and torques are scaled;
+    "horizon" [s], in whole steps; "speed" of a plan, 1 as it is; "delay" of a feedback or a named
+    policy [s], in whole control periods; "gain" of a feedback, 1 as it is; "friction.BODY",
+    "friction.BODY,BODY" of a pair; "mass.BODY" [kg]; "force.JOINT", the largest of its drive [N] or
+    [N m]; "x.BODY", "y.BODY", "z.BODY" and "rx.BODY", "ry.BODY", "rz.BODY" move a free body along
+    an axis of the world [m] or turn it about one [rad]. Raises ValueError on another name, and on
+    what has no such quantity.
+    """
+    kind, _, of = name.partition(".")
+    one_of("vary", f"{kind}.{OF.get(kind, 'BODY')}" if of else kind, KINDS)
+    return QUANTITIES[kind](problem, name, of)
+
+
+def _horizon(problem: Problem, name: str, _: str) -> Quantity:
+    if problem.horizon is None:
+        raise ValueError("vary is 'horizon', and the problem has none: replace(horizon=1.0)")
+    step = problem.scene.step
+
+    def over(value: float) -> Problem:
+        return problem.replace(horizon=max(1, round(value / step)) * step)
+
+    return Quantity(name, "s", problem.horizon, over)
+
+
+def _push(problem: Problem, name: str, _: str) -> Quantity:
+    force, torque = np.array(problem.force), np.array(problem.torque)
+    most = float(force.max())
+    if most == 0.0:
+        raise ValueError("vary is 'push', and the problem has no force")
+
+    def pushed(value: float) -> Problem:
+        return problem.replace(force=force * (value / most), torque=torque * (value / most))
+
+    return Quantity(name, "N", most, pushed)
+
+
+def _plan_of(problem: Problem, name: str) -> Plan:
+    if problem.plan is None:
+        raise ValueError(f"vary is {name!r}, and the problem has no plan")
+    plan: Plan = problem.plan
+    return plan
+
+
+def _speed(problem: Problem, name: str, _: str) -> Quantity:
+    """Rows last shorter, and motors are asked for more; the horizon is shorter likewise."""
+    plan, horizon = _plan_of(problem, name), problem.horizon or 0.0
+    if plan.feedback is not None:
+        raise ValueError(f"vary is 'speed', and the plan is {plan!r}, expected one of rows alone")
+
+    def faster(value: float) -> Problem:
+        step = problem.scene.step
+        moves = {body: value * rows for body, rows in plan.velocities.items()}
+        rows: dict[str, Any] = {"wrenches": plan.wrenches, "targets": plan.targets}
+        quick = Plan(plan.step / value, velocities=moves, limits=plan.limits, **rows)
+        quick = in_steps(quick, step)
+        # A horizon is whole steps, and no longer than the plan.
+        end = min(round(horizon / value / step), int(quick.duration / step + ALMOST))
+        return problem.replace(plan=quick, horizon=max(1, end) * step)
+
+    return Quantity(name, "", 1.0, faster)
+
+
+def _delay(problem: Problem, name: str, _: str) -> Quantity:
+    plan = _plan_of(problem, name)
+    law = plan.feedback
+    if law is None:
+        raise ValueError("vary is 'delay', and the plan observes nothing")
+
+    def late(value: float) -> Problem:
+        delay = round(value / law["period"])
+        if plan.policy is None:
+            return problem.replace(plan=_with_law(plan, delay=delay))
+        return _edited(problem, lambda whole: whole["plan"]["policy"].update(delay=delay))
+
+    return Quantity(name, "s", law["delay"] * law["period"], late)
+
+
+def _gain(problem: Problem, name: str, _: str) -> Quantity:
+    plan = _plan_of(problem, name)
+    if plan.feedback is None or plan.policy is not None:
+        raise ValueError("vary is 'gain', and the plan has no feedback")
+
+    def stronger(value: float) -> Problem:
+        return problem.replace(plan=_with_law(plan, gains=value * plan.feedback["gains"]))
+
+    return Quantity(name, "", 1.0, stronger)
+
+
+def _with_law(plan: Plan, **changes: Any) -> Feedback:
+    rows = {"wrenches": plan.wrenches, "targets": plan.targets, "velocities": plan.velocities}
+    return Feedback(**{**plan.feedback, **rows, **changes}, motors=plan.limits, step=plan.step)
+
+
+def _force(problem: Problem, name: str, joint: str) -> Quantity:
+    joints = {one.name: one for one in problem.scene.joints}
+    one_of("vary", joint, tuple(joints))
+    one = joints[joint]
+    if not np.isfinite(one.torque_limit):
+        raise ValueError(f"vary is {name!r}, whose drive has no largest force")
+
+    def driven(value: float) -> Problem:
+        def edit(whole: dict[str, Any]) -> None:
+            parts = whole["scene"]["joints"]
+            next(part for part in parts if part["name"] == joint)["torque_limit"] = value
+
+        return _edited(problem, edit)
+
+    unit = "N" if one.type == "prismatic" else "N m"
+    return Quantity(name, unit, float(one.torque_limit), driven)
+
+
+def _edited(problem: Problem, edit: Callable[[dict[str, Any]], None]) -> Problem:
+    """The problem whose JSON is changed."""
+    whole = json.loads(problem.to_json())
+    edit(whole)
+    policy = None if problem.plan is None else problem.plan.policy
+    policies = {} if policy is None else {policy.name: policy}
+    return Problem.from_json(json.dumps(whole), policies=policies)
+
+
+def _of_body(problem: Problem, name: str, body: str) -> Quantity:
+    kind = name.partition(".")[0]
+    bodies = {one.name: one for one in problem.scene.bodies}
+    pair = body.split(",") if kind == "friction" and body not in bodies else [body]
+    for each in pair:
+        one_of("vary", each, tuple(bodies))
+    if len(pair) == 2:
+        return _pair(problem, name, *pair)
+
+    def changed(value: float) -> Problem:
+        return problem.replace(scene=problem.scene.with_body(body, **{kind: value}))
+
+    unit = "kg" if kind == "mass" else ""
+    return Quantity(name, unit, float(getattr(bodies[body], kind)), changed)
+
+
+def _pair(problem: Problem, name: str, one: str, other: str) -> Quantity:
+    def changed(value: float) -> Problem:
+        scene = problem.scene.with_body(one)  # a copy
+        scene.set_friction(one, other, value)
+        return problem.replace(scene=scene)
+
+    return Quantity(name, "", problem.scene.contact_friction(one, other), changed)
+
+
+def _pose(problem: Problem, name: str, body: str) -> Quantity:
+    kind, scene = name.partition(".")[0], problem.scene
+    axis, turns = AXES.index(kind[-1]), kind[0] == "r"
+    one_of("vary", body, tuple(one.name for one in scene.bodies))
+    there = scene.unpack(problem.state).get(body, {})
+    if len(there.get("position", ())) < 3:
+        raise ValueError(f"vary is {name!r}, along which that body does not move freely")
+
+    def moved(value: float) -> Problem:
+        state, own = np.array(problem.state), scene.slice(body)
+        if turns:
+            turn = Rotation.from_rotvec(value * np.eye(3)[axis])
+            state[own][3:7] = (turn * Rotation.from_quat(there["orientation"])).as_quat()
+        else:
+            state[own][axis] += value
+        return problem.with_state(state)
+
+    return Quantity(name, "rad" if turns else "m", 0.0, moved)
+
+
+AXES = "xyz"
+ALMOST = 1e-6  # of a step
+POSES = ("x", "y", "z", "rx", "ry", "rz")
+QUANTITIES: dict[str, Callable[[Problem, str, str], Quantity]] = {
+    **{"push": _push, "horizon": _horizon, "speed": _speed, "delay": _delay, "gain": _gain},
+    **{"friction": _of_body, "mass": _of_body, "force": _force},
+    **dict.fromkeys(POSES, _pose),
+}
+OF = {"friction": "BODY", "mass": "BODY", "force": "JOINT", **dict.fromkeys(POSES, "BODY")}
+"""What a name goes on with."""
+KINDS = tuple(f"{kind}.{OF[kind]}" if kind in OF else kind for kind in QUANTITIES)
