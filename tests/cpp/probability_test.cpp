@@ -11,6 +11,9 @@
 #include <vector>
 
 #include "base/random_draws.hpp"
+#include "energymargin/metrics/capture.hpp"
+#include "energymargin/metrics/effort.hpp"
+#include "expect.hpp"
 #include "scenes.hpp"
 
 namespace energymargin {
@@ -63,6 +66,18 @@ TEST(Probability, AsksForOneDrawAfterTheOtherAndForNoMoreOnceItsTimeIsOver) {
   EXPECT_LT(p.rollouts, 100);
   EXPECT_GE(p.rollouts, 80);
   EXPECT_FALSE(p.complete);
+}
+
+TEST(Probability, WithoutAnyForceIsThatOfTheFutureAloneAndSearchesSayWhatTheyLack) {
+  Problem problem = drift_for_a_moment();
+  problem.force = problem.torque = Vector3::Zero();
+  ProbabilityOptions options;
+  options.rollouts = 2;
+  const CaptureProbability p = capture_probability(problem, options);
+  EXPECT_EQ(p.all.captured(), p.undisturbed ? 1.0 : 0.0);
+  EXPECT_TRUE(rejects([&] { escape_effort(problem); }, {"force and torque", "0 on all axes", "escape_effort"}));
+  problem.horizon.reset();
+  EXPECT_TRUE(rejects([&] { capture_score(problem); }, {"force and torque", "capture_score"}));
 }
 
 TEST(Probability, LeavesOutOneRolloutThatDivergedAndCountsIt) {

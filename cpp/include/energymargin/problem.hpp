@@ -65,6 +65,9 @@ std::optional<Timing> timing_of(const Problem& problem);
 //! Throws std::invalid_argument, in the name of `metric`, if the problem has a clock.
 void require_no_clock(const Problem& problem, const std::string& metric);
 
+//! Throws std::invalid_argument if a metric that searches for disturbances has none to choose from.
+void require_disturbed(const Problem& problem, const std::string& metric);
+
 //! Throws std::invalid_argument, in the name of `metric`, if an object is on a joint.
 void require_free_object(const Problem& problem, std::size_t object, const std::string& metric);
 

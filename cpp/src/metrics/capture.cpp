@@ -222,6 +222,7 @@ CaptureScore capture_score(const Problem& problem, const CaptureOptions& options
   validate(options);
   validate(problem);
   require_no_clock(problem, "capture_score");
+  require_disturbed(problem, "capture_score");
   Forest forest(problem, options);
   forest.grow();
   CaptureScore score = forest.score();

@@ -119,6 +119,7 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
     reject("searches", std::to_string(options.searches), "at most `nodes`, " + std::to_string(options.nodes));
   }
   validate(problem);
+  require_disturbed(problem, "escape_effort");
   Escape escape = find_escapes(problem, options);
   if (options.check_undisturbed && escape.effort > 0.0 && !escape.undisturbed_exit && !timing_of(problem)) {
     Problem future = problem;

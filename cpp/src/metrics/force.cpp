@@ -11,6 +11,7 @@ namespace energymargin {
 ForceScore force_score(const Problem& problem) {
   validate(problem);
   require_no_clock(problem, "force_score");
+  require_disturbed(problem, "force_score");
   const Scene& scene = problem.scene;
   const std::vector<std::size_t> effectors = scene.with_role(Role::effector);
   if (effectors.empty()) {

@@ -46,6 +46,7 @@ void validate(const LowerBoundOptions& options) {
 LowerBound effort_lower_bound(const Problem& problem, const LowerBoundOptions& options) {
   validate(options);
   validate(problem);
+  require_disturbed(problem, "effort_lower_bound");
   const Region& captured = capture_set(problem, options.captured);
   const std::vector<Region> sets = captured_by_object(problem);
   const std::vector<std::size_t> objects = problem.scene.with_role(Role::object);

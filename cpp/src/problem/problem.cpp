@@ -88,9 +88,6 @@ void require_clock(const Problem& problem) {
 void require_disturbance(const Problem& problem) {
   require_form("force", problem.force, Form::bounds);
   require_form("torque", problem.torque, Form::bounds);
-  if (problem.force.isZero(0.0) && problem.torque.isZero(0.0)) {
-    reject("force and torque", "0 on all axes", "at least one axis on which a disturbance can act");
-  }
   for (const std::size_t index : problem.scene.with_role(Role::object)) {
     const Body& object = problem.scene.bodies()[index];
     require_free("force", problem.force, object.linear_factor);
@@ -120,6 +117,11 @@ void require_no_clock(const Problem& problem, const std::string& metric) {
   if (!problem.horizon && !problem.plan) return;
   reject("problem", std::string("with a ") + (problem.plan ? "plan" : "horizon"),
          metric + " of one without: problem.replace(horizon=None, plan=None)");
+}
+
+void require_disturbed(const Problem& problem, const std::string& metric) {
+  if (!problem.force.isZero(0.0) || !problem.torque.isZero(0.0)) return;
+  reject("force and torque", "0 on all axes", "at least one axis on which " + metric + " can push");
 }
 
 void require_free_object(const Problem& problem, std::size_t object, const std::string& metric) {

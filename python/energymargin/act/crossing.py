@@ -33,6 +33,7 @@ GRID = 5  # first values
 COARSE = 0.2  # apart; so near are the first draws bracketed
 SURPRISES = 16  # outcomes that follow, and are asked all the same
 STEP = 0.01  # of the range; by so much at least an end is moved
+ALMOST = 1e-12  # of the scale
 DECADE = 10.0  # a range of a larger ratio is searched by ratios
 
 
@@ -229,14 +230,15 @@ class Part:
 
     def table(self) -> list[tuple[float, float, float]]:
         """As the rows of CriticalValue.outcomes."""
-        numbers = {self._number(u): u for u in (*self._held, *self._lost) if np.isfinite(u)}
+        known = {(n - self._easy) / (self._hard - self._easy): n for n in self._asking.known}
         return [
             (
                 self._asking.scale.value(number),
-                float((self._held >= u).mean()),
-                float((self._lost > u).mean()),
+                float((self._held >= u - ALMOST).mean()),
+                float((self._lost > u + ALMOST).mean()),
             )
-            for number, u in numbers.items()
+            for u, number in known.items()
+            if 0.0 <= u <= 1.0
         ]
 
     def _told(self, low: float, value: float, high: float, monotone: bool | None) -> Crossing:

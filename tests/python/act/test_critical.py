@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from command_line import invoke
+from scipy import stats
 
 import energymargin as em
 
@@ -67,6 +68,115 @@ def test_both_ends_of_a_place_are_found():
         found.crossings, (-RADIUS, RADIUS), ("above", "below"), strict=True
     ):
         assert low <= edge <= high and value == pytest.approx(edge, rel=0.05) and side == holds
+
+
+def test_what_is_not_known_moves_the_value_by_its_quantile():
+    """The mean friction that holds with 95 % is 1.645 deviations above the one that holds."""
+    turn, deviation = np.deg2rad(20.0), 0.03
+    least = np.tan(turn) - 2 * RADIUS / HORIZON**2 / (G * np.cos(turn))
+    asked = {"disturbance": NOTHING, "draws": 240}
+    known = em.beliefs.Uncertainty(friction={"floor": deviation})
+    found = em.critical_value(on_slope, "friction", (0.2, 0.8), uncertainty=known, **asked)
+    assert found.low <= least + stats.norm.ppf(0.95) * deviation <= found.high
+    assert found.high - found.low <= 2 * deviation and found.monotone
+
+
+def test_any_trial_has_a_critical_value():
+    """Draw j is lost above a number of its own; some draws do not count."""
+
+    def outcomes(value, numbers):
+        own = [np.random.default_rng(j).normal(5.0, 1.0) for j in numbers]
+        return np.where(np.array(numbers) % 200 == 7, np.nan, np.array(own) > value)
+
+    found = em.critical_value_of(outcomes, "load", (0.0, 10.0), unit="kg", draws=400)
+    assert found.low <= stats.norm.ppf(0.05, 5.0, 1.0) <= found.high and found.side == "below"
+    assert found.diverged == 2 and found.steps == 0
+    with pytest.raises(ValueError, match=r"outcomes_of returned .* for 16 draws, expected as many"):
+        em.critical_value_of(lambda value, numbers: [value], "load", (0.0, 10.0))
+
+
+def test_the_line_between_held_and_lost():
+    """A force F pulls a block on a floor: it slides by RADIUS if mu < F / m g - 2 r / t^2 g."""
+
+    def pulled(mass, friction):
+        problem = on_slope(friction, 0.0)
+        scene = em.Scene()
+        scene.add_plane("floor", friction=friction)
+        block = {"mass": mass, "position": (0, 0, 0.02), "friction": 1.0, "role": "object"}
+        scene.add_body("object", em.Box((0.1, 0.1, 0.04)), force=(2.0, 0, 0), **block)
+        return problem.replace(scene=scene)
+
+    axes = ("mass", (0.3, 6.0), "kg"), ("friction", (0.02, 1.0))
+    curve = em.critical_curve(pulled, *axes, points=5, disturbance=NOTHING)
+    expected = 2.0 / curve.values / G - 2 * RADIUS / HORIZON**2 / G
+    low, high = curve.band.T
+    inside = (expected > 0.02) & (expected < 1.0)
+    assert inside.sum() >= 3 and curve.complete and curve.confidence == 0.95
+    assert ((0.99 * low <= expected) & (expected <= 1.01 * high))[inside].all()
+    assert np.allclose(curve.curve[inside], expected[inside], rtol=0.01)
+    assert "| mass | friction | interval |" in curve.to_markdown()
+
+
+def on_tray(acceleration=2.0, friction=0.3):
+    scene = em.Scene()
+    tray = {"mass": 1.0, "kinematic": True, "position": (0, 0, -0.01), "role": "effector"}
+    scene.add_body("tray", em.Box((1.0, 1.0, 0.02)), friction=1.0, **tray)
+    cup = {"mass": 0.2, "position": (0, 0, 0.02), "friction": friction, "role": "object"}
+    scene.add_body("cup", em.Box((0.08, 0.08, 0.04)), **cup)
+    speeds = np.zeros((60, 6))
+    speeds[:, 0] = acceleration * (np.arange(60) + 0.5) / 60
+    plan = em.Plan(1 / 60, velocities={"tray": speeds})
+    place = em.regions.Ball("cup", (0, 0, 0.03), RADIUS, "tray")
+    none = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 0.1}
+    return em.Problem(scene, scene.pack(), captured=place, horizon=1.0, plan=plan, **none)
+
+
+def test_a_tray_may_go_so_much_faster():
+    """Its acceleration grows with the square of the speed; the cup slides above mu g."""
+    found = em.critical_values(on_tray(), {"speed": (0.5, 4.0)}, disturbance=NOTHING)
+    speed = np.sqrt(0.3 * G / (2.0 - 2 * RADIUS))
+    assert found[0].side == "below" and found.nominals == (1.0,)
+    assert found[0].value == pytest.approx(speed, rel=0.02)
+
+
+def damped(delay=2, gain=10.0):
+    """A free body that a feedback slows down: v' = -gain v, some periods later."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("object", em.Sphere(0.05), mass=1.0, velocity=(0.2, 0, 0), role="object")
+    law = {"observed": ["object.vx"], "corrected": ["object.fx"], "period": 1 / 120}
+    plan = em.Feedback([[gain]], delay=delay, **law)
+    still = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 8.0}
+    place = em.regions.Ball("object", (0, 0, 0), 0.2)
+    return em.Problem(scene, scene.pack(), captured=place, plan=plan, **still)
+
+
+def test_the_delay_and_the_gain_of_a_feedback_have_stability_limits():
+    """v' = -k v(t - tau) is stable up to k tau = pi / 2; a command is held for half a period in the
+    mean."""
+    ranges = {"delay": (0.0, 0.5), "gain": (0.5, 30.0)}
+    delay, gain = em.critical_values(damped(), ranges, disturbance=NOTHING)
+    assert delay.side == gain.side == "below"
+    half = 0.5 / 120
+    assert delay.value == pytest.approx(np.pi / 20 - half, abs=1.5 / 120)
+    assert gain.value == pytest.approx(np.pi / 2 / 10 / (2.5 / 120), rel=0.1)
+
+
+def test_the_force_of_a_drive_and_a_turn_are_quantities():
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("wall", em.Box((0.1, 0.1, 0.1)), mass=0, position=(0, 0, 1))
+    arm = {"mass": 1.0, "force": (0, 0, -5.0), "role": "object"}
+    scene.add_body("arm", em.Box((0.1, 0.1, 0.1)), position=(0.3, 0, 1), **arm)
+    drive = {"stiffness": 1e5, "damping": 1e3, "torque_limit": 8.0, "target": 0.0}
+    ends = {"parent": "wall", "child": "arm", "axis": (0, 0, 1), "type": "prismatic"}
+    scene.add_joint("lift", origin=(0.3, 0, 0), **ends, **drive)
+    none = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 1.0}
+    place = em.regions.Ball("arm", (0.3, 0, 1), RADIUS)
+    problem = em.Problem(scene, scene.pack(), captured=place, **none)
+    found = em.critical_values(problem, {"force.lift": (1.0, 10.0)}, disturbance=NOTHING)
+    assert found[0].value == pytest.approx(5.0 - 2 * RADIUS, rel=0.01) and found[0].unit == "N"
+    tilted = on_slope(0.9, 0.0, size=(0.04, 0.04, 0.2), horizon=2.0)
+    turned = em.critical_values(tilted, {"rx.object": (-0.5, 0.5)}, disturbance=NOTHING)
+    assert turned[0].unit == "rad" and len(turned[0].crossings) == 2
 
 
 @pytest.mark.parametrize(("push", "side"), [(0.001, "everywhere"), (5.0, "nowhere")])
@@ -140,8 +250,23 @@ def test_a_limit_keeps_what_is_known():
     found = em.critical_value(of_push, "push", (0.05, 20), progress=progress, cancel=cancel)
     whole = em.critical_value(of_push, "push", (0.05, 20))
     assert not found.complete and found.low <= whole.low <= whole.high <= found.high
+    assert found.monotone is None  # it was not tried
     with pytest.raises(TimeoutError, match="before the first values were tried"):
         em.critical_value(of_push, "push", (0.05, 20), timeout=1e-9)
+
+
+def test_a_limit_among_several_quantities_keeps_those_that_are_done():
+    cancel, asked = em.Cancel(), {"push": (0.05, 20), "mass.object": (0.1, 2.0)}
+    whole = em.critical_values(on_slope(0.6), asked)
+
+    def progress(done, total):
+        if done >= whole[0].rollouts:
+            cancel.set()
+
+    found = em.critical_values(on_slope(0.6), asked, progress=progress, cancel=cancel)
+    assert found[0].value == whole[0].value and not found.complete
+    assert found[1].side == "unknown" and found[1].range == (0.1, 2.0)
+    assert np.isnan(found.margins[1]) and found.tightest is found[0]
 
 
 @pytest.mark.parametrize(
@@ -202,5 +327,9 @@ def test_the_command_prints_a_table_and_writes_a_card(tmp_path):
     told = invoke([*words, "-o", str(card)])
     assert told.exit_code == 0 and "| push | 0.5 N | below" in told.output
     assert len(json.loads(card.read_text())["quantities"]) == 2
+    page = tmp_path / "card.html"
+    assert invoke([*words, "-o", str(page)]).exit_code == 0
+    assert "How much it can take: block.json</title>" in page.read_text()
+    assert "data:image/png" in page.read_text() and "<td" in page.read_text()
     told = invoke(["limits", str(file), "--vary", "push=3"])
     assert told.exit_code == 2 and "--vary is 'push=3', expected NAME=LOW:HIGH" in told.output

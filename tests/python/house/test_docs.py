@@ -37,6 +37,7 @@ RUNNING = [
     "guides/recordings.md",
     "guides/own_problem.md",
     "guides/will_it_hold.md",
+    "guides/how_much.md",
     "guides/policies.md",
     "guides/robots.md",
 ]

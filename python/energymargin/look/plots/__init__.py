@@ -17,6 +17,11 @@ from energymargin.look.plots.beliefs import figure_belief
 from energymargin.look.plots.curves import plot_precision_recall, plot_roc
 from energymargin.look.plots.datasets import figure_qualitative
 from energymargin.look.plots.grasps import figure_grasp, plot_grasps
+from energymargin.look.plots.limits import (
+    plot_critical_curve,
+    plot_critical_value,
+    plot_critical_values,
+)
 from energymargin.look.plots.profile import figure_margin_profile, plot_margin_profile
 from energymargin.look.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.look.plots.states import plot_state, state_legend
@@ -39,6 +44,9 @@ __all__ = [
     "figure_margin_profile",
     "figure_qualitative",
     "figure_scores",
+    "plot_critical_curve",
+    "plot_critical_value",
+    "plot_critical_values",
     "plot_effort",
     "plot_future",
     "plot_grasps",

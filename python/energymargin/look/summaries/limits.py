@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from energymargin.base.summary import Summary
+from energymargin.base.summary import Picture, Summary
 from energymargin.base.table_text import DASH
 from energymargin.look.summaries.searches import UNFINISHED
 
 if TYPE_CHECKING:
     from energymargin.act.critical import CriticalValue
+    from energymargin.act.curve import CriticalCurve
     from energymargin.act.limits import CriticalValues
 
 
@@ -23,9 +24,10 @@ def critical_value(one: CriticalValue) -> Summary:
         ("captured with probability", f"{one.probability:g}"),
         ("rollouts", one.rollouts),
     ]
-    notes = [] if one.monotone else ["Not monotone: new draws have tested the ends."]
+    notes = ["Not monotone: new draws have tested the ends."] if one.monotone is False else []
     notes += [] if one.complete else [UNFINISHED]
-    return Summary(f"Critical {one.quantity}", rows, notes=notes)
+    picture = Picture("plot_critical_value", one, "What is known of the probability.")
+    return Summary(f"Critical {one.quantity}", rows, notes=notes, picture=picture)
 
 
 def critical_values(found: CriticalValues) -> Summary:
@@ -37,7 +39,22 @@ def critical_values(found: CriticalValues) -> Summary:
     first = found.tightest
     notes = [found.question] + ([] if first is None else [f"Tightest: {first.quantity}."])
     notes += [] if found.complete else [UNFINISHED]
-    return Summary("", rows, ("quantity", "nominal", "holds", "interval", "margin"), notes)
+    head = ("quantity", "nominal", "holds", "interval", "margin")
+    picture = Picture("plot_critical_values", found, "How far each is from where it fails.")
+    return Summary("", rows, head, notes, picture=picture)
+
+
+def critical_curve(curve: CriticalCurve) -> Summary:
+    """A row for each point."""
+    rows = [
+        (_with_unit(value, curve.unit), *_where_it_holds(one))
+        for value, one in zip(curve.values, curve.found, strict=True)
+    ]
+    notes = [f"All intervals together cover the line with {curve.confidence:.0%}."]
+    notes += [] if curve.complete else [UNFINISHED]
+    picture = Picture("plot_critical_curve", curve, "The line between held and lost.")
+    head = (curve.quantity, curve.found[0].quantity, "interval")
+    return Summary("", rows, head, notes, picture=picture)
 
 
 def _where_it_holds(one: CriticalValue) -> tuple[str, str]:
