@@ -210,6 +210,17 @@ def critical_value_of(
     return _Search(*asked).found(run)
 
 
+Progress = Callable[[int, int], None]
+
+
+def going_on(progress: Progress | None, found: Sequence[CriticalValue]) -> Progress | None:
+    """Progress of one more search."""
+    if progress is None:
+        return None
+    before = sum(one.rollouts for one in found)
+    return lambda done, total: progress(before + done, before + total)
+
+
 @dataclass(frozen=True)
 class _Search:
     """What a search is asked; raises ValueError on what cannot be."""

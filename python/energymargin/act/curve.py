@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.act.critical import CriticalValue, critical_value
+from energymargin.act.critical import CriticalValue, Progress, critical_value, going_on
 from energymargin.act.crossing import Scale
 from energymargin.base.checks import function_of, share, shown, whole_number
 from energymargin.base.limits import Limit
@@ -61,6 +61,7 @@ def critical_curve(
     *,
     points: int = POINTS,
     confidence: float = 0.95,
+    progress: Progress | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
     **asked: Any,
@@ -73,6 +74,7 @@ def critical_curve(
         of: likewise of the second one, whose critical value is searched for.
         points: values of the first; evenly apart, or by ratio if the range's ends are.
         confidence: with which the band covers the curve at all points together.
+        progress: progress(done, total) counts rollouts; the total grows with each search.
         timeout: after so many seconds [s] the last points have what is known by then.
         cancel: the same once it is set.
         asked: as of `em.critical_value`, which says what each point is, and its errors.
@@ -87,6 +89,7 @@ def critical_curve(
     values = [scale.value(u) for u in np.linspace(0.0, 1.0, count)]
     for value in values:
         given: dict[str, Any] = {**asked, **limit.rest(), "unit": other_unit}
+        given["progress"] = going_on(progress, found)
         given["confidence"] = 1.0 - (1.0 - confidence) / count
         try:
             one = critical_value(partial(problem_of, value), other, range_, **given)

@@ -10,7 +10,7 @@ from typing import Any, overload
 import numpy as np
 
 from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.act.critical import CriticalValue, critical_value
+from energymargin.act.critical import CriticalValue, Progress, critical_value, going_on
 from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.base.checks import check_type, shown
 from energymargin.base.limits import Limit
@@ -81,6 +81,7 @@ def critical_values(
     problem: Problem,
     vary: Mapping[Any, tuple[float, float]],
     *,
+    progress: Progress | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
     **asked: Any,
@@ -93,6 +94,7 @@ def critical_values(
             "speed", "delay" [s], "gain", "friction.BODY", "friction.BODY,BODY", "mass.BODY" [kg],
             "force.JOINT", "x.BODY" to "z.BODY" [m], "rx.BODY" to "rz.BODY" [rad]; or a Quantity of
             your own.
+        progress: progress(done, total) counts rollouts; the total grows with each search.
         timeout: after so many seconds [s] the quantities have what is known by then.
         cancel: the same once it is set.
         asked: as of `em.critical_value`, which says what comes out, and its errors.
@@ -105,6 +107,7 @@ def critical_values(
     found: list[CriticalValue] = []
     for one, ends in quantities.items():
         given: dict[str, Any] = {**asked, **limit.rest(), "unit": one.unit}
+        given["progress"] = going_on(progress, found)
         try:
             found.append(critical_value(one.problem, one.name, ends, **given))
         except (Cancelled, TimeoutError):
