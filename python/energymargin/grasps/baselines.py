@@ -16,8 +16,7 @@ from energymargin.grasps.hands import Fitted
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
 from energymargin.grasps.trials import TOUCHING, Closed, Grasp, GraspTrials, clearance
 from energymargin.grasps.wrenches import wrench_space
-from energymargin.model.scenes.poses import pose
-from energymargin.scenes import shape_parts
+from energymargin.scenes import pose, shape_parts
 
 SAMPLES = 4000  # points of an object's surface
 STEP = 1e-4  # m; the way off a face that tells whether another part lies there

@@ -12,18 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin.base.checks import check_shape, check_type, whole_number
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
+from energymargin.evaluation import (
+    CELL_COLUMNS,
+    DRAWS,
+    Cell,
+    Compared,
+    bootstrap,
+    cell_of,
+    csv_fields,
+)
 from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
 from energymargin.grasps.scores import GraspScores
-from energymargin.records.evaluation.bootstrap import (
-    DRAWS,
-    Interval,
-    auc_ap_draws,
-    bootstrap_weights,
-    central,
-    ranked,
-)
-from energymargin.records.evaluation.labelled import Compared
-from energymargin.records.evaluation.table import CELL_COLUMNS, Cell, cell_of, csv_fields
 from energymargin.summary import Summarized
 
 LABELS, PROBABILITY = "labels", "probability"
@@ -43,10 +42,10 @@ class ComparedScore:
     """AUC and AP of all grasps, with their intervals."""
     within: float
     """AUC of the pairs of grasps of one object; NaN if no object has both labels."""
-    within_interval: Interval | None
+    within_interval: bootstrap.Interval | None
     ahead: float
     """AUC of the probability less this AUC."""
-    ahead_interval: Interval | None
+    ahead_interval: bootstrap.Interval | None
     """Of the same draws of both: above 0, the probability is ahead."""
 
 
@@ -201,14 +200,14 @@ def _compared(
     """Each column against the labels."""
     of_one = len(np.unique(groups)) == 1
     drawn = np.arange(len(held)) if of_one else np.unique(groups, return_inverse=True)[1]
-    weights = bootstrap_weights(int(drawn.max()) + 1, draws, seed)
+    weights = bootstrap.bootstrap_weights(int(drawn.max()) + 1, draws, seed)
     found: dict[str, ComparedScore] = {}
     first = np.empty(0)
     for name, column in table.items():
         values = _filled(column)
         cell = cell_of(Compared(values, held, drawn, np.arange(len(held))), weights)
         assert cell is not None  # there are both labels
-        drawn_aucs, _ = auc_ap_draws(ranked(values), held, drawn, weights)
+        drawn_aucs, _ = bootstrap.auc_ap_draws(bootstrap.ranked(values), held, drawn, weights)
         first = drawn_aucs if name == PROBABILITY else first
         right, pairs = _pairs(values, held, groups)
         with np.errstate(invalid="ignore"):
@@ -216,8 +215,8 @@ def _compared(
             drawn_within = (weights @ right) / (weights @ pairs) if not of_one else drawn_aucs
         ahead = found[PROBABILITY].cell.auc - cell.auc if found else 0.0
         found[name] = ComparedScore(
-            *(cell, float(within), central(drawn_within)),
-            *(ahead, central(first - drawn_aucs) if found else None),
+            *(cell, float(within), bootstrap.central(drawn_within)),
+            *(ahead, bootstrap.central(first - drawn_aucs) if found else None),
         )
     return found
 

@@ -22,19 +22,19 @@ from energymargin import (
     Problem,
     Scene,
     World,
+    capture_probability,
     regions,
 )
 from energymargin.base.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
-from energymargin.evaluate.scores import UNIFORM, capture_probability
 from energymargin.grasps.belief import GraspBelief, GraspDraw
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.protocols import GRAVITY, Protocol
-from energymargin.model.scenes.corners import smallest_half_extent
-from energymargin.model.scenes.poses import pose
+from energymargin.grasps.shapes import smallest_half_extent
 from energymargin.regions import Region
+from energymargin.scenes import pose
 
 STEP = 1 / 960  # s; at a longer one a grip at its limit slips in whole steps, and holds too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
@@ -128,7 +128,7 @@ class GraspTrials:
     object: GraspObject
     protocol: Protocol
     belief: GraspBelief = field(default_factory=GraspBelief)
-    disturbance: Disturbance = UNIFORM
+    disturbance: Disturbance = field(default_factory=Uniform)
     colliding: str = "lost"
     seed: int = 0
     step: float = STEP

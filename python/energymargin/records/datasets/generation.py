@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,9 +18,9 @@ from energymargin import tasks
 from energymargin._core import Cancel
 from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
+from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.executors import Executor, Processes, Threads
 from energymargin.evaluate.executors.choice import chosen_executor
-from energymargin.evaluate.parallel import run
 from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import Block
 from energymargin.records.datasets.dataset import Dataset, load, open
@@ -147,22 +147,27 @@ def _make_missing(
     this process."""
     missing = parts.missing(total)
     done = total - sum(last - first for first, last in missing)
-
-    def deliver(shards: Sequence[tuple[int, Block]]) -> None:
-        nonlocal done
-        for first, block in shards:  # written as soon as they come
-            parts.add(first, block)
-            done += len(block)
-            if progress is not None:
-                progress(done, total)
-
     if done and progress is not None:
         progress(done, total)
-    make = partial(generate_shard, parts.request, task if executor is None else None)
-    with (executor or Threads(1)).workers() as workers:
-        for first, last in missing:  # a shard is of trajectories in a row
-            shards = (range(k, min(k + size, last)) for k in range(first, last, size))
-            run(workers, make, shards, deliver, limit, most=size)
+
+    def keep(shards: Pairs[int, Block | None]) -> None:
+        for first, block in shards:  # written as soon as they come
+            if block is not None:
+                parts.add(first, block)
+
+    ask(
+        (
+            range(k, min(k + size, last))
+            for first, last in missing
+            for k in range(first, last, size)
+        ),
+        *(partial(generate_shard, parts.request, task if executor is None else None), keep),
+        most=size,
+        total=total,
+        progress=progress and (lambda now, _: progress(done + now, total)),
+        executor=executor or Threads(1),
+        **limit.rest(),
+    )
 
 
 def _executor(

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from importlib.metadata import version
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -53,9 +54,9 @@ class Request:
 
 def generate_shard(
     request: Request, task: Task | None, indices: Sequence[int], cancel: Cancel
-) -> list[tuple[int, Block]]:
-    """On a worker: trajectories in a row, with the index of the first; once it is cancelled, those
-    that are finished. None: the task of the request is made there."""
+) -> list[Block | None]:
+    """On a worker: trajectories in a row as one shard, at the first of them; once it is cancelled,
+    those that are finished. None: the task of the request is made there."""
     task = task or _made(json.dumps(asdict(request)))
     recorded: list[Trajectory] = []
     limit = Limit(cancel=cancel)
@@ -70,7 +71,12 @@ def generate_shard(
     except Cancelled:
         if not limit.reached:  # the task's own
             raise
-    return [(indices[0], as_block(recorded))] if recorded else []
+    places = range(len(recorded))
+    results: list[Block | None] = []
+    for _, row in groupby(places, lambda place: indices[place] - place):
+        first, *others = row
+        results += [as_block(recorded[first : first + 1 + len(others)]), *(None for _ in others)]
+    return results
 
 
 @lru_cache(1)

@@ -21,9 +21,18 @@ from energymargin.records.evaluation.labelled import (
     LabelledScores,
     compared_states,
 )
-from energymargin.records.evaluation.table import Cell, Evaluation, evaluate, tables_of
+from energymargin.records.evaluation.table import (
+    CELL_COLUMNS,
+    Cell,
+    Evaluation,
+    cell_of,
+    csv_fields,
+    evaluate,
+    tables_of,
+)
 
 __all__ = [
+    "CELL_COLUMNS",
     "DRAWS",
     "HORIZON",
     "LAST_FRAMES",
@@ -32,7 +41,9 @@ __all__ = [
     "Compared",
     "Evaluation",
     "LabelledScores",
+    "cell_of",
     "compared_states",
+    "csv_fields",
     "evaluate",
     "tables_of",
 ]
