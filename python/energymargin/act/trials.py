@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin._core import Cancel, Cancelled
+from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.act.draws import Draw, Draws, Question, Trial
 from energymargin.act.kept_draws import KeptDraws
 from energymargin.base.closing import Closing
@@ -22,6 +22,8 @@ from energymargin.evaluate.executors.choice import chosen_executor
 from energymargin.evaluate.searches import metric_search
 
 PIECE = 1000  # draws that are made at a time
+# They count where they are gathered if they diverge.
+OF_ROLLOUTS: dict[str, Any] = {"undisturbed": False, "most_diverged": ANY}
 
 
 class Trials(Closing):
@@ -79,28 +81,24 @@ def draw_chunk(question: Question, draws: Sequence[Draw], cancel: Cancel) -> lis
     results: list[Draws | None] = []
     for _, group in groupby(draws, together):
         first, *others = group
-        results += [_draws_of(question, first, 1 + len(others), cancel), *(None for _ in others)]
+        found = metric_search(
+            *(first.problem, question.metric),
+            replace(question.settings, rollouts=1 + len(others)),
+            first.number if question.is_effort else None,
+            disturbance=question.disturbance,
+            cancel=cancel,
+            **({} if question.is_effort else OF_ROLLOUTS | {"first": first.number}),
+        )
+        if not found.complete:
+            raise Cancelled("cancelled within a trial")
+        results += [_draws_of(question, found, first.problem), *(None for _ in others)]
     return results
 
 
-def _draws_of(question: Question, first: Draw, count: int, cancel: Cancel) -> Draws:
-    """So many rollouts of a problem, or one search; raises Cancelled if they are not finished."""
-    effort = question.is_effort
-    of_rollouts: dict[str, Any] = {"first": first.number, "undisturbed": False}
-    of_rollouts["most_diverged"] = ANY  # they are counted where draws are gathered
-    found = metric_search(
-        first.problem,
-        question.metric,
-        replace(question.settings, rollouts=count),
-        first.number if effort else None,
-        disturbance=question.disturbance,
-        cancel=cancel,
-        **({} if effort else of_rollouts),
-    )
-    if not found.complete:
-        raise Cancelled("cancelled within a trial")
-    if effort:
-        steps = round(float(np.sum(found.tree.durations)) / first.problem.scene.step)
+def _draws_of(question: Question, found: Any, problem: Problem) -> Draws:
+    """What came of so many rollouts of a problem, or of one search."""
+    if question.is_effort:
+        steps = round(float(np.sum(found.tree.durations)) / problem.scene.step)
         return Draws(np.array([found.effort]), np.array([float(np.isinf(found.effort))]), steps)
     shares = np.minimum(found.exit_times, found.times[-1]) / found.times[-1]
     success = question.metric == "probability/success"

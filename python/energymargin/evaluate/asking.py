@@ -16,7 +16,7 @@ from energymargin._core import Cancel
 from energymargin.base.interrupts import held_interrupts
 from energymargin.base.limits import Limit
 from energymargin.evaluate.executors.choice import Executor, chosen_executor
-from energymargin.evaluate.parallel import MOST, Flow, Task, Workers
+from energymargin.evaluate.parallel import MOST, Chunk, Flow, Task, Workers
 
 if TYPE_CHECKING:
     from energymargin.evaluate.store.answer_file import AnswerFile
@@ -92,11 +92,14 @@ def ask(
     with ExitStack() as opened:
         if not isinstance(executor, Workers):
             executor = opened.enter_context(chosen_executor(executor, threads).workers())
-        flow = Flow(executor, answer, asking.parts(asked), most)
+        flow = Flow(executor, asking.parts(asked), most)
         with held_interrupts() as interrupted:
             try:
                 while flow.busy and not (interrupted.is_set() or limit.reached):
-                    flow.hand_out(limit)
+                    for tasks in flow.chunks():
+                        parts = [part for _, part in tasks]
+                        chunk = Chunk(answer, parts, limit.rest()["timeout"])
+                        flow.sent(executor.submit(chunk), tasks)
                     asking.take(flow.results())
             finally:
                 asking.take(flow.stop())

@@ -17,7 +17,6 @@ from typing import Any, ClassVar, TypeVar
 from energymargin._core import Cancel
 from energymargin.base.closing import Closing
 from energymargin.base.errors import ExecutorError
-from energymargin.base.limits import Limit
 from energymargin.evaluate.searches import algorithm
 
 POLL = 0.05  # s; how long a stop may stay unnoticed
@@ -154,7 +153,6 @@ class Flow:
     """Chunks of items on their way to workers and back."""
 
     _workers: Workers
-    _function: Function[Any, Any]
     _tasks: Iterator[Sequence[Task]]
     """Made when workers have room for them; some may be empty."""
     _most: int = MOST
@@ -173,15 +171,15 @@ class Flow:
         left = self._running or self._waiting or not self._all_came
         return bool(left) or self._error is not None or self._cancelled
 
-    def hand_out(self, limit: Limit) -> None:
-        """Hands out work as far as there is room. Raises the error of a chunk once the results of
-        all others were returned."""
+    def chunks(self) -> list[list[Task]]:
+        """Tasks for which there is room. Raises the error of a chunk once the results of all others
+        were returned."""
         if self._error is not None:
             raise self._error
         slots = self._workers.slots
         room = self._workers.ahead * slots - len(self._running)
         if room <= 0:
-            return
+            return []
         size = self._size(max(self._workers.seconds, slots / CHUNKS_A_SECOND))
         self._take(room * size)
         if self._all_came and len(self._waiting) <= room * size:  # none is to be idle at the end
@@ -189,12 +187,13 @@ class Flow:
         chunks = min(room, -(-len(self._waiting) // size))
         if chunks and not self._running:
             self._workers.begin(chunks if self._all_came else room)
-        for _ in range(chunks):
-            tasks = [self._waiting.popleft() for _ in range(min(size, len(self._waiting)))]
-            items = [item for _, item in tasks]
-            future = self._workers.submit(Chunk(self._function, items, limit.rest()["timeout"]))
-            self._running[future] = tasks
-            future.add_done_callback(self._ended.put)
+        sizes = [min(size, len(self._waiting) - k * size) for k in range(chunks)]
+        return [[self._waiting.popleft() for _ in range(one)] for one in sizes]
+
+    def sent(self, future: Future[Done], tasks: Sequence[Task]) -> None:
+        """A worker has these tasks."""
+        self._running[future] = tasks
+        future.add_done_callback(self._ended.put)
 
     def results(self) -> list[tuple[Any, Any]]:
         """Results that came, after a short wait, each with what it is known by."""

@@ -148,7 +148,7 @@ class GraspTrials:
     def outcomes(self, grasp: Grasp, count: int, cancel: Cancel | None = None) -> list[Outcome]:
         """The first trials of a grasp. Where nothing is unknown the hand closes once for all."""
         if self.belief:
-            return [self.run(grasp, number, cancel) for number in range(count)]
+            return [one for k in range(count) for one in self._run(grasp, range(k, k + 1), cancel)]
         return self._run(grasp, range(count), cancel)
 
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
