@@ -1,12 +1,13 @@
 """Choose, shape and guard actions by the margin."""
 
+from energymargin.act.candidates import Standing
 from energymargin.act.choosing import Candidates, Noise
 from energymargin.act.critical import CriticalValue, critical_value
 from energymargin.act.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.act.improvement import Generation, Improvement, improve
 from energymargin.act.limits import CriticalValues, Quantity, critical_values, quantity_of
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
-from energymargin.act.ranking import Ranking, Standing, rank
+from energymargin.act.ranking import Ranking, rank
 from energymargin.base.doors import check_doors
 
 __all__ = [

@@ -67,8 +67,8 @@ def ask(
             early, with the results of the first parts, or raises.
         on_answers: on_answers([(question, answer), ...]) gets whole answers as they come, in this
             thread.
-        split: the parts of a question, in batches. There are len(question), or fewer if it cannot
-            have more. None: a question is one part, and its answer that part's result.
+        split: the parts of a question, in batches. There are len(question), which may fall to those
+            that could be made. None: a question is one part, and its answer that part's result.
         join: join(question, results) makes an answer of the results of the parts, in their order.
         partly: at the limit, questions are joined of the first results that are there.
         kept: a store. What it has is delivered first, and each new answer is kept at once.
@@ -85,8 +85,7 @@ def ask(
     """
     limit = Limit(timeout, cancel)
     asking = _Asking(split, join, kept, on_answers, total, progress)
-    size: Callable[[Any], int] = len if split else lambda _: 1
-    asked: Iterable[list[_Asked]] = ([_Asked(q, size(q)) for q in batch] for batch in questions)
+    asked: Iterable[list[_Asked]] = (list(map(_Asked, batch)) for batch in questions)
     if kept is not None:
         asked = [asking.unknown(kept, batch) for batch in asked]
     with ExitStack() as opened:
@@ -115,8 +114,6 @@ class _Asked:
     """A question that is asked."""
 
     question: Any
-    count: int
-    """How many parts it has."""
     digest: bytes = b""
     results: dict[int, Any] = field(default_factory=dict)
     """By the number of the part."""
@@ -134,47 +131,38 @@ class _Asking:
     progress: Callable[[int, int], None] | None
     done: int = 0
     open: dict[_Asked, None] = field(default_factory=dict)
-    """Questions that are split, and have no answer yet."""
-    shorter: list[_Asked] = field(default_factory=list)
-    """Those that have fewer parts than they were to have."""
+    """Questions that are with workers."""
 
     def unknown(self, kept: Kept[Any, Any], batch: Sequence[_Asked]) -> list[_Asked]:
         """Delivers the answers that the store has; the other questions."""
-        found, unknown = [], []
+        found = {}
         for one in batch:
             one.digest = kept.digest(one.question)
-            content = kept.file.answer(one.digest)
-            if content is None:
-                unknown.append(one)
-            else:
-                found.append((one.question, kept.read(one.question, content)))
-        self._deliver(found, len(found))
-        return unknown
+            if (content := kept.file.answer(one.digest)) is not None:
+                found[one] = kept.read(one.question, content)
+        self._deliver([(one.question, answer) for one, answer in found.items()], len(found))
+        return [one for one in batch if one not in found]
 
     def parts(self, asked: Iterable[Sequence[_Asked]]) -> Iterator[list[Task]]:
         """Parts of questions, each known by its question and its number."""
         for batch in asked:
             if self.split is None or not batch:
+                self.open |= dict.fromkeys(batch)
                 yield [((one, 0), one.question) for one in batch]
                 continue
             for one in batch:
                 self.open[one], numbers = None, count()
                 for piece in self.split(one.question):
                     yield [((one, next(numbers)), part) for part in piece]
-                if (made := next(numbers)) < one.count:
-                    one.count = made
-                    self.shorter.append(one)
 
     def take(self, results: Sequence[tuple[tuple[_Asked, int], Any]]) -> None:
         """Keeps and delivers the answers that are whole by these results."""
         for (one, number), result in results:
             one.results[number] = result
-        changed = dict.fromkeys([*self.shorter, *(one for (one, _), _ in results)])
-        self.shorter.clear()
-        whole = [one for one in changed if len(one.results) == one.count]
+        whole = [one for one in self.open if len(one.results) == self._size(one.question)]
         answers = [(one.question, self._answer(one)) for one in whole]
         for one, (_, answer) in zip(whole, answers, strict=True):
-            self.open.pop(one, None)
+            del self.open[one]
             if self.kept is not None and (content := self.kept.written(answer)) is not None:
                 self.kept.file.keep(one.digest, content)
         self._deliver(answers, len(results))
@@ -183,6 +171,9 @@ class _Asking:
         """Delivers what there is of the questions that are not whole."""
         begun = [one for one in self.open if 0 in one.results]
         self._deliver([(one.question, self._answer(one)) for one in begun], 0)
+
+    def _size(self, question: Any) -> int:
+        return 1 if self.split is None else len(question)
 
     def _answer(self, one: _Asked) -> Any:
         """The answer of the first results, up to a part that has none."""

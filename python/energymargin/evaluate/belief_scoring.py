@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from energymargin._core import Cancel, Problem, stream
-from energymargin.base.checks import check_type, whole_number
+from energymargin.base.checks import whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import TIMED
@@ -89,8 +89,9 @@ class BeliefWork:
     """Why it has no more particles."""
 
     def __len__(self) -> int:
-        """How many particles it is to have."""
-        return max(map(self.sharing.count, self.asked.metrics))
+        """How many particles it is to have, or has if there can be no more."""
+        most = max(map(self.sharing.count, self.asked.metrics))
+        return most if self.error is None else sum(one is not None for one in self.draws)
 
     def particles(self) -> Iterator[list[Work]]:
         """Its particles, a few at a time."""
@@ -202,7 +203,6 @@ def score_belief(
     and more than 1 % of them diverged.
     """
     limit = Limit(timeout, cancel)
-    check_type("belief", belief, Belief, "an em.Belief")
     chosen = chosen_settings(settings, **loose)
     metrics = chosen_metrics([belief.problem], metrics, chosen)
     sharing = Sharing(particles, chosen)

@@ -200,26 +200,17 @@ class Flow:
         found: list[tuple[Any, Any]] = []
         with suppress(Empty):
             waits = self._running or not self._workers.slots
-            future = self._ended.get(timeout=POLL if waits else 0.0)
+            found += self._results_of(self._ended.get(timeout=POLL if waits else 0.0))
             while True:
-                found += self._results_of(future)
-                future = self._ended.get_nowait()
+                found += self._results_of(self._ended.get_nowait())
         return found
 
     def stop(self) -> list[tuple[Any, Any]]:
         """Ends what runs; results that are finished."""
-        if not self._running:
-            return []
-        self._workers.stop(self._running)
-        wait(self._running, LAST)
-        results: list[tuple[Any, Any]] = []
-        for future, tasks in list(self._running.items()):
-            with suppress(Exception):  # that are not finished, or not well
-                found, _, cancelled = future.result(0)
-                results += _known(tasks, found)
-                if not cancelled or len(found) == len(tasks):
-                    del self._running[future]
-        return results
+        if self._running:
+            self._workers.stop(self._running)
+            wait(self._running, LAST)
+        return [one for f in [*self._running] if f.done() for one in self._results_of(f)]
 
     def _take(self, most: int) -> None:
         """Makes tasks until so many are there, but not for longer than TAKE."""
@@ -249,9 +240,4 @@ class Flow:
         newest = seconds / len(tasks)
         before = newest if self._seconds is None else self._seconds
         self._seconds = before + NEWEST * (newest - before)
-        return _known(tasks, results)
-
-
-def _known(tasks: Sequence[Task], results: Sequence[Any]) -> list[tuple[Any, Any]]:
-    """Results with what they are known by; those of the last items may be missing."""
-    return [(known_by, result) for (known_by, _), result in zip(tasks, results, strict=False)]
+        return [(known_by, one) for (known_by, _), one in zip(tasks, results, strict=False)]

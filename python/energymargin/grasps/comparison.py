@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin.base.checks import check_shape, check_type, whole_number
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
-from energymargin.evaluation import (
-    CELL_COLUMNS,
-    DRAWS,
-    Cell,
-    Compared,
-    bootstrap,
-    cell_of,
-    csv_fields,
-)
+from energymargin.evaluation import DRAWS, Cell, Compared, bootstrap, cell_of
 from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
 from energymargin.grasps.scores import GraspScores
 from energymargin.summary import Summarized
@@ -65,17 +58,14 @@ class GraspComparison(Record, Summarized):
 
     def to_csv(self) -> str:
         """One line a score, in full precision."""
-        ends = ("within", "within_low", "within_high", "ahead", "ahead_low", "ahead_high")
-        none = ("", "")
-        rows = [
-            (
-                *(name, *csv_fields(one.cell)),
-                *(one.within, *(one.within_interval or none)),
-                *(one.ahead, *(one.ahead_interval or none)),
-            )
-            for name, one in self.scores.items()
-        ]
-        return csv_text(("score", *CELL_COLUMNS, *ends), rows)
+        values = ("auc", "ap", "within", "ahead")
+        ends = [f"{name}{end}" for name in values for end in ("", "_low", "_high")]
+        rows = []
+        for name, one in self.scores.items():
+            known = {**vars(one.cell), **vars(one)}
+            spans = [(known[value], *(known[f"{value}_interval"] or ("", ""))) for value in values]
+            rows.append((name, one.cell.count, one.cell.positives, *chain(*spans)))
+        return csv_text(("score", "count", "positives", *ends), rows)
 
 
 def compare(

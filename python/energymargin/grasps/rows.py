@@ -9,7 +9,8 @@ from pathlib import Path
 
 from energymargin.disturbances import text_of
 from energymargin.executors import Kept
-from energymargin.grasps.trials import Grasp, GraspTrials, Outcome
+from energymargin.grasps.outcomes import Grasp, Outcome
+from energymargin.grasps.trials import GraspTrials
 from energymargin.store import AnswerFile
 
 OF_TRIALS = ("hand", "object", "protocol", "belief")

@@ -23,10 +23,11 @@ from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, preset
+from energymargin.grasps.outcomes import ENDINGS, Grasp
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.rows import GraspRow, KeptRows
 from energymargin.grasps.scores import GraspScores, grasp_of
-from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, GraspTrials
+from energymargin.grasps.trials import COLLIDING, STEP, GraspTrials
 
 ROLLOUTS = 30
 EVERY = 0.5  # s between the moments whose efforts are searched

@@ -30,6 +30,9 @@ from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.tasks.trajectories import Trajectory
 
+# At most, of a shard: 0.1 s of balance, 3 s of grasp, 20 MB.
+SHARD_TRAJECTORIES = 50
+SHARD_STATES = 20_000
 SHARDS, REQUEST = b"shards", b"request"  # what the store has
 
 Span = tuple[int, int]
@@ -44,6 +47,11 @@ class Request:
     parameters: dict[str, Any]
     seed: int
     frames: int
+
+    @property
+    def most(self) -> int:
+        """Trajectories of a shard."""
+        return max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // self.frames))
 
     @classmethod
     def of(cls, task: Task, frames: int, seed: int) -> Request:

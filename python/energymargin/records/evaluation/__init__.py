@@ -21,18 +21,9 @@ from energymargin.records.evaluation.labelled import (
     LabelledScores,
     compared_states,
 )
-from energymargin.records.evaluation.table import (
-    CELL_COLUMNS,
-    Cell,
-    Evaluation,
-    cell_of,
-    csv_fields,
-    evaluate,
-    tables_of,
-)
+from energymargin.records.evaluation.table import Cell, Evaluation, cell_of, evaluate, tables_of
 
 __all__ = [
-    "CELL_COLUMNS",
     "DRAWS",
     "HORIZON",
     "LAST_FRAMES",
@@ -43,7 +34,6 @@ __all__ = [
     "LabelledScores",
     "cell_of",
     "compared_states",
-    "csv_fields",
     "evaluate",
     "tables_of",
 ]

@@ -209,11 +209,11 @@ def _sample(states: int, most: int) -> list[int]:
     return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})
 
 
-def has_clock(dataset: Dataset, future: Future | None) -> bool:
+def has_clock(dataset: Dataset) -> bool:
     """Whether its problems have a horizon; those of one dataset are alike in that."""
     found = (dataset.possible_problems([number])[0] for number in range(dataset.size))
     horizons = (problem.horizon for problems in found for problem in problems.values())
-    return future is not None or next(horizons, None) is not None
+    return next(horizons, None) is not None
 
 
 def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
