@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from energymargin import Cancel
-from energymargin.base.limits import Limit
-from energymargin.evaluate.parallel import CHUNKS_A_SECOND, run
-from energymargin.executors import Dask
+from energymargin.evaluate.parallel import CHUNKS_A_SECOND
+from energymargin.executors import Dask, ask
 from energymargin.store import ScoreStore
 from scale_runs import dataset_file, scored_run, size_of
 from scale_throughput import WORKERS, cluster
@@ -190,8 +189,7 @@ def chunks_a_second(address: str, count: int) -> float:
     """How many jobs without work a cluster does."""
     with Dask(address).workers() as workers:
         start = time.perf_counter()
-        items = [range(count)]
-        run(workers, nothing, items, lambda _done: None, Limit(), most=1)
+        ask([range(count)], nothing, lambda _done: None, most=1, executor=workers)
     return count / (time.perf_counter() - start)
 
 

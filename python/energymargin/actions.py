@@ -1,5 +1,6 @@
 """Choose, shape and guard actions by the margin."""
 
+from energymargin.act.candidates import Standing
 from energymargin.act.choosing import Candidates, Noise
 from energymargin.act.critical import CriticalValue, critical_value, critical_value_of
 from energymargin.act.curve import CriticalCurve, critical_curve
@@ -8,7 +9,7 @@ from energymargin.act.improvement import Generation, Improvement, improve
 from energymargin.act.limits import CriticalValues, critical_values
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
 from energymargin.act.quantities import Quantity, quantity_of
-from energymargin.act.ranking import Ranking, Standing, rank
+from energymargin.act.ranking import Ranking, rank
 from energymargin.base.doors import check_doors
 
 __all__ = [

@@ -4,8 +4,17 @@ from energymargin.base.doors import check_doors
 from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.belief_scoring import score_belief
 from energymargin.model.beliefs.belief import Belief, Particles
-from energymargin.model.beliefs.uncertainty import Uncertainty
+from energymargin.model.beliefs.uncertainty import Source, Uncertainty, source_of
 
-__all__ = ["Belief", "BeliefScore", "BeliefScores", "Particles", "Uncertainty", "score_belief"]
+__all__ = [
+    "Belief",
+    "BeliefScore",
+    "BeliefScores",
+    "Particles",
+    "Source",
+    "Uncertainty",
+    "score_belief",
+    "source_of",
+]
 
 check_doors(globals(), __all__)

@@ -11,7 +11,15 @@ import numpy as np
 
 from energymargin._core.disturbances import ActuationNoise, Boltzmann, Gaussian, Uniform, of_plan
 
-__all__ = ["ActuationNoise", "Boltzmann", "Disturbance", "Gaussian", "Uniform", "of_plan"]
+__all__ = [
+    "ActuationNoise",
+    "Boltzmann",
+    "Disturbance",
+    "Gaussian",
+    "Uniform",
+    "of_plan",
+    "text_of",
+]
 
 Disturbance = Uniform | Gaussian | Boltzmann | ActuationNoise
 

@@ -1,4 +1,9 @@
 """Where problems are scored: on threads, in processes, or by the workers of a Dask cluster."""
 
-from energymargin.evaluate.executors import *  # noqa: F403
-from energymargin.evaluate.executors import __all__ as __all__  # noqa: PLC0414
+from energymargin.base.doors import check_doors
+from energymargin.evaluate.asking import Kept, ask
+from energymargin.evaluate.executors import Dask, Executor, Processes, Row, Threads
+
+__all__ = ["Dask", "Executor", "Kept", "Processes", "Row", "Threads", "ask"]
+
+check_doors(globals(), __all__)

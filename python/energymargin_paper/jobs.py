@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from energymargin._core import Cancel
-from energymargin.base.limits import Limit
 from energymargin.base.replacing import replace_text
-from energymargin.evaluate.parallel import run as run_all
-from energymargin.executors import Executor, Threads
+from energymargin.executors import ask
 
-__all__ = ["Lines", "pairs", "resumed", "run_jobs"]
+__all__ = ["Lines", "pairs", "resumed"]
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -67,29 +65,12 @@ def resumed(
                 results[job] = result
                 progress(len(results), len(jobs))
 
-        def of_jobs(jobs: Sequence[Job], cancel: Cancel) -> list[tuple[Job, Result]]:
-            found = [(job, run(job, cancel)) for job in jobs]
+        def of_jobs(jobs: Sequence[Job], cancel: Cancel) -> list[Result]:
+            found = [run(job, cancel) for job in jobs]
             return [] if cancel.is_set else found
 
-        missing = [job for job in jobs if job not in results]
-        run_jobs(Threads(threads), of_jobs, missing, keep, Limit())
+        ask([[job for job in jobs if job not in results]], of_jobs, keep, most=1, threads=threads)
     return {job: results[job] for job in jobs}
-
-
-def run_jobs(
-    executor: Executor,
-    run: Callable[[Sequence[Job], Cancel], Sequence[Result]],
-    jobs: Sequence[Job],
-    keep: Callable[[Sequence[Result]], None],
-    limit: Limit,
-) -> bool:
-    """Runs all jobs, one at a time on each worker; False if the limit came before the last one.
-
-    `keep` gets results as they come. Ctrl-C and errors: as `energymargin.evaluate.parallel.run`.
-    """
-
-    with executor.workers() as workers:
-        return run_all(workers, run, [jobs], keep, limit, most=1)
 
 
 def _complete_lines(path: Path) -> list[str]:

@@ -77,6 +77,18 @@ class Question:
             return float(np.quantile(draws.kept, 0.5, method="inverted_cdf"))
         return float(draws.kept.mean())
 
+    def interval(self, draws: Draws) -> tuple[float, float]:
+        """(low, high) of the score with 95 % confidence; of efforts two order statistics, if so
+        many tell."""
+        if not self.is_effort:
+            return draws.interval()
+        from scipy import stats
+
+        count, ordered = len(draws.kept), np.sort(draws.kept)
+        below = int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5))
+        first = max(below - 1, 0)
+        return float(ordered[first]), float(ordered[count - 1 - first])
+
     def check(self, name: str, problem: Problem) -> None:
         """Raises ValueError if a problem lacks what the question is about."""
         check_type(name, problem, Problem, "a Problem")
@@ -177,7 +189,7 @@ class Draws(Record):
         if too_many_diverged(self.diverged, most or count) or self.diverged == count:
             raise DivergedError(subject, self.diverged, count)
 
-    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
+    def interval(self, confidence: float = OF_INTERVALS) -> tuple[float, float]:
         """(low, high) of the probability whose draws they are (Clopper and Pearson)."""
         from scipy import stats
 

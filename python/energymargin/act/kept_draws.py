@@ -8,6 +8,7 @@ like any other in a file, so none is kept there: not as disturbance, not as set.
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from energymargin._core import Problem
 from energymargin.act.draws import Draws, Question, Trial
 from energymargin.base.checks import check_type, shown
 from energymargin.disturbances import Disturbance, text_of
+from energymargin.evaluate.asking import Kept
 from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
@@ -34,7 +36,11 @@ class KeptDraws(AnswerFile):
         super().__init__(store, create=True)
         self._uncertainty = uncertainty and uncertainty.to_json()
 
-    def digest(self, question: Question, trial: Trial) -> bytes:
+    def of(self, question: Question) -> Kept[Trial, Draws]:
+        """The trials of a question in it."""
+        return Kept(self, partial(self._digest, question), _read, _written)
+
+    def _digest(self, question: Question, trial: Trial) -> bytes:
         """Of a trial. The particles of a candidate follow from the first one and their numbers.
 
         Raises ValueError on what a file cannot tell from another.
@@ -46,18 +52,14 @@ class KeptDraws(AnswerFile):
         draws = (first.number, len(trial), particles, _problem_text(first.problem))
         return self.key(self._uncertainty, *asked, *draws)
 
-    def draws(self, digest: bytes) -> Draws | None:
-        """What came of a trial; None if it is not there."""
-        content = self.answer(digest)
-        if content is None:
-            return None
-        values, times, steps = json.loads(content)
-        return Draws(np.array(values), np.array(times), steps)
 
-    def keep_draws(self, digest: bytes, draws: Draws) -> None:
-        """Keeps what came of a trial. Errors: as `keep`."""
-        content = json.dumps([draws.values.tolist(), draws.times.tolist(), draws.steps])
-        self.keep(digest, content.encode())
+def _read(_: Trial, content: bytes) -> Draws:
+    values, times, steps = json.loads(content)
+    return Draws(np.array(values), np.array(times), steps)
+
+
+def _written(draws: Draws) -> bytes:
+    return json.dumps([draws.values.tolist(), draws.times.tolist(), draws.steps]).encode()
 
 
 def _text(disturbance: Any) -> str | None:

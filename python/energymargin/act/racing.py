@@ -104,6 +104,12 @@ def beats(one: Duel, candidates: int) -> float:
     return _confidence(one.bet - float(np.log(candidates)))
 
 
+def mistaken(candidates: int, *, circle: bool) -> int:
+    """How many candidates may come first by mistake: all but the best one; all, where they may beat
+    each other in a circle."""
+    return candidates if circle else max(candidates - 1, 1)
+
+
 def _confidence(log: float) -> float:
     """Confidence of a bet with this log e-value."""
     return float(max(0.0, -np.expm1(-log))) if log > 0.0 else 0.0

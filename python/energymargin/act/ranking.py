@@ -9,12 +9,11 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
+from energymargin.act.candidates import Standing, check_alike, named
 from energymargin.act.draws import (
     EFFORTS,
-    OF_INTERVALS,
     Disturbance,
     Draws,
     Question,
@@ -22,11 +21,10 @@ from energymargin.act.draws import (
     check_uncertainty,
 )
 from energymargin.act.kept_draws import KeptDraws
-from energymargin.act.racing import Duel, beaten, beats, duel, looks
+from energymargin.act.racing import Duel, beaten, beats, duel, looks, mistaken
 from energymargin.act.trials import Trials
-from energymargin.base.checks import function_or_none, share, shown, whole_number, yes_or_no
+from energymargin.base.checks import function_or_none, share, whole_number, yes_or_no
 from energymargin.base.limits import Limit
-from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
 from energymargin.evaluate.executors import Executor
@@ -39,45 +37,6 @@ MOST_NAMED = 4  # in a sentence
 MOST_PERCENT = 99.9  # that is said
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
 OUT, AS_GOOD = "out", "as good"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Standing(Record):
-    """Where one candidate stands."""
-
-    name: str
-    values: NDArray[np.float64]
-    """Values of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout
-    that diverged, which does not count."""
-    mean_survival: float
-    """Mean time that it stays captured, as a share of the horizon; of efforts the share of the
-    searches that found no escape."""
-    score: float
-    """The probability, or the median of the efforts [J]."""
-    low: float
-    """Lower end of a 95 % interval of the score."""
-    high: float
-    """Upper end of the interval."""
-    steps: int
-    """Simulation steps that it took."""
-    racing: bool
-    """Whether it ran to the end. The others left: another one is better, or they can hardly be
-    better than the one that led."""
-
-    @property
-    def value(self) -> float:
-        """As `score`."""
-        return self.score
-
-    @property
-    def draws(self) -> int:
-        """N."""
-        return len(self.values)
-
-    @property
-    def diverged(self) -> int:
-        """Rollouts that diverged: they are among the draws, and do not count."""
-        return int(np.isnan(self.values).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +150,7 @@ class Ranking(Summarized):
         """Each of the others is beaten, or the first is as good. Bets that one is beaten win by
         mistake half as often as they are allowed to; the other half of the risk is shared by all
         that may have come first, and are as good."""
-        share = 0.5 / _mistaken(self.metric, len(self))
+        share = 0.5 / mistaken(len(self), circle=self.metric in EFFORTS)
         risks = [
             min(self._risks[name], (1.0 - one.as_good(tolerance)) / share)
             for name, one in self._duels.items()
@@ -276,11 +235,11 @@ def rank(
     most = whole_number("rollouts", rollouts, 1)
     confidence, tolerance = share("confidence", confidence), share("tolerance", tolerance)
     yes_or_no("race", race)
-    field = _field(problems)
+    field = named(problems)
     function_or_none("progress", progress, "done", "total")
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
-    _check_alike(question, field)
+    check_alike(question, field)
     with (
         nullcontext() if store is None else KeptDraws(store, uncertainty, question) as kept,
         Trials(executor, threads, kept=kept) as trials,
@@ -383,7 +342,7 @@ class Race:
 
     def _standing(self, candidate: int) -> Standing:
         draws, question = self.draws[candidate], self._question
-        low, high = _of_median(draws.kept) if question.is_effort else draws.interval()
+        low, high = question.interval(draws)
         score, racing = question.score(draws), candidate in self._racing
         drawn = (self._names[candidate], draws.values, draws.mean_survival)
         return Standing(*drawn, score, low, high, draws.steps, racing)
@@ -399,7 +358,7 @@ class Race:
         leader, *others = sorted(self._racing, key=self._place)
         leaving = {i for i in others if 1.0 - self._beaten(i) <= risk}
         if self._done / (most * len(self.draws)) >= SHARE_BEFORE_TIE:
-            risk *= 0.5 / _mistaken(self._question.metric, len(self.draws))
+            risk *= 0.5 / mistaken(len(self.draws), circle=self._question.is_effort)
             as_good = {i: self._duel(leader, i).as_good(tolerance) for i in others}
             leaving |= {i for i, sure in as_good.items() if 1.0 - sure <= risk}
         self._out += sorted(leaving, key=self._place, reverse=True)
@@ -420,61 +379,6 @@ class Race:
         """Sorts the best first; of equal ones that which stays longer, then the first given."""
         draws = self.draws[candidate]
         return -self._question.score(draws), -draws.mean_survival, candidate
-
-
-def _mistaken(metric: str, candidates: int) -> int:
-    """How many candidates may come first by mistake: all but the best one. Of efforts all, as none
-    may beat each other one."""
-    return candidates if metric in EFFORTS else max(candidates - 1, 1)
-
-
-def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Interval between order statistics that holds the median in 95 of 100 cases, if it can."""
-    from scipy import stats
-
-    count, ordered = len(values), np.sort(values)
-    below = int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5))
-    first = max(below - 1, 0)
-    return float(ordered[first]), float(ordered[count - 1 - first])
-
-
-def _field(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Problem]:
-    if not isinstance(problems, (Mapping, Sequence)) or isinstance(problems, str):
-        raise ValueError(f"problems is {shown(problems)}, expected several, as a list or a dict")
-    if not problems:
-        raise ValueError("problems is empty, expected one at least")
-    field: dict[str, Problem] = {}
-    for name, problem in problems.items() if isinstance(problems, Mapping) else enumerate(problems):
-        if str(name) in field:
-            raise ValueError(f"problems has the name {str(name)!r} twice, expected different names")
-        field[str(name)] = problem
-    return field
-
-
-def _check_alike(question: Question, field: Mapping[str, Problem]) -> None:
-    """Raises ValueError on a candidate that would not meet the disturbances of the first one, or
-    not for as long."""
-    first, *others = field
-    expected = _met(question, field[first])
-    for name in others:
-        for what, theirs in _met(question, field[name]).items():
-            if theirs != expected[what]:
-                raise ValueError(
-                    f"problems[{name!r}] has {what} {shown(theirs)}, problems[{first!r}] "
-                    f"{shown(expected[what])}, expected the same: candidates meet the same "
-                    "disturbances"
-                )
-
-
-def _met(question: Question, problem: Problem) -> dict[str, object]:
-    """What the disturbances of a problem depend on."""
-    return {
-        "the step": problem.scene.step,
-        "the objects": [body.name for body in problem.scene.bodies if body.role == "object"],
-        "the force bounds": np.asarray(problem.force).tolist(),
-        "the torque bounds": np.asarray(problem.torque).tolist(),
-        "the horizon": None if question.metric == "probability/success" else problem.horizon,
-    }
 
 
 def _percent(share: float) -> str:

@@ -277,8 +277,8 @@ def _say_stopped(scores: GraspScores, store: Path | None) -> None:
 def _view(scores: GraspScores, which: str) -> None:
     """Shows a grasp, by its name or one of CHOICES, until Ctrl-C: once the hand has closed, or else
     open."""
+    from energymargin.grasps.outcomes import NO_GRIP
     from energymargin.grasps.scores import grasp_of
-    from energymargin.grasps.trials import NO_GRIP
     from energymargin.look.viewer import view
 
     names, trials = scores.grasps.names, scores.trials

@@ -13,7 +13,6 @@ from energymargin.cli.options import Output, Where
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, out, say, warn
 
-
 CARDS = (".html", ".md", ".json")
 PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>How much it can take: '
 

@@ -152,7 +152,7 @@ def _asked_future(
     from energymargin.records.store.scoring import has_clock
 
     given = any(value is not None for value in (frames, plan, *times.values()))
-    if not given and has_clock(dataset, None):
+    if not given and has_clock(dataset):
         return None
     try:
         frames = usual_frames(dataset) if frames is None else frames

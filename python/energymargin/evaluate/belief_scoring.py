@@ -1,4 +1,4 @@
-"""The scoring of beliefs: particles go out to workers, and the rows of a belief are gathered.
+"""The scoring of beliefs: a belief is a question that is split into particles.
 
 A belief costs as many simulation steps as a problem: the nodes of a tree are shared out among the
 particles, and each rollout of a probability has a particle of its own.
@@ -6,10 +6,10 @@ particles, and each rollout of a probability has a particle of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import count, islice, takewhile
+from itertools import count, islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,12 +19,11 @@ from energymargin.base.checks import whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import TIMED
+from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.divergence import ANY, too_many_diverged
 from energymargin.evaluate.executors import Executor, Row
-from energymargin.evaluate.executors.choice import chosen_executor
 from energymargin.evaluate.executors.rows import Work, score_chunk
-from energymargin.evaluate.parallel import run
 from energymargin.evaluate.scoring import ScoreError
 from energymargin.evaluate.searches import (
     LooseSettings,
@@ -76,32 +75,49 @@ class Sharing:
 
 
 @dataclass(eq=False)
-class _Gathered:
-    """A belief whose particles are scored."""
+class BeliefWork:
+    """What is asked of a belief about a problem: a question that is split into particles."""
 
     asked: Work
-    """Its problem, and what is asked of it."""
-    sources: list[Source]
+    """The problem, and the metrics."""
+    belief: Callable[[int], Belief]
+    """The belief about the problem of an index; it may raise ValueError."""
     sharing: Sharing
-    count: int
-    """How many particles it will have."""
+    sources: list[Source] = field(default_factory=list)
     draws: list[Drawn | None] = field(default_factory=list)
-    rows: dict[int, Row] = field(default_factory=dict)
-    """By the number of the particle."""
+    error: str | None = None
+    """Why it has no more particles."""
 
-    @property
-    def complete(self) -> bool:
-        """Whether every particle has its scores."""
-        return len(self.rows) == self.count
+    def __len__(self) -> int:
+        """How many particles it is to have, or has if there can be no more."""
+        most = max(map(self.sharing.count, self.asked.metrics))
+        return most if self.error is None else sum(one is not None for one in self.draws)
 
-    def scores(self) -> BeliefScores:
-        """Those of the particles up to the first one that is missing."""
-        there = [self.rows[number] for number in takewhile(self.rows.__contains__, count())]
+    def particles(self) -> Iterator[list[Work]]:
+        """Its particles, a few at a time."""
+        index, numbers = self.asked.index, count()
+        try:
+            whole_number("index", index, 0, PARTICLE - 1)
+            belief = self.belief(index)
+            self.sources = belief.sources
+            draws = belief.draws(len(self), seed=stream(self.sharing.whole.seed, index))
+            while piece := list(islice(draws, PIECE)):
+                self.draws += piece
+                yield [self._work(next(numbers), one.problem) for one in piece if one]
+        except ValueError as error:
+            self.error = str(error)
+
+    def _work(self, number: int, problem: Problem) -> Work:
+        metrics = tuple(m for m in self.asked.metrics if number < self.sharing.count(m))
+        return Work(self.asked.index + number * PARTICLE, problem, metrics)
+
+    def scores(self, there: Sequence[Row]) -> BeliefScores:
+        """Those of the first particles."""
         if not there:
             return BeliefScores({}, complete=False)
         particles = Particles.of(self.draws, self.sources)
         found = {m: self._score(m, there, particles) for m in self.asked.metrics}
-        return BeliefScores(found, self.complete)
+        return BeliefScores(found, complete=len(there) == len(self))
 
     def _score(self, metric: str, there: Sequence[Row], particles: Particles) -> BeliefScore:
         rows = there[: self.sharing.count(metric)]
@@ -116,13 +132,15 @@ class _Gathered:
             (curves[0][0], np.mean([curve for _, curve in curves], axis=0)) if curves else None,
         )
 
-    def row(self) -> Row:
-        """All of them as one row, or the error of a particle."""
-        index, rows = self.asked.index, [self.rows[number] for number in sorted(self.rows)]
+    def row(self, rows: Sequence[Row]) -> Row:
+        """Particles as one row, or what went wrong."""
+        index = self.asked.index
+        if self.error is not None:
+            return Row(index, error=self.error)
         for number, row in enumerate(rows):
             if row.error:
                 return Row(index, error=f"particle {number}: {row.error}")
-        scores = self.scores()
+        scores = self.scores(rows)
         return Row(
             index,
             error=_too_many_diverged(scores),
@@ -144,69 +162,6 @@ def _too_many_diverged(scores: BeliefScores) -> str | None:
         if too_many_diverged(score.diverged, len(score.values)):
             return str(DivergedError(f"the belief's {metric}", score.diverged, len(score.values)))
     return None
-
-
-class ParticleSource:
-    """Batches of work: the particles of beliefs, drawn when they are needed."""
-
-    def __init__(
-        self,
-        batches: Iterable[Sequence[Work]],
-        belief: Callable[[int], Belief],
-        sharing: Sharing,
-        *,
-        keep: bool = True,
-    ) -> None:
-        """The beliefs about the problems of some batches, by their indices; `keep` what is gathered
-        of them, for `found`."""
-        self._batches, self._belief, self._sharing = batches, belief, sharing
-        self._keep = keep
-        self._failed: list[Row] = []
-        self._beliefs: dict[int, _Gathered] = {}
-
-    def __iter__(self) -> Iterator[list[Work]]:
-        """The particles of one belief after the other, a few at a time."""
-        for batch in self._batches:
-            if not batch:
-                yield []
-            for asked in batch:
-                try:
-                    yield from self._drawn(asked)
-                except ValueError as error:
-                    self._failed.append(Row(asked.index, error=str(error)))
-
-    def gathered(self, rows: Sequence[Row]) -> list[Row]:
-        """The rows of beliefs that are complete by these rows of particles, or failed."""
-        done, self._failed = self._failed, []
-        for row in rows:
-            index, number = row.index % PARTICLE, row.index // PARTICLE
-            belief = self._beliefs[index]
-            belief.rows[number] = row
-            if belief.complete:
-                done.append(belief.row())
-                if not self._keep:
-                    del self._beliefs[index]
-        return done
-
-    def found(self) -> dict[int, BeliefScores]:
-        """By index, the scores of each belief with a particle."""
-        every = {index: belief.scores() for index, belief in self._beliefs.items()}
-        return {index: scores for index, scores in every.items() if scores}
-
-    def _drawn(self, asked: Work) -> Iterator[list[Work]]:
-        whole_number("index", asked.index, 0, PARTICLE - 1)
-        most = max(map(self._sharing.count, asked.metrics))
-        belief = self._belief(asked.index)
-        draws = belief.draws(most, seed=stream(self._sharing.whole.seed, asked.index))
-        gathered = _Gathered(asked, belief.sources, self._sharing, most)
-        self._beliefs[asked.index], numbers = gathered, count()
-        while piece := list(islice(draws, PIECE)):
-            gathered.draws += piece
-            yield [self._work(asked, next(numbers), one.problem) for one in piece if one]
-
-    def _work(self, asked: Work, number: int, problem: Problem) -> Work:
-        metrics = tuple(m for m in asked.metrics if number < self._sharing.count(m))
-        return Work(asked.index + number * PARTICLE, problem, metrics)
 
 
 particle_chunk = partial(score_chunk, most_diverged=ANY)
@@ -249,53 +204,25 @@ def score_belief(
     """
     limit = Limit(timeout, cancel)
     chosen = chosen_settings(settings, **loose)
-    on = chosen_executor(executor, threads)
-    found = score_beliefs(
-        {0: belief}, metrics, particles, chosen, executor=on, limit=limit, progress=progress
-    )
-    if not found:
-        limit.require("a particle has all its scores")
-    return found[0]
-
-
-def score_beliefs(
-    beliefs: Mapping[int, Belief],
-    metrics: Sequence[str] | None,
-    particles: int,
-    settings: SearchSettings,
-    *,
-    executor: Executor,
-    limit: Limit,
-    progress: Callable[[int, int], None] | None = None,
-) -> dict[int, BeliefScores]:
-    """The scores of many, by index; those are left out that have no particle before the limit.
-
-    `beliefs`: by index, as of `em.score`, each below 2^32. All else, and errors: as `score_belief`.
-    """
-    strange = [belief for belief in beliefs.values() if not isinstance(belief, Belief)]
-    if strange:
-        raise ValueError(f"beliefs has {strange[0]!r}, expected em.Beliefs alone")
-    problems = [belief.problem for belief in beliefs.values()]
-    metrics = chosen_metrics(problems, metrics, settings)
-    sharing = Sharing(particles, settings)
+    metrics = chosen_metrics([belief.problem], metrics, chosen)
+    sharing = Sharing(particles, chosen)
     sharing.require(metrics)
-    asked = [Work(index, belief.problem, tuple(metrics)) for index, belief in beliefs.items()]
-    source = ParticleSource([asked], beliefs.__getitem__, sharing)
-    total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
-    errors: dict[int, str] = {}
-
-    def deliver(rows: Sequence[Row]) -> None:
-        nonlocal done
-        done += len(rows)
-        errors.update({row.index: row.error for row in source.gathered(rows) if row.error})
-        if progress is not None and rows:
-            progress(done, total)
-
-    chunk = partial(particle_chunk, sharing.settings)
-    with executor.workers() as workers:
-        run(workers, chunk, source, deliver, limit)
-    found = source.found()
-    errors.update({index: text for index, s in found.items() if (text := _too_many_diverged(s))})
-    if errors:
-        raise ScoreError(errors, len(beliefs))
-    return found
+    asked = BeliefWork(Work(0, belief.problem, tuple(metrics)), lambda _: belief, sharing)
+    rows: list[Row] = []
+    ask(
+        *([[asked]], partial(particle_chunk, sharing.settings)),
+        on_answers=lambda answers: rows.extend(answers[0][1]),
+        split=BeliefWork.particles,
+        join=lambda _, there: there,
+        partly=True,
+        total=len(asked),
+        progress=progress,
+        threads=threads,
+        executor=executor,
+        **limit.rest(),
+    )
+    if error := asked.row(rows).error:
+        raise ScoreError({0: error}, 1)
+    if not rows:
+        limit.require("a particle has all its scores")
+    return asked.scores(rows)

@@ -1,6 +1,4 @@
-"""One runner for work in parallel: items go out to workers in chunks, and results come back as they
-are done.
-"""
+"""Items go out to workers in chunks, and their results come back as they are done."""
 
 from __future__ import annotations
 
@@ -9,18 +7,16 @@ import threading
 import time
 from abc import abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from energymargin._core import Cancel
 from energymargin.base.closing import Closing
 from energymargin.base.errors import ExecutorError
-from energymargin.base.interrupts import held_interrupts
-from energymargin.base.limits import Limit
 from energymargin.evaluate.searches import algorithm
 
 POLL = 0.05  # s; how long a stop may stay unnoticed
@@ -35,8 +31,8 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 Function = Callable[[Sequence[Item], Cancel], Sequence[Result]]
-"""Results of some items. Once the cancel is set it returns early, with those that are finished, or
-raises."""
+"""Results of some items, in their order. Once the cancel is set it returns early, with those of the
+first ones, or raises."""
 Done = tuple[Sequence[Any], float, bool]
 """Results of a chunk, for how long a worker was at it [s], and whether it was cancelled."""
 
@@ -148,46 +144,22 @@ class RemoteWorkers(Workers):
         return ExecutorError(error) if isinstance(error, BrokenExecutor | CancelledError) else error
 
 
-def run(
-    workers: Workers,
-    function: Function[Item, Result],
-    batches: Iterable[Sequence[Item]],
-    deliver: Callable[[Sequence[Result]], None],
-    limit: Limit,
-    *,
-    most: int = MOST,
-) -> bool:
-    """Runs a function on all items; False if the limit came before the last one.
-
-    A batch of items is made when workers have room for it; it may be empty. `deliver` gets results
-    as they come, in this thread, and is called again and again. On Ctrl-C it gets within 0.2 s
-    those that are finished, and KeyboardInterrupt is raised; so with any other error, which is then
-    raised: ExecutorError if a worker has died. A chunk has at most so many items (`most`).
-    """
-    flow = _Flow(workers, function, iter(batches), most)
-    with held_interrupts() as interrupted:
-        try:
-            while flow.busy and not (interrupted.is_set() or limit.reached):
-                flow.hand_out(limit)
-                deliver(flow.results())
-        finally:
-            deliver(flow.stop())
-    if interrupted.is_set():
-        raise KeyboardInterrupt
-    return not flow.busy
+Task = tuple[Any, Any]
+"""What its result is known by, which stays here, and the item that a worker gets."""
 
 
 @dataclass(eq=False)
-class _Flow(Generic[Item, Result]):
+class Flow:
     """Chunks of items on their way to workers and back."""
 
     _workers: Workers
-    _function: Function[Item, Result]
-    _batches: Iterator[Sequence[Item]]
-    _most: int
+    _tasks: Iterator[Sequence[Task]]
+    """Made when workers have room for them; some may be empty."""
+    _most: int = MOST
+    """Items of a chunk."""
     _all_came: bool = False
-    _items: deque[Item] = field(default_factory=deque)  # that came, and were not handed out
-    _running: dict[Future[Done], Chunk] = field(default_factory=dict)
+    _waiting: deque[Task] = field(default_factory=deque)
+    _running: dict[Future[Done], Sequence[Task]] = field(default_factory=dict)
     _ended: SimpleQueue[Future[Done]] = field(default_factory=SimpleQueue)
     _error: Exception | None = None
     _cancelled: bool = False  # a chunk was, so items of it may have no results
@@ -196,65 +168,57 @@ class _Flow(Generic[Item, Result]):
     @property
     def busy(self) -> bool:
         """Whether there is work to hand out, or a result to come."""
-        left = self._running or self._items or not self._all_came
+        left = self._running or self._waiting or not self._all_came
         return bool(left) or self._error is not None or self._cancelled
 
-    def hand_out(self, limit: Limit) -> None:
-        """Hands out work as far as there is room. Raises the error of a chunk once the results of
-        all others were returned."""
+    def chunks(self) -> list[list[Task]]:
+        """Tasks for which there is room. Raises the error of a chunk once the results of all others
+        were returned."""
         if self._error is not None:
             raise self._error
         slots = self._workers.slots
         room = self._workers.ahead * slots - len(self._running)
         if room <= 0:
-            return
+            return []
         size = self._size(max(self._workers.seconds, slots / CHUNKS_A_SECOND))
         self._take(room * size)
-        if self._all_came and len(self._items) <= room * size:  # none is to be idle at the end
-            size = min(size, max(1, -(-len(self._items) // slots)))
-        chunks = min(room, -(-len(self._items) // size))
+        if self._all_came and len(self._waiting) <= room * size:  # none is to be idle at the end
+            size = min(size, max(1, -(-len(self._waiting) // slots)))
+        chunks = min(room, -(-len(self._waiting) // size))
         if chunks and not self._running:
             self._workers.begin(chunks if self._all_came else room)
-        for _ in range(chunks):
-            items = [self._items.popleft() for _ in range(min(size, len(self._items)))]
-            chunk = Chunk(self._function, items, limit.rest()["timeout"])
-            future = self._workers.submit(chunk)
-            self._running[future] = chunk
-            future.add_done_callback(self._ended.put)
+        sizes = [min(size, len(self._waiting) - k * size) for k in range(chunks)]
+        return [[self._waiting.popleft() for _ in range(one)] for one in sizes]
 
-    def results(self) -> list[Result]:
-        """Results that came, after a short wait."""
-        found: list[Result] = []
+    def sent(self, future: Future[Done], tasks: Sequence[Task]) -> None:
+        """A worker has these tasks."""
+        self._running[future] = tasks
+        future.add_done_callback(self._ended.put)
+
+    def results(self) -> list[tuple[Any, Any]]:
+        """Results that came, after a short wait, each with what it is known by."""
+        found: list[tuple[Any, Any]] = []
         with suppress(Empty):
             waits = self._running or not self._workers.slots
-            future = self._ended.get(timeout=POLL if waits else 0.0)
+            found += self._results_of(self._ended.get(timeout=POLL if waits else 0.0))
             while True:
-                found += self._results_of(future)
-                future = self._ended.get_nowait()
+                found += self._results_of(self._ended.get_nowait())
         return found
 
-    def stop(self) -> list[Result]:
+    def stop(self) -> list[tuple[Any, Any]]:
         """Ends what runs; results that are finished."""
-        if not self._running:
-            return []
-        self._workers.stop(self._running)
-        wait(self._running, LAST)
-        results: list[Result] = []
-        for future, chunk in list(self._running.items()):
-            with suppress(Exception):  # that are not finished, or not well
-                found, _, cancelled = future.result(0)
-                results += found
-                if not cancelled or len(found) == len(chunk.items):
-                    del self._running[future]
-        return results
+        if self._running:
+            self._workers.stop(self._running)
+            wait(self._running, LAST)
+        return [one for f in [*self._running] if f.done() for one in self._results_of(f)]
 
     def _take(self, most: int) -> None:
-        """Makes batches until so many items are there, but not for longer than TAKE."""
+        """Makes tasks until so many are there, but not for longer than TAKE."""
         end = time.monotonic() + TAKE
-        while not self._all_came and len(self._items) < most and time.monotonic() < end:
-            batch = next(self._batches, None)
-            self._all_came = batch is None
-            self._items.extend(batch or ())
+        while not self._all_came and len(self._waiting) < most and time.monotonic() < end:
+            tasks = next(self._tasks, None)
+            self._all_came = tasks is None
+            self._waiting.extend(tasks or ())
 
     def _size(self, seconds: float) -> int:
         """Items of a chunk of so much work; one before it is known how long an item takes."""
@@ -262,18 +226,18 @@ class _Flow(Generic[Item, Result]):
             return 1
         return max(1, min(self._most, int(seconds / max(self._seconds, 1e-9))))
 
-    def _results_of(self, future: Future[Done]) -> Sequence[Result]:
-        items = self._running.pop(future).items
+    def _results_of(self, future: Future[Done]) -> list[tuple[Any, Any]]:
+        tasks = self._running.pop(future)
         try:
             results, seconds, cancelled = future.result()
         except Exception as error:
             if self._workers.is_lost(error):
-                self._items.extend(items)
+                self._waiting.extend(tasks)
             else:
                 self._error = self._workers.explained(error)
             return []
-        self._cancelled |= cancelled and len(results) < len(items)
-        newest = seconds / len(items)
+        self._cancelled |= cancelled and len(results) < len(tasks)
+        newest = seconds / len(tasks)
         before = newest if self._seconds is None else self._seconds
         self._seconds = before + NEWEST * (newest - before)
-        return results
+        return [(known_by, one) for (known_by, _), one in zip(tasks, results, strict=False)]

@@ -17,10 +17,9 @@ from energymargin.base.errors import EnergyMarginError, ExecutorError
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
+from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.executors import Executor, Row
-from energymargin.evaluate.executors.choice import chosen_executor
 from energymargin.evaluate.executors.rows import Work, score_chunk
-from energymargin.evaluate.parallel import run
 from energymargin.evaluate.searches import (
     LooseSettings,
     SearchSettings,
@@ -78,25 +77,28 @@ def score(
         raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
     settings = chosen_settings(settings, **loose)
     metrics = chosen_metrics(problems, metrics, settings)
-    executor = chosen_executor(executor, threads)
     done: list[Row] = []
     errors: dict[int, str] = {}
 
-    def deliver(rows: Sequence[Row]) -> None:
+    def note(answers: Pairs[Work, Row]) -> None:
+        rows = [row for _, row in answers]
         errors.update({row.index: row.error for row in rows if row.error})
         good = [row for row in rows if not row.error]
         done.extend(good)
         if on_rows is not None and good:
             on_rows(good)
-        if progress is not None and rows:
-            progress(len(done) + len(errors), len(problems))
 
     numbers = _indices(indices, len(problems))
     work = [Work(n, one, tuple(metrics)) for n, one in zip(numbers, problems, strict=True)]
-    chunk = partial(score_chunk, settings)
     try:
-        with executor.workers() as workers:
-            complete = run(workers, chunk, [work], deliver, limit)
+        complete = ask(
+            *([work], partial(score_chunk, settings), note),
+            total=len(work),
+            progress=progress,
+            threads=threads,
+            executor=executor,
+            **limit.rest(),
+        )
     except ExecutorError as error:
         complete, there = False, {row.index for row in done} | set(errors)
         errors.update({index: str(error) for index in numbers if index not in there})

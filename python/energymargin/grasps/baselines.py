@@ -13,11 +13,11 @@ from energymargin.base.checks import check_type
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.belief import GraspDraw
 from energymargin.grasps.hands import Fitted
+from energymargin.grasps.outcomes import Closed, Grasp
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
-from energymargin.grasps.trials import TOUCHING, Closed, Grasp, GraspTrials, clearance
+from energymargin.grasps.trials import TOUCHING, GraspTrials, clearance
 from energymargin.grasps.wrenches import wrench_space
-from energymargin.model.scenes.poses import pose
-from energymargin.scenes import shape_parts
+from energymargin.scenes import pose, shape_parts
 
 SAMPLES = 4000  # points of an object's surface
 STEP = 1e-4  # m; the way off a face that tells whether another part lies there

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.base.checks import one_of
-from energymargin.model.beliefs.uncertainty import Source, Uncertainty, source_of
+from energymargin.beliefs import Source, Uncertainty, source_of
 
 OPEN = (2.0**-31, 1 - 2.0**-31)  # ends of the unit interval: no quantile is infinite
 TRIES = 100  # draws of one number that has to be positive

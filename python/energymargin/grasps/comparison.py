@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -12,18 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin.base.checks import check_shape, check_type, whole_number
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
+from energymargin.evaluation import DRAWS, Cell, Compared, bootstrap, cell_of
 from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
 from energymargin.grasps.scores import GraspScores
-from energymargin.records.evaluation.bootstrap import (
-    DRAWS,
-    Interval,
-    auc_ap_draws,
-    bootstrap_weights,
-    central,
-    ranked,
-)
-from energymargin.records.evaluation.labelled import Compared
-from energymargin.records.evaluation.table import CELL_COLUMNS, Cell, cell_of, csv_fields
 from energymargin.summary import Summarized
 
 LABELS, PROBABILITY = "labels", "probability"
@@ -43,10 +35,10 @@ class ComparedScore:
     """AUC and AP of all grasps, with their intervals."""
     within: float
     """AUC of the pairs of grasps of one object; NaN if no object has both labels."""
-    within_interval: Interval | None
+    within_interval: bootstrap.Interval | None
     ahead: float
     """AUC of the probability less this AUC."""
-    ahead_interval: Interval | None
+    ahead_interval: bootstrap.Interval | None
     """Of the same draws of both: above 0, the probability is ahead."""
 
 
@@ -66,17 +58,14 @@ class GraspComparison(Record, Summarized):
 
     def to_csv(self) -> str:
         """One line a score, in full precision."""
-        ends = ("within", "within_low", "within_high", "ahead", "ahead_low", "ahead_high")
-        none = ("", "")
-        rows = [
-            (
-                *(name, *csv_fields(one.cell)),
-                *(one.within, *(one.within_interval or none)),
-                *(one.ahead, *(one.ahead_interval or none)),
-            )
-            for name, one in self.scores.items()
-        ]
-        return csv_text(("score", *CELL_COLUMNS, *ends), rows)
+        values = ("auc", "ap", "within", "ahead")
+        ends = [f"{name}{end}" for name in values for end in ("", "_low", "_high")]
+        rows = []
+        for name, one in self.scores.items():
+            known = {**vars(one.cell), **vars(one)}
+            spans = [(known[value], *(known[f"{value}_interval"] or ("", ""))) for value in values]
+            rows.append((name, one.cell.count, one.cell.positives, *chain(*spans)))
+        return csv_text(("score", "count", "positives", *ends), rows)
 
 
 def compare(
@@ -201,14 +190,14 @@ def _compared(
     """Each column against the labels."""
     of_one = len(np.unique(groups)) == 1
     drawn = np.arange(len(held)) if of_one else np.unique(groups, return_inverse=True)[1]
-    weights = bootstrap_weights(int(drawn.max()) + 1, draws, seed)
+    weights = bootstrap.bootstrap_weights(int(drawn.max()) + 1, draws, seed)
     found: dict[str, ComparedScore] = {}
     first = np.empty(0)
     for name, column in table.items():
         values = _filled(column)
         cell = cell_of(Compared(values, held, drawn, np.arange(len(held))), weights)
         assert cell is not None  # there are both labels
-        drawn_aucs, _ = auc_ap_draws(ranked(values), held, drawn, weights)
+        drawn_aucs, _ = bootstrap.auc_ap_draws(bootstrap.ranked(values), held, drawn, weights)
         first = drawn_aucs if name == PROBABILITY else first
         right, pairs = _pairs(values, held, groups)
         with np.errstate(invalid="ignore"):
@@ -216,8 +205,8 @@ def _compared(
             drawn_within = (weights @ right) / (weights @ pairs) if not of_one else drawn_aucs
         ahead = found[PROBABILITY].cell.auc - cell.auc if found else 0.0
         found[name] = ComparedScore(
-            *(cell, float(within), central(drawn_within)),
-            *(ahead, central(first - drawn_aucs) if found else None),
+            *(cell, float(within), bootstrap.central(drawn_within)),
+            *(ahead, bootstrap.central(first - drawn_aucs) if found else None),
         )
     return found
 

@@ -73,7 +73,7 @@ class GraspObject:
         Raises ValueError unless a mesh has either a mass or a density, on a URDF of several links,
         and OSError on the file.
         """
-        from energymargin.meshes import mesh
+        from energymargin import mesh
         from energymargin.scenes import from_urdf
 
         if Path(path).suffix.lower() == ".urdf":

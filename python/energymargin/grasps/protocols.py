@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from energymargin import motions
 from energymargin.base.checks import check_type, not_negative_number, one_of, positive_number
-from energymargin.model.motions import Rows
 
 GRAVITY = 9.81  # m/s^2
 GRAVITIES = ("always", "closed", "never")
@@ -48,7 +47,7 @@ class Motion:
         one_of("frame", self.frame, ("world", "hand"))
         self.rows(np.eye(3), motions.STEP)
 
-    def rows(self, hand: NDArray[np.float64], step: float) -> Rows:
+    def rows(self, hand: NDArray[np.float64], step: float) -> NDArray[np.float64]:
         """Velocities of the hand, (K, 6), from an orientation, (3, 3), on."""
         axis = hand @ np.array(self.axis) if self.frame == "hand" else np.array(self.axis)
         if self.kind == "hold":
@@ -128,7 +127,7 @@ class Protocol:
         """Duration of all motions [s]."""
         return sum(motion.duration for motion in self.motions)
 
-    def rows(self, hand: NDArray[np.float64], step: float) -> Rows:
+    def rows(self, hand: NDArray[np.float64], step: float) -> NDArray[np.float64]:
         """Velocities of the hand, (K, 6), that starts with an orientation, (3, 3)."""
         from scipy.spatial.transform import Rotation
 

@@ -8,7 +8,9 @@ from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from energymargin.disturbances import text_of
-from energymargin.grasps.trials import Grasp, GraspTrials, Outcome
+from energymargin.executors import Kept
+from energymargin.grasps.outcomes import Grasp, Outcome
+from energymargin.grasps.trials import GraspTrials
 from energymargin.store import AnswerFile
 
 OF_TRIALS = ("hand", "object", "protocol", "belief")
@@ -38,19 +40,17 @@ class KeptRows(AnswerFile):
         asked |= {name: getattr(trials, name) for name in ("colliding", "seed", "step")}
         self._asked = json.dumps([asked, text_of(trials.disturbance), rollouts, effort])
         super().__init__(store, create=True)
+        self.rows = Kept(self, self._digest, _read, _written)
 
-    def row(self, grasp: Grasp) -> GraspRow | None:
-        """What became of a grasp; None if it is not there."""
-        content = self.answer(self._key(grasp))
-        if content is None:
-            return None
-        outcomes, likely, *others = json.loads(content)
-        made = tuple(Outcome(*one) for one in outcomes)
-        return GraspRow(grasp.number, made, Outcome(*likely), *others)
-
-    def keep_row(self, grasp: Grasp, row: GraspRow) -> None:
-        """Keeps it. Errors: as AnswerFile.keep."""
-        self.keep(self._key(grasp), json.dumps(astuple(row)[1:]).encode())
-
-    def _key(self, grasp: Grasp) -> bytes:
+    def _digest(self, grasp: Grasp) -> bytes:
         return self.key(self._asked, grasp.opening, grasp.pose.tobytes(), grasp.placed.tobytes())
+
+
+def _read(grasp: Grasp, content: bytes) -> GraspRow:
+    outcomes, likely, *others = json.loads(content)
+    made = tuple(Outcome(*one) for one in outcomes)
+    return GraspRow(grasp.number, made, Outcome(*likely), *others)
+
+
+def _written(row: GraspRow) -> bytes | None:
+    return None if row.error is not None else json.dumps(astuple(row)[1:]).encode()

@@ -15,7 +15,8 @@ from energymargin.base.checks import check_shape, not_negative_number, share
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.trials import ENDINGS, Grasp, GraspTrials
+from energymargin.grasps.outcomes import ENDINGS, Grasp
+from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")

@@ -17,19 +17,17 @@ from energymargin import Cancel, Cancelled, margin_profile
 from energymargin.base.checks import check_type, one_of, positive_number, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
-from energymargin.disturbances import Disturbance
-from energymargin.evaluate.executors.choice import chosen_executor
-from energymargin.evaluate.parallel import run
-from energymargin.evaluate.scores import UNIFORM
-from energymargin.executors import Executor
+from energymargin.disturbances import Disturbance, Uniform
+from energymargin.executors import Executor, ask
 from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, preset
+from energymargin.grasps.outcomes import ENDINGS, Grasp
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.rows import GraspRow, KeptRows
 from energymargin.grasps.scores import GraspScores, grasp_of
-from energymargin.grasps.trials import COLLIDING, ENDINGS, STEP, Grasp, GraspTrials
+from energymargin.grasps.trials import COLLIDING, STEP, GraspTrials
 
 ROLLOUTS = 30
 EVERY = 0.5  # s between the moments whose efforts are searched
@@ -101,39 +99,33 @@ def score(
         object,
         protocol_of(protocol),
         belief,
-        UNIFORM if disturbance is None else disturbance,
+        Uniform() if disturbance is None else disturbance,
         colliding,
         seed_number(seed),
         positive_number("step", step),
     )
     trials.check(grasps)
-    limit, on = Limit(timeout, cancel), chosen_executor(executor, threads)
+    limit, there = Limit(timeout, cancel), 0
     scores = GraspScores.before(grasps, trials, count)
+
+    def note(rows: Sequence[tuple[Grasp, GraspRow]]) -> None:
+        nonlocal scores, there
+        scores, there = scores.writable(), there + len(rows)
+        for _, row in rows:
+            _put(scores, row)
+
     with nullcontext() if store is None else KeptRows(store, trials, count, nodes) as kept:
-        asked = [grasp_of(grasps, number) for number in range(len(grasps))]
-        found = [] if kept is None else [row for one in asked if (row := kept.row(one))]
-        there = {row.number for row in found}
-        left = [grasp for grasp in asked if grasp.number not in there]
-        done = 0
-
-        def deliver(rows: Sequence[GraspRow]) -> None:
-            nonlocal done, scores
-            if not rows:
-                return
-            done, scores = done + len(rows), scores.writable()
-            for row in rows:
-                _put(scores, row)
-                if kept is not None and row.error is None and row.number not in there:
-                    kept.keep_row(asked[row.number], row)
-            if progress is not None:
-                progress(done, len(grasps))
-
-        deliver(found)
-
-        function = partial(score_grasps, trials, count, nodes)
-        with on.workers() as workers:
-            run(workers, function, [left], deliver, limit)
-    if done == 0:
+        ask(
+            [[grasp_of(grasps, number) for number in range(len(grasps))]],
+            *(partial(score_grasps, trials, count, nodes), note),
+            kept=None if kept is None else kept.rows,
+            total=len(grasps),
+            progress=progress,
+            threads=threads,
+            executor=executor,
+            **limit.rest(),
+        )
+    if there == 0:
         limit.require("a grasp has its score")
     warn([(text, text) for text in scores.warnings], None)
     return scores

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations, islice, product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,19 +22,20 @@ from energymargin import (
     Problem,
     Scene,
     World,
+    capture_probability,
     regions,
 )
 from energymargin.base.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
-from energymargin.evaluate.scores import UNIFORM, capture_probability
 from energymargin.grasps.belief import GraspBelief, GraspDraw
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
+from energymargin.grasps.outcomes import NO_GRIP, Closed, Grasp, HandStart, Outcome, Pose, State
 from energymargin.grasps.protocols import GRAVITY, Protocol
-from energymargin.model.scenes.corners import smallest_half_extent
-from energymargin.model.scenes.poses import pose
+from energymargin.grasps.shapes import smallest_half_extent
 from energymargin.regions import Region
+from energymargin.scenes import pose
 
 STEP = 1 / 960  # s; at a longer one a grip at its limit slips in whole steps, and holds too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
@@ -49,75 +50,7 @@ REACH = 0.1  # m
 MOST_SCENES = 100  # that are kept
 LEVER = 0.01  # m; a torque is a force at this distance
 
-ENDINGS = ("held", "slipped", "turned", "not gripped", "collided", "diverged")
-NO_GRIP = {
-    "collided": "is in the object or the table",
-    "not gripped": "does not close on the object",
-    "diverged": "diverges as it closes",
-}
 COLLIDING = ("lost", "redraw", "retreat")
-
-Pose = NDArray[np.float64]
-State = NDArray[np.float64]
-
-
-class Grasp(NamedTuple):
-    """One grasp."""
-
-    number: int
-    pose: Pose
-    """The grasp frame in the object's frame, (4, 4)."""
-    opening: float
-    """Of the hand before it closes [m]; NaN: as wide as it opens."""
-    placed: Pose
-    """The object's frame in the world's, (4, 4)."""
-
-
-class Outcome(NamedTuple):
-    """What became of one trial."""
-
-    ending: str
-    """One of ENDINGS."""
-    time: float = np.nan
-    """When it was lost, after the hand had closed [s]; inf: it was held, NaN: it did not grip."""
-    redrawn: int = 0
-    """Poses that were drawn again, since the hand was inside the object or the table."""
-    back: float = 0.0
-    """How far the hand was moved back along its approach, out of what it was in [m]."""
-    steps: int = 0
-    """Of the simulation, while the hand closes and later."""
-    unconverged: int = 0
-    """Of these, steps whose contact solver did not converge."""
-    lost_time: float = 0.0
-    """In which nothing moved, as bodies would have passed through each other [s]."""
-
-
-class Closed(NamedTuple):
-    """A hand that has closed, or why it could not."""
-
-    hand: Fitted
-    state: State
-    """Where the hand closed; if it had no place, or diverged, where it began, open."""
-    base: Pose
-    """The frame of the hand's base, (4, 4)."""
-    thing: Pose
-    """The object's axes about its centre of mass in the frame of the hand's base, (4, 4)."""
-    outcome: Outcome
-    """Of the trial so far; `ending` is "" if all of its fingers press on the object."""
-
-    @property
-    def ending(self) -> str:
-        """That of the outcome."""
-        return self.outcome.ending
-
-
-class HandStart(NamedTuple):
-    """A hand where it begins to close."""
-
-    state: State | None
-    """None: the hand was inside the object or the table, and found no place."""
-    redrawn: int = 0
-    back: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -128,7 +61,7 @@ class GraspTrials:
     object: GraspObject
     protocol: Protocol
     belief: GraspBelief = field(default_factory=GraspBelief)
-    disturbance: Disturbance = UNIFORM
+    disturbance: Disturbance = field(default_factory=Uniform)
     colliding: str = "lost"
     seed: int = 0
     step: float = STEP
@@ -148,7 +81,7 @@ class GraspTrials:
     def outcomes(self, grasp: Grasp, count: int, cancel: Cancel | None = None) -> list[Outcome]:
         """The first trials of a grasp. Where nothing is unknown the hand closes once for all."""
         if self.belief:
-            return [self.run(grasp, number, cancel) for number in range(count)]
+            return [one for k in range(count) for one in self._run(grasp, range(k, k + 1), cancel)]
         return self._run(grasp, range(count), cancel)
 
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:

@@ -26,12 +26,11 @@ from energymargin.datasets import Dataset
 from energymargin.evaluate.executors.rows import Row
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.evaluation import Evaluation, LabelledScores, evaluate
-from energymargin.executors import Threads
+from energymargin.executors import ask
 from energymargin.records.evaluation.labelled import HORIZONS, SUCCESS
 from energymargin.store import Run, ScoreStore
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.tasks.trajectories import Trajectory
-from energymargin_paper.jobs import run_jobs
 
 __all__ = [
     "CEILING",
@@ -68,7 +67,6 @@ def ceiling_dataset(
     """
     limit = Limit(timeout, cancel)
     task = scripted(dataset)
-    executor = Threads(threads)
     frames = dataset.frames()
     advance = progress or (lambda _done, _total: None)
 
@@ -87,13 +85,12 @@ def ceiling_dataset(
         run = ceiling_run(store, dataset, continuations, seed)
         advance(*run.counts())
 
-        def keep(rows: Sequence[Row]) -> None:
-            if rows:
-                run.pose({row.index: state_digest(run.digest, row.index) for row in rows})
-                run.add_rows(rows)
-                advance(*run.counts())
+        def keep(answers: Sequence[tuple[int, Row]]) -> None:
+            run.pose({number: state_digest(run.digest, number) for number, _ in answers})
+            run.add_rows([row for _, row in answers])
+            advance(*run.counts())
 
-        run_jobs(executor, of_states, run.missing(), keep, limit)
+        ask([run.missing()], of_states, keep, most=1, threads=threads, **limit.rest())
         scored, total = run.counts()
     return scored == total
 

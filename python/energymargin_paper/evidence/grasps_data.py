@@ -15,9 +15,10 @@ from scipy.stats import uniform
 from energymargin._core import Box, Scene, World
 from energymargin.grasps import GraspBelief, GraspObject, GraspSet, Protocol, read
 from energymargin.grasps.hands import ParallelGripper, preset
+from energymargin.grasps.outcomes import Grasp
 from energymargin.grasps.protocols import protocol_of
 from energymargin.grasps.scores import grasp_of
-from energymargin.grasps.trials import Grasp, GraspTrials
+from energymargin.grasps.trials import GraspTrials
 
 __all__ = ["FOLDER", "LITTLE", "MUG", "OF_ROBOT", "PAIRED", "Noise", "Posed"]
 __all__ += ["acronym", "data_folder", "graspa", "robot_objects", "sampled", "trials_of"]

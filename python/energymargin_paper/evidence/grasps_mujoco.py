@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Scene, World, capture_probability
 from energymargin.grasps.belief import GraspDraw
 from energymargin.grasps.hands import Fitted, Hand
+from energymargin.grasps.outcomes import Closed, Grasp
 from energymargin.grasps.protocols import GRAVITY
-from energymargin.grasps.trials import LEVER, Closed, Grasp, GraspTrials
+from energymargin.grasps.trials import LEVER, GraspTrials
 from energymargin.model.scenes.mjcf_model import name_of
 from energymargin.mujoco import model_of
 from energymargin.mujoco.replay import Edge, EscapePlayer

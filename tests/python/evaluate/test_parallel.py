@@ -13,9 +13,8 @@ import pytest
 from clusters import Cluster, free_port, workers_of
 
 import energymargin as em
-from energymargin.base.limits import Limit
 from energymargin.evaluate import parallel
-from energymargin.executors import Dask, Processes, Threads
+from energymargin.executors import Dask, Processes, Threads, ask
 
 
 def double(numbers, _cancel):
@@ -43,9 +42,9 @@ def die_at(deadly, numbers, _cancel):
     return [2 * number for number in numbers]
 
 
-def run(executor, function, numbers, deliver, limit=None, **options):
-    with executor.workers() as workers:
-        return parallel.run(workers, function, [numbers], deliver, limit or Limit(), **options)
+def run(executor, function, numbers, deliver, **options):
+    values = lambda answers: deliver([answer for _, answer in answers])  # noqa: E731
+    return ask([numbers], function, values, executor=executor, **options)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +73,7 @@ def test_a_limit_keeps_what_is_finished():
         if taken:
             cancel.set()
 
-    assert not run(Threads(2), partial(slow, 0.01), range(200), deliver, Limit(None, cancel))
+    assert not run(Threads(2), partial(slow, 0.01), range(200), deliver, cancel=cancel)
     assert 0 < len(taken) < 200
 
 
@@ -132,7 +131,7 @@ def test_there_are_as_many_processes_as_there_is_work_for():
     count = lambda _: counts.append(len(workers_of(os.getpid())))  # noqa: E731
     with Processes(3).workers() as workers:
         for items, processes in ((1, 1), (2, 2), (1, 2)):
-            assert parallel.run(workers, partial(slow, 0.1), [range(items)], count, Limit())
+            assert run(workers, partial(slow, 0.1), range(items), count)
             assert {*counts} == {processes}
             counts.clear()
     assert not workers_of(os.getpid())
@@ -157,15 +156,12 @@ def test_an_error_that_cannot_be_sent_back_comes_in_words():
 PROGRAM = """
 import sys, time
 import energymargin as em
-from energymargin.base.limits import Limit
-from energymargin.evaluate import parallel
-from test_parallel import double, slow
+from test_parallel import double, run, slow
 from functools import partial
 
 print("begins", flush=True)
 show = lambda results: print(*results, flush=True) if results else None
-with em.executors.Processes(1).workers() as workers:
-    parallel.run(workers, {function}, [range(3)], show, Limit(), most=1)
+run(em.executors.Processes(1), {function}, range(3), show, most=1)
 print("ends")
 """
 

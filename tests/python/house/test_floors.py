@@ -13,6 +13,7 @@ FLOORS = ("base", "model", "tasks", "evaluate", "records", "act", "look")
 COMPANIONS = {"grasps", "mujoco"}  # they stand on the face, and are looked at
 ON_THE_FACE = (
     "act/surrogates",
+    "grasps",
     "look/report",
     "look/viewer",
     "mujoco",

@@ -8,7 +8,7 @@ from matplotlib import pyplot
 from matplotlib.colors import same_color
 from matplotlib.figure import Figure
 
-from energymargin.act.ranking import Standing
+from energymargin.act.candidates import Standing
 from energymargin.actions import Generation, Improvement, Ranking
 from energymargin.plots import figure_improvement, plot_ranking
 

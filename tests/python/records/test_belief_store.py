@@ -2,6 +2,7 @@
 
 import csv
 import json
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,10 +12,10 @@ from scipy.stats import norm
 
 import energymargin as em
 from energymargin import report
-from energymargin.base.limits import Limit
 from energymargin.beliefs import Uncertainty
-from energymargin.evaluate.belief_scoring import score_beliefs
+from energymargin.evaluate.belief_scoring import BeliefWork, Sharing, particle_chunk
 from energymargin.evaluate.executors import threads
+from energymargin.evaluate.executors.rows import Work
 from energymargin.look.report.subject import read_subject
 from energymargin.look.viewer.sources import stored_scores
 from energymargin.look.viewer.texts import score_table
@@ -38,9 +39,14 @@ def path(dataset, tmp_path_factory):
 
 
 def test_scores_are_those_of_beliefs_about_the_states(dataset, path):
-    beliefs = {number: dataset.belief(number, KNOWN) for number in range(dataset.size)}
-    settings, threads = em.SearchSettings(nodes=90), em.executors.Threads(1)
-    known = score_beliefs(beliefs, ["capture"], 3, settings, executor=threads, limit=Limit())
+    sharing = Sharing(3, em.SearchSettings(nodes=90))
+    known = []
+    for number in range(dataset.size):
+        belief = partial(dataset.belief, uncertainty=KNOWN)
+        asked = Work(number, belief(number).problem, ("capture",))
+        work = BeliefWork(asked, belief, sharing)
+        particles = [one for piece in work.particles() for one in piece]
+        known.append(work.scores(particle_chunk(sharing.settings, particles, em.Cancel())))
     with ScoreStore(path) as store:
         run = store.run()
         assert run.sampling.uncertainty == KNOWN and run.sampling.particles == 3

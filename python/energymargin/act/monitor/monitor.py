@@ -10,7 +10,7 @@ import time as clock
 import weakref
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin._core import Cancel, CaptureProbability, Problem, disturbances
 from energymargin.act.monitor.alarm import Alarm, Threshold
 from energymargin.act.monitor.conditions import Pace
+from energymargin.act.monitor.readings import Counters, Reading
 from energymargin.act.monitor.stream import Pushed, Stream
 from energymargin.base.checks import (
     core_count,
@@ -46,55 +47,6 @@ ProblemOf = Callable[[NDArray[np.float64], float], Problem]
 """Called with (state, time); returns the question about that state."""
 FirstLook = Callable[[NDArray[np.float64], float], "Estimates"]
 """Called with (state, time); returns what a surrogate says of that state."""
-
-
-@dataclass(frozen=True)
-class Reading:
-    """The score of one state of a stream."""
-
-    time: float
-    """Time of the state, as it was pushed [s]."""
-    value: float
-    """Probability of staying captured, or in the success set, over the problem's horizon; NaN with
-    an `error`, or if more than one of its rollouts and more than 1 % of them diverged."""
-    interval: tuple[float, float]
-    """95 % interval of the value."""
-    rollouts: int
-    """Number of rollouts behind the value, without those that diverged; 0 of a first look."""
-    trend: float
-    """Slope of the values over the monitor's `trend_window` [1/s]; NaN with fewer than two."""
-    alarm: bool
-    """Whether the alarm is on."""
-    lateness: float
-    """From the push to the reading [s], by the machine's clock."""
-    late: bool
-    """Whether that is more than the monitor's `period`."""
-    probability: CaptureProbability | None = field(default=None, repr=False)
-    """The probability with its curve over time; None with an `error`, and of a first look."""
-    error: Exception | None = None
-    """Why the state has no value: what `problem_of` or the score raised."""
-
-    @property
-    def diverged(self) -> int:
-        """Rollouts that diverged, which do not count."""
-        return 0 if self.probability is None else self.probability.diverged
-
-
-class Counters(NamedTuple):
-    """States of a stream since it began."""
-
-    pushed: int
-    scored: int
-    dropped: int
-    """Left out for newer ones, or by `reset` and `close`."""
-    late: int
-    """Scored, but later than a period after their push."""
-    failed: int
-    """Without a value."""
-    foreseen: int = 0
-    """Scored by the first look alone."""
-    refused: int = 0
-    """Unlike the states that the first look learned from, and left to rollouts."""
 
 
 class _Foreseen(NamedTuple):

@@ -3,7 +3,6 @@
 The scores are the same, to the last bit.
 """
 
-from energymargin.base.doors import check_doors
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.evaluate.executors.dask import Dask
 from energymargin.evaluate.executors.processes import Processes
@@ -11,5 +10,3 @@ from energymargin.evaluate.executors.rows import Row
 from energymargin.evaluate.executors.threads import Threads
 
 __all__ = ["Dask", "Executor", "Processes", "Row", "Threads"]
-
-check_doors(globals(), __all__)

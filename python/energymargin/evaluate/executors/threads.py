@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -38,23 +37,15 @@ class _ThreadWorkers(Workers):
 
     def submit(self, chunk: Chunk) -> Future[Done]:
         """As Workers.submit; `stop` ends what runs, whatever is left of the time."""
-        done: Future[Done] = Future()
-        cancels = [self._cancel]
-
-        def job() -> None:
-            with suppress(IndexError):  # another thread was quicker
-                cancel = cancels.pop()
-                if done.set_running_or_notify_cancel():
-                    try:
-                        done.set_result(chunk.work(cancel))
-                    except BaseException as error:
-                        done.set_exception(error)
-
         try:
-            self._executor.submit(job)
-        except RuntimeError:  # no thread can start, but the pool may have one already
-            job()
-        return done
+            return self._executor.submit(chunk.work, self._cancel)
+        except RuntimeError:  # no thread can start
+            done: Future[Done] = Future()
+            try:
+                done.set_result(chunk.work(self._cancel))
+            except Exception as error:
+                done.set_exception(error)
+            return done
 
     def stop(self, chunks: Collection[Future[Done]]) -> None:
         """As Workers.stop."""

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from energymargin.act.candidates import Standing
 from energymargin.act.improvement import Improvement
-from energymargin.act.ranking import Ranking, Standing
+from energymargin.act.ranking import Ranking
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import axis_label, is_likelihood
 from energymargin.look.plots import styles

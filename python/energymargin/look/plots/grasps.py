@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Scene
 from energymargin.base.checks import check_type, whole_number
+from energymargin.grasps.outcomes import NO_GRIP, Closed
 from energymargin.grasps.scores import GraspScores, grasp_of
-from energymargin.grasps.trials import NO_GRIP, Closed
 from energymargin.look.outlines import Plan, view_of
 from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import draw_bodies, set_plane

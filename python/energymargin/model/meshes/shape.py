@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import astuple
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,10 @@ class MeshShape(Compound):
         if recenter and solid is not None:
             solid = MassProperties(solid.volume, np.zeros(3), solid.moments, solid.axes)
         super().__init__([ConvexHull(part - self._origin) for part in parts], solid=solid)
+
+    def __reduce__(self) -> tuple[type[Compound], tuple[Any, ...]]:
+        """In another process, and in digests, it is its parts alone."""
+        return Compound, (self.parts, self.solid)
 
     @property
     def origin(self) -> Points:

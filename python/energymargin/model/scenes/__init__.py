@@ -7,7 +7,7 @@ from energymargin.model.scenes.files import data_file
 from energymargin.model.scenes.mjcf import from_mjcf
 from energymargin.model.scenes.mjcf_drives import Actuator, actuators
 from energymargin.model.scenes.overlaps import moved_apart
-from energymargin.model.scenes.poses import body_poses
+from energymargin.model.scenes.poses import body_poses, pose
 from energymargin.model.scenes.reports import SceneReport
 from energymargin.model.scenes.urdf import from_urdf
 
@@ -21,6 +21,7 @@ __all__ = [
     "from_mjcf",
     "from_urdf",
     "moved_apart",
+    "pose",
     "shape_parts",
 ]
 

@@ -13,9 +13,7 @@ from energymargin._core import (
     Compound,
     ConvexHull,
     Cylinder,
-    Plane,
     Sphere,
-    mass_properties,
 )
 from energymargin.model.scenes.poses import pose
 
@@ -32,18 +30,6 @@ def shape_parts(shape: Any) -> list[NDArray[np.float64]]:
         return [shape_corners(shape)]
     placed = [(part.shape, pose(part.position, part.orientation)) for part in shape.parts]
     return [shape_corners(solid) @ at[:3, :3].T + at[:3, 3] for solid, at in placed]
-
-
-def smallest_half_extent(shape: Any) -> float:
-    """Half the extent of a shape along its thinnest principal axis [m], of several parts that of
-    the thickest one; inf of a plane, and without parts."""
-    if isinstance(shape, Plane):
-        return np.inf
-    extents = []
-    for solid in (part.shape for part in shape.parts) if isinstance(shape, Compound) else (shape,):
-        axes = pose((0, 0, 0), mass_properties(solid).axes)[:3, :3]
-        extents.append(np.ptp(shape_corners(solid) @ axes, axis=0).min())
-    return float(max(extents, default=np.inf)) / 2
 
 
 def shape_corners(shape: Any) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,9 +18,9 @@ from energymargin import tasks
 from energymargin._core import Cancel
 from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
+from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.executors import Executor, Processes, Threads
 from energymargin.evaluate.executors.choice import chosen_executor
-from energymargin.evaluate.parallel import run
 from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import Block
 from energymargin.records.datasets.dataset import Dataset, load, open
@@ -33,10 +33,6 @@ from energymargin.records.datasets.shards import (
 )
 from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.registry import is_installed
-
-# At most, of a shard: 0.1 s of balance, 3 s of grasp, 20 MB.
-SHARD_TRAJECTORIES = 50
-SHARD_STATES = 20_000
 
 Progress = Callable[[int, int], None]
 
@@ -84,14 +80,12 @@ def generate(
     total = whole_number("trajectories", trajectories, 1)
     core_count("processes", processes)
     request = Request.of(made, frames, seed)
-    size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
+    whole_number("frames", frames, 1)
     with TemporaryDirectory() as temporary:
         file = Path(temporary, "dataset.h5") if path is None else Path(path)
         with opened_parts(file, request) as parts:
-            chosen = _executor(made, parts.missing(total), size, processes, executor)
-            _make_missing(
-                parts, made, chosen, total=total, size=size, limit=limit, progress=progress
-            )
+            chosen = _executor(made, request, parts.missing(total), processes, executor)
+            _make_missing(parts, made, chosen, total=total, limit=limit, progress=progress)
             still_missing = parts.missing(total)
             count = still_missing[0][0] if still_missing else total
             if count == 0:
@@ -139,37 +133,44 @@ def _make_missing(
     executor: Executor | None,
     *,
     total: int,
-    size: int,
     limit: Limit,
     progress: Progress | None,
 ) -> None:
-    """Makes the trajectories that are in no shard, at most `size` at a time; an executor of None is
-    this process."""
+    """Makes the trajectories that are in no shard; an executor of None is this process."""
+    size = parts.request.most
     missing = parts.missing(total)
     done = total - sum(last - first for first, last in missing)
-
-    def deliver(shards: Sequence[tuple[int, Block]]) -> None:
-        nonlocal done
-        for first, block in shards:  # written as soon as they come
-            parts.add(first, block)
-            done += len(block)
-            if progress is not None:
-                progress(done, total)
-
     if done and progress is not None:
         progress(done, total)
-    make = partial(generate_shard, parts.request, task if executor is None else None)
-    with (executor or Threads(1)).workers() as workers:
-        for first, last in missing:  # a shard is of trajectories in a row
-            shards = (range(k, min(k + size, last)) for k in range(first, last, size))
-            run(workers, make, shards, deliver, limit, most=size)
+
+    def keep(shards: Pairs[int, Block | None]) -> None:
+        for first, block in shards:  # written as soon as they come
+            if block is not None:
+                parts.add(first, block)
+
+    ask(
+        (
+            range(k, min(k + size, last))
+            for first, last in missing
+            for k in range(first, last, size)
+        ),
+        *(partial(generate_shard, parts.request, task if executor is None else None), keep),
+        most=size,
+        total=total,
+        progress=progress and (lambda now, _: progress(done + now, total)),
+        executor=executor or Threads(1),
+        **limit.rest(),
+    )
 
 
 def _executor(
-    task: Task, missing: list[Span], size: int, processes: int | None, executor: Executor | None
+    task: Task,
+    request: Request,
+    missing: list[Span],
+    processes: int | None,
+    executor: Executor | None,
 ) -> Executor | None:
-    """Where the missing trajectories are made, in shards of at most `size`; None: in this
-    process."""
+    """Where the missing trajectories are made; None: in this process."""
     if executor is not None:
         if processes not in (None, 1):
             raise ValueError(f"processes is {processes}, expected 1 or None with an executor")
@@ -179,7 +180,7 @@ def _executor(
         processes = core_count("processes", None) if _can_be_made_again(task) else 1
     elif processes > 1:
         _require_registered(task, f"processes is {processes}")
-    processes = min(processes, sum(-(-(last - first) // size) for first, last in missing))
+    processes = min(processes, sum(-(-(last - first) // request.most) for first, last in missing))
     return None if processes <= 1 else Processes(processes)
 
 

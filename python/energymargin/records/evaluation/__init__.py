@@ -21,7 +21,7 @@ from energymargin.records.evaluation.labelled import (
     LabelledScores,
     compared_states,
 )
-from energymargin.records.evaluation.table import Cell, Evaluation, evaluate, tables_of
+from energymargin.records.evaluation.table import Cell, Evaluation, cell_of, evaluate, tables_of
 
 __all__ = [
     "DRAWS",
@@ -32,6 +32,7 @@ __all__ = [
     "Compared",
     "Evaluation",
     "LabelledScores",
+    "cell_of",
     "compared_states",
     "evaluate",
     "tables_of",

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from energymargin._core import Cancel, Problem
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, TIMED
 from energymargin.base.plausibility import warn
-from energymargin.evaluate import parallel
-from energymargin.evaluate.belief_scoring import ParticleSource, Sharing, particle_chunk
+from energymargin.evaluate.asking import ask
+from energymargin.evaluate.belief_scoring import BeliefWork, Sharing, particle_chunk
 from energymargin.evaluate.executors import Executor, Row
 from energymargin.evaluate.executors.choice import chosen_executor
 from energymargin.evaluate.executors.rows import Work, score_chunk
@@ -145,28 +145,27 @@ def score_run(
 ) -> bool:
     """Scores what a run lacks, of its dataset. Arguments and errors: as `score_dataset`."""
     limit = Limit(timeout, cancel)
-    settings, executor = SearchSettings(**run.settings), chosen_executor(executor)
+    settings = SearchSettings(**run.settings)
     scored, states = run.counts()
     advance = (lambda _done, _total: None) if progress is None else progress
     advance(scored, states)
     if scored == states:  # so nothing is written
         return True
     missing = _MissingScores(dataset, run, scored, advance)
-    batches: Iterable[Sequence[Work]] = missing
-    gathered: Callable[[Sequence[Row]], Sequence[Row]] = list
-    chunk = partial(score_chunk, settings)
-    if (sampling := run.sampling) is not None:
+    workers: Any = {"executor": executor, **limit.rest()}
+    if (sampling := run.sampling) is None:
+        complete = ask(missing, partial(score_chunk, settings), missing.deliver, **workers)
+    else:
         sharing = Sharing(sampling.particles, settings)
         belief = partial(dataset.belief, uncertainty=sampling.uncertainty, future=run.future)
-        particles = ParticleSource(missing, belief, sharing, keep=False)
-        batches, gathered = particles, particles.gathered
-        chunk = partial(particle_chunk, sharing.settings)
-
-    def deliver(rows: Sequence[Row]) -> None:
-        missing.deliver(gathered(rows))
-
-    with executor.workers() as workers:
-        complete = parallel.run(workers, chunk, batches, deliver, limit)
+        complete = ask(
+            ([BeliefWork(work, belief, sharing) for work in batch] for batch in missing),
+            partial(particle_chunk, sharing.settings),
+            missing.deliver,
+            split=BeliefWork.particles,
+            join=BeliefWork.row,
+            **workers,
+        )
     run.store.require_in_place()
     advance(*run.counts())
     if missing.left_out:
@@ -210,11 +209,11 @@ def _sample(states: int, most: int) -> list[int]:
     return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})
 
 
-def has_clock(dataset: Dataset, future: Future | None) -> bool:
+def has_clock(dataset: Dataset) -> bool:
     """Whether its problems have a horizon; those of one dataset are alike in that."""
     found = (dataset.possible_problems([number])[0] for number in range(dataset.size))
     horizons = (problem.horizon for problems in found for problem in problems.values())
-    return future is not None or next(horizons, None) is not None
+    return next(horizons, None) is not None
 
 
 def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
@@ -272,10 +271,9 @@ class _MissingScores:
                 self._scoring |= {work.index: work.metrics for work in batch}
                 yield batch
 
-    def deliver(self, rows: Sequence[Row]) -> None:
+    def deliver(self, answers: Sequence[tuple[object, Row]]) -> None:
         """Puts scores into the store, and notes errors."""
-        if not rows:
-            return
+        rows = [row for _, row in answers]
         self._run.add_rows([row for row in rows if not row.error])
         for row in rows:
             there = {metric for metric, value in row.scores.items() if not np.isnan(value)}

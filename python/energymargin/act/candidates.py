@@ -1,0 +1,93 @@
+"""Candidates that are compared: their names, what they have in common, where each stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Problem
+from energymargin.act.draws import Question
+from energymargin.base.checks import shown
+from energymargin.base.reprs import Record
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Standing(Record):
+    """Where one candidate stands."""
+
+    name: str
+    values: NDArray[np.float64]
+    """Values of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout
+    that diverged, which does not count."""
+    mean_survival: float
+    """Mean time that it stays captured, as a share of the horizon; of efforts the share of the
+    searches that found no escape."""
+    score: float
+    """The probability, or the median of the efforts [J]."""
+    low: float
+    """Lower end of a 95 % interval of the score."""
+    high: float
+    """Upper end of the interval."""
+    steps: int
+    """Simulation steps that it took."""
+    racing: bool
+    """Whether it ran to the end. The others left: another one is better, or they can hardly be
+    better than the one that led."""
+
+    @property
+    def value(self) -> float:
+        """As `score`."""
+        return self.score
+
+    @property
+    def draws(self) -> int:
+        """N."""
+        return len(self.values)
+
+    @property
+    def diverged(self) -> int:
+        """Rollouts that diverged: they are among the draws, and do not count."""
+        return int(np.isnan(self.values).sum())
+
+
+def named(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Problem]:
+    """Problems by name; those of a list by their numbers. Raises ValueError on none."""
+    if not isinstance(problems, (Mapping, Sequence)) or isinstance(problems, str):
+        raise ValueError(f"problems is {shown(problems)}, expected several, as a list or a dict")
+    if not problems:
+        raise ValueError("problems is empty, expected one at least")
+    field: dict[str, Problem] = {}
+    for name, problem in problems.items() if isinstance(problems, Mapping) else enumerate(problems):
+        if str(name) in field:
+            raise ValueError(f"problems has the name {str(name)!r} twice, expected different names")
+        field[str(name)] = problem
+    return field
+
+
+def check_alike(question: Question, field: Mapping[str, Problem]) -> None:
+    """Raises ValueError on a candidate that would not meet the disturbances of the first one, or
+    not for as long."""
+    first, *others = field
+    expected = _met(question, field[first])
+    for name in others:
+        for what, theirs in _met(question, field[name]).items():
+            if theirs != expected[what]:
+                raise ValueError(
+                    f"problems[{name!r}] has {what} {shown(theirs)}, problems[{first!r}] "
+                    f"{shown(expected[what])}, expected the same: candidates meet the same "
+                    "disturbances"
+                )
+
+
+def _met(question: Question, problem: Problem) -> dict[str, object]:
+    """What the disturbances of a problem depend on."""
+    return {
+        "the step": problem.scene.step,
+        "the objects": [body.name for body in problem.scene.bodies if body.role == "object"],
+        "the force bounds": np.asarray(problem.force).tolist(),
+        "the torque bounds": np.asarray(problem.torque).tolist(),
+        "the horizon": None if question.metric == "probability/success" else problem.horizon,
+    }
