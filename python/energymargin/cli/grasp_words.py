@@ -27,6 +27,12 @@ OF_FILE = {
     "frame is None": "--frame is not given",
     "need object=": "need --object-pose",
 }
+OF_OBJECT = {
+    "mesh is None": "--object is not given",
+    "mass is None and density is None": "--mass is not given",
+    "scale=0.001": "--mesh-scale 0.001",
+    "object= of em.grasps.read": "--object-pose",
+}
 SIGNED, MAIN = Parameter(allow_leading_hyphen=True), Parameter(group="Parameters")
 
 

@@ -18,6 +18,7 @@ from energymargin.base.plausibility import kept_warnings
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.base.table_text import markdown_table
 from energymargin.cli.grasp_words import (
+    OF_OBJECT,
     TRIAL,
     Rows,
     Thing,
@@ -43,12 +44,6 @@ STORE, PAGE, PICTURES = ".db", ".html", (".png", ".pdf", ".svg")
 TEXTS = (".csv", ".md")
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
-OF_OBJECT = {
-    "mesh is None": "--object is not given",
-    "mass is None and density is None": "--mass is not given",
-    "scale=0.001": "--mesh-scale 0.001",
-    "object= of em.grasps.read": "--object-pose",
-}
 CHOICES = ("best", "doubtful", "worst")
 
 

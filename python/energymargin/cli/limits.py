@@ -4,80 +4,120 @@ from __future__ import annotations
 
 from html import escape as escape_html
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_text
-from energymargin.cli.options import Output, Where
+from energymargin.cli.grasp_words import (
+    OF_OBJECT,
+    Rows,
+    Thing,
+    arguments_as_options,
+    chosen_hand,
+    chosen_protocol,
+)
+from energymargin.cli.options import Output, Where, given
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, out, say, warn
+from energymargin.summary import summary
+
+if TYPE_CHECKING:
+    from energymargin.actions import CriticalValues
+    from energymargin.grasps import GraspLimits, GraspSet
 
 CARDS = (".html", ".md", ".json")
+PLAIN: dict[str, Any] = {"markup": False, "highlight": False, "soft_wrap": True}
 PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>How much it can take: '
 
 
 def limits(
-    problem: Path,
+    file: Path,
     /,
     *,
     vary: list[str],
+    hand: str | None = None,
+    protocol: str = "hold",
     probability: float = 0.95,
     confidence: float = 0.95,
-    draws: int = 120,
+    draws: int | None = None,
     seed: int = 0,
     store: Path | None = None,
     output: Output = None,
     overwrite: bool = False,
+    rows: Rows = Rows(),
+    thing: Thing = Thing(),
     where: Where = Where(),
 ) -> None:
-    """Say how much a problem can take: the critical value of each quantity, and the tightest.
+    """Say how much a problem, or each grasp of a file, can take: critical values with intervals.
 
-    Example: `energymargin limits push.json --vary friction.box=0.05:1 --vary push=0.1:20`
+    Example: `energymargin limits push.json --vary friction.box=0.05:1 --vary push=0:20`
+
+    How hard must a hand close: `energymargin limits mug.h5 --hand panda --object mug.obj --mass 0.2
+    --vary force=1:60`
 
     Args:
-        problem: A problem file, from `problem.save(...)`, with a horizon.
+        file: A problem with a horizon, from `problem.save(...)`; with --hand grasps, as of
+            `energymargin grasps`.
         vary: NAME=LOW:HIGH, once for each quantity: push (N), horizon (s), speed (of the plan, 1 as
             it is), delay (s) and gain of a feedback, friction.BODY, friction.BODY,BODY of a pair,
             mass.BODY (kg), force.JOINT (of its drive), x.BODY to z.BODY, by which a body is moved
-            (m), and rx.BODY to rz.BODY, by which it is turned (rad).
-        probability: What is asked of the capture probability.
+            (m), and rx.BODY to rz.BODY, by which it is turned (rad). Of grasps: force (N),
+            friction, mass (kg), x to z (m) and rx to rz (rad), by which the hand is off.
+        hand: With it the file has grasps: panda, robotiq_2f85, or a hand by its numbers, as JSON.
+        protocol: Of grasps: hold, lift, shake, graspa, acronym, or JSON.
+        probability: What is asked of the probability.
         confidence: Of each interval.
-        draws: Rollouts of each value at most; more make the interval narrower.
+        draws: Rollouts of each value at most, 120, or of a grasp 80; more make the interval
+            narrower.
         seed: Of the draws, which are the same for all values.
-        store: A file of answers; what it has is not run again.
+        store: A file of answers of a problem; what it has is not run again.
         output: Also the card, as .html with a picture, .md or .json.
         overwrite: Replace the file if it exists.
     """
-    from energymargin import Problem, actions
-    from energymargin.summary import summary
-
     if output is not None:
         require_free(output, overwrite=overwrite, suffixes=CARDS)
-    asked = dict(map(_range, vary))
-    with bar("Searching", "rollouts") as progress:
-        found = actions.critical_values(
-            Problem.load(str(problem)),
-            asked,
-            probability=probability,
-            confidence=confidence,
-            draws=draws,
-            seed=seed,
-            store=store,
-            executor=where.executor(),
-            progress=progress,
-            timeout=where.timeout,
-        )
-    table = found.to_markdown()
-    out.print(table, markup=False, highlight=False, soft_wrap=True)
+    asked: dict[str, Any] = {"vary": dict(map(_range, vary)), "seed": seed}
+    asked |= {"probability": probability, "confidence": confidence, "timeout": where.timeout}
+    asked |= {} if draws is None else {"draws": draws}
+    asked["executor"] = where.executor()
+    found: CriticalValues | GraspLimits
+    if hand is None:
+        found = _of_problem(file, {**asked, "store": store})
+    elif store is not None:
+        raise ValueError("--store is of a problem, expected none with --hand")
+    else:
+        found = _of_grasps(rows.read(file), hand, protocol, thing, asked)
+    told = summary(found)
+    out.print(told.to_markdown() if hand is None else told, **PLAIN)
     if output is not None:
-        page = f"{PAGE}{escape_html(problem.name)}</title>{summary(found).to_html()}\n"
-        cards = {".html": page, ".json": found.to_json()}
-        replace_text(output, cards.get(output.suffix, table))
+        page = f"{PAGE}{escape_html(file.name)}</title>{told.to_html()}\n"
+        cards = {".html": page, ".md": told.to_markdown()}
+        replace_text(output, cards.get(output.suffix) or found.to_json())
         say(f"Wrote {escape(str(output))}")
     if not found.complete:
         warn("the time was over before all values were tried")
         raise SystemExit(TIMED_OUT)
+
+
+def _of_problem(file: Path, asked: dict[str, Any]) -> CriticalValues:
+    from energymargin import Problem, actions
+
+    with bar("Searching", "rollouts") as progress:
+        return actions.critical_values(Problem.load(str(file)), progress=progress, **asked)
+
+
+def _of_grasps(
+    found: GraspSet, hand: str, protocol: str, thing: Thing, asked: dict[str, Any]
+) -> GraspLimits:
+    from energymargin import grasps
+
+    with arguments_as_options(OF_OBJECT):
+        object = grasps.GraspObject.of(found.object, **given(thing))
+        what = (found, chosen_hand(hand), object, chosen_protocol(protocol))
+        with bar("Searching", "grasps") as progress:
+            return grasps.limits(*what, progress=progress, **asked)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

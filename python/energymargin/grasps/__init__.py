@@ -9,6 +9,7 @@ from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
 from energymargin.grasps.hands import Hand, HandFile, ParallelGripper
+from energymargin.grasps.limits import GraspLimits, limits
 from energymargin.grasps.protocols import Motion, Protocol
 from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score
@@ -21,6 +22,7 @@ __all__ = [
     "ComparedScore",
     "GraspBelief",
     "GraspComparison",
+    "GraspLimits",
     "GraspObject",
     "GraspScores",
     "GraspSet",
@@ -34,6 +36,7 @@ __all__ = [
     "WrenchSpace",
     "baselines",
     "compare",
+    "limits",
     "read",
     "score",
     "wrench_space",

@@ -87,24 +87,16 @@ def score(
     Raises ValueError on bad arguments, and on a file of something else. Warns, as
     PlausibilityWarning, of what speaks against the scores; `warnings` has the same texts.
     """
-    check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
-    check_type("object", object, GraspObject, "an em.grasps.GraspObject")
-    belief = GraspBelief() if belief is None else belief
-    check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief")
-    one_of("colliding", colliding, COLLIDING)
+    trials = trials_of(
+        *(grasps, hand, object, protocol),
+        belief=belief,
+        disturbance=disturbance,
+        colliding=colliding,
+        seed=seed,
+        step=step,
+    )
     count = whole_number("rollouts", rollouts, 1)
     nodes = None if effort is None else whole_number("effort", effort, 1)
-    trials = GraspTrials(
-        preset(hand) if isinstance(hand, str) else hand,
-        object,
-        protocol_of(protocol),
-        belief,
-        Uniform() if disturbance is None else disturbance,
-        colliding,
-        seed_number(seed),
-        positive_number("step", step),
-    )
-    trials.check(grasps)
     limit, there = Limit(timeout, cancel), 0
     scores = GraspScores.before(grasps, trials, count)
 
@@ -129,6 +121,38 @@ def score(
         limit.require("a grasp has its score")
     warn([(text, text) for text in scores.warnings], None)
     return scores
+
+
+def trials_of(
+    grasps: GraspSet,
+    hand: Hand | str,
+    object: GraspObject,
+    protocol: Protocol | str,
+    *,
+    belief: GraspBelief | None = None,
+    disturbance: Disturbance | None = None,
+    colliding: str = "lost",
+    seed: int = 0,
+    step: float = STEP,
+) -> GraspTrials:
+    """What all trials have in common; raises ValueError on bad arguments."""
+    check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
+    check_type("object", object, GraspObject, "an em.grasps.GraspObject")
+    belief = GraspBelief() if belief is None else belief
+    check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief")
+    one_of("colliding", colliding, COLLIDING)
+    trials = GraspTrials(
+        preset(hand) if isinstance(hand, str) else hand,
+        object,
+        protocol_of(protocol),
+        belief,
+        Uniform() if disturbance is None else disturbance,
+        colliding,
+        seed_number(seed),
+        positive_number("step", step),
+    )
+    trials.check(grasps)
+    return trials
 
 
 def score_grasps(

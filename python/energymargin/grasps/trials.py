@@ -5,9 +5,10 @@ Trial k of each grasp has draw k of what is not known, and disturbance k.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import combinations, islice, product
+from itertools import combinations, islice, pairwise, product
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,18 @@ class GraspTrials:
         if self.belief:
             return [one for k in range(count) for one in self._run(grasp, range(k, k + 1), cancel)]
         return self._run(grasp, range(count), cancel)
+
+    def endings(
+        self, grasp: Grasp, numbers: Sequence[int], cancel: Cancel | None = None
+    ) -> list[str]:
+        """How some trials of a grasp end, whose numbers rise."""
+        cuts = [0, *(k for k in range(1, len(numbers)) if self._parts(*numbers[k - 1 : k + 1]))]
+        spans = [range(numbers[a], numbers[b - 1] + 1) for a, b in pairwise([*cuts, len(numbers)])]
+        return [one.ending for span in spans for one in self._run(grasp, span, cancel)]
+
+    def _parts(self, number: int, other: int) -> bool:
+        """Whether the hand closes anew for another trial."""
+        return bool(self.belief) or other != number + 1
 
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
         """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance.

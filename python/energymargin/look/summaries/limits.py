@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from energymargin.act.critical import CriticalValue
     from energymargin.act.curve import CriticalCurve
     from energymargin.act.limits import CriticalValues
+    from energymargin.grasps import GraspLimits
 
 
 def critical_value(one: CriticalValue) -> Summary:
@@ -55,6 +56,23 @@ def critical_curve(curve: CriticalCurve) -> Summary:
     picture = Picture("plot_critical_curve", curve, "The line between held and lost.")
     head = (curve.quantity, curve.found[0].quantity, "interval")
     return Summary("", rows, head, notes, picture=picture)
+
+
+def grasp_limits(found: GraspLimits) -> Summary:
+    """A row for each grasp, with where it holds and the interval for each quantity."""
+    columns = found.limits.values()
+    rows = [
+        (name, *(_of_grasp(column[k], found.errors.get(k)) for column in columns))
+        for k, name in enumerate(found.grasps.names)
+    ]
+    notes = [] if found.complete else [UNFINISHED]
+    return Summary("", rows, ("grasp", *found.limits), notes)
+
+
+def _of_grasp(one: CriticalValue | None, error: str | None) -> str:
+    if one is None:
+        return error or "not made"
+    return f"{_where_it_holds(one)[0]}\n{_where_it_holds(one)[1]}"
 
 
 def _where_it_holds(one: CriticalValue) -> tuple[str, str]:

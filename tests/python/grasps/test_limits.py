@@ -1,0 +1,90 @@
+"""How much a grasp can take: the least force by Coulomb, the largest error by the pad's size."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import invoke
+
+import energymargin as em
+
+G = 9.81
+NOTHING = em.disturbances.Uniform(0.0)
+MASS, FRICTION, WIDTH = 0.3, 0.5, 0.04
+PAD = 0.02
+
+
+def grip(**changes):
+    """A block between two pads, whose grasp frame is in its middle, z down."""
+    turned = np.diag([1.0, -1.0, -1.0, 1.0])
+    block = em.grasps.GraspObject(em.Box((WIDTH, 0.04, 0.06)), mass=MASS, friction=FRICTION)
+    hand = em.grasps.ParallelGripper(opening=0.08, pad=(PAD, PAD), force=20.0)
+    poses = np.array([turned, turned])
+    poses[1, 0, 3] = 0.15  # far beside the block: no hand closes on it there
+    found = em.grasps.GraspSet(poses[: changes.pop("count", 1)])
+    asked = {"disturbance": NOTHING, "protocol": "hold"} | changes
+    return em.grasps.limits(found, hand, block, asked.pop("protocol"), **asked)
+
+
+def test_the_least_force_and_the_least_friction_are_those_of_coulomb():
+    found = grip(vary={"force": (0.5, 20.0), "friction": (0.02, 1.0), "mass": (0.05, 4.0)})
+    force, friction, mass = (one[0] for one in found.limits.values())
+    assert force.side == friction.side == "above" and mass.side == "below" and found.complete
+    assert force.value == pytest.approx(MASS * G / 2 / FRICTION, rel=0.03) and force.unit == "N"
+    assert friction.value == pytest.approx(MASS * G / 2 / 20.0, rel=0.03)
+    assert mass.value == pytest.approx(2 * FRICTION * 20.0 / G, rel=0.03)
+    assert (found.values("force") == [force.value]).all()
+    assert "| grasp | force | friction | mass |" in found.to_markdown()
+
+
+def test_a_pad_that_is_beside_the_block_holds_nothing():
+    """Off along the pad's width by half of the block and the pad, it closes on nothing."""
+    found = grip(vary={"y": (0.0, 0.06)}, draws=80)
+    one = found.limits["y"][0]
+    assert one.side == "below" and 0.02 < one.value <= 0.02 + PAD / 2
+    assert one.unit == "m"
+
+
+def test_a_grasp_without_a_limit_says_so_and_the_others_have_theirs(tmp_path):
+    found = grip(vary={"force": (0.5, 20.0)}, count=2, threads=2)
+    one, other = found.limits["force"]
+    assert one.side == "above" and other.side == "nowhere" and found.complete
+    rows = json.loads(found.to_json())
+    assert rows[0]["force"]["side"] == "above" and rows[1]["force"]["crossings"] == []
+    again = grip(vary={"force": (0.5, 20.0)}, threads=1)
+    assert again.limits["force"][0].value == one.value
+
+
+def test_a_cancel_keeps_the_grasps_that_are_done():
+    cancel = em.Cancel()
+    cancel.set()
+    with pytest.raises(em.Cancelled, match="before a grasp has its limits"):
+        grip(vary={"force": (0.5, 20.0)}, cancel=cancel)
+
+
+@pytest.mark.parametrize(
+    ("vary", "match"),
+    [
+        ({}, "vary is {}, expected ranges by name"),
+        ({"colour": (0, 1)}, "vary is 'colour', expected 'force'"),
+        ({"force": (-1.0, -0.5)}, "force is -0.5"),
+    ],
+)
+def test_what_cannot_be_varied_is_named(vary, match):
+    with pytest.raises(ValueError, match=match):
+        grip(vary=vary)
+
+
+def test_the_command_tells_what_each_grasp_of_a_file_takes(tmp_path):
+    turned = np.diag([1.0, -1.0, -1.0, 1.0])
+    file, card = tmp_path / "grasps.csv", tmp_path / "card.json"
+    em.grasps.write(file, em.grasps.GraspSet(turned[None]))
+    mesh = tmp_path / "block.obj"
+    import trimesh
+
+    trimesh.creation.box((WIDTH, 0.04, 0.06)).export(mesh)
+    words = ["limits", str(file), "--hand", '{"opening": 0.08, "force": 20}', "--object", str(mesh)]
+    words += ["--mass", "0.3", "--frame", "grasp", "--vary", "force=0.5:20", "-o", str(card)]
+    told = invoke(words)
+    assert told.exit_code == 0 and "above" in told.output, told.output
+    assert json.loads(card.read_text())[0]["force"]["unit"] == "N"
