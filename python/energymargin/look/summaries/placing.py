@@ -1,0 +1,34 @@
+"""Summaries of what is at rest, how things lie, and where they are set down."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from energymargin.base.summary import Summary
+from energymargin.base.table_text import DASH
+from energymargin.look.summaries.searches import UNFINISHED
+
+if TYPE_CHECKING:
+    from energymargin.placing import RestingBody, Settled
+
+
+def settled(found: Settled) -> Summary:
+    """A row for each body that does not stay, the farthest first."""
+    head = ("body", "", "moved [mm]", "turned [deg]", "dropped [mm]", "from, to [s]", "rests on")
+    rows = [_of_body(found[name]) for name in found.moved]
+    count = len(found.bodies)
+    verdict = "Nothing moves." if found.stays else f"{len(rows)} of {count} bodies move."
+    notes = [f"{verdict} Simulated: {found.time:.3g} s, {found.steps} steps."]
+    notes += [f"{a} and {b} overlap by {1e3 * d:.2g} mm at the start." for a, b, d in found.overlaps]
+    if found.unconverged:
+        notes.append(f"{found.unconverged} steps did not converge.")
+    notes += [] if found.complete else [UNFINISHED]
+    return Summary("", rows, head if rows else (), notes)
+
+
+def _of_body(body: RestingBody) -> tuple[str, ...]:
+    ends = [f"{t:.3g}" if math.isfinite(t) else DASH for t in (body.moved_at, body.rest_at)]
+    sizes = 1e3 * body.distance, math.degrees(body.turned), 1e3 * body.dropped
+    numbers = (f"{size:.1f}" for size in sizes)
+    return body.name, body.verdict, *numbers, ", ".join(ends), ", ".join(body.on) or DASH
