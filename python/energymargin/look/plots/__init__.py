@@ -17,6 +17,7 @@ from energymargin.look.plots.beliefs import figure_belief
 from energymargin.look.plots.curves import plot_precision_recall, plot_roc
 from energymargin.look.plots.datasets import figure_qualitative
 from energymargin.look.plots.grasps import figure_grasp, plot_grasps
+from energymargin.look.plots.placing import figure_resting_poses, plot_resting_pose
 from energymargin.look.plots.profile import figure_margin_profile, plot_margin_profile
 from energymargin.look.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.look.plots.states import plot_state, state_legend
@@ -38,6 +39,7 @@ __all__ = [
     "figure_improvement",
     "figure_margin_profile",
     "figure_qualitative",
+    "figure_resting_poses",
     "figure_scores",
     "plot_effort",
     "plot_future",
@@ -46,6 +48,7 @@ __all__ = [
     "plot_precision_recall",
     "plot_probability",
     "plot_ranking",
+    "plot_resting_pose",
     "plot_roc",
     "plot_scores",
     "plot_state",

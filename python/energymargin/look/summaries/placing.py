@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from energymargin.base.summary import Summary
+from energymargin.base.summary import MOST_ROWS, Picture, Summary
 from energymargin.base.table_text import DASH
 from energymargin.look.summaries.searches import UNFINISHED
 
 if TYPE_CHECKING:
-    from energymargin.placing import RestingBody, Settled
+    from energymargin.placing import RestingBody, RestingPoses, Settled
 
 
 def settled(found: Settled) -> Summary:
@@ -32,3 +32,25 @@ def _of_body(body: RestingBody) -> tuple[str, ...]:
     sizes = 1e3 * body.distance, math.degrees(body.turned), 1e3 * body.dropped
     numbers = (f"{size:.1f}" for size in sizes)
     return body.name, body.verdict, *numbers, ", ".join(ends), ", ".join(body.on) or DASH
+
+
+def resting_poses(found: RestingPoses) -> Summary:
+    """A row for each pose, the most probable first."""
+    head = ("pose", "probability", "dropped", "height [mm]", "topples at [deg]", "least work [J]")
+    rows = [
+        (
+            number,
+            f"{one.probability:.3f}",
+            DASH if math.isnan(one.dropped) else f"{one.dropped:.3f}",
+            f"{1e3 * one.height:.1f}",
+            f"{math.degrees(one.largest_tilt):.1f}",
+            f"{one.least_work:.3g} to {min(one.work, key=one.work.__getitem__)}" if one.work else DASH,
+        )
+        for number, one in enumerate(found.poses[:MOST_ROWS])
+    ]
+    notes = [] if found.complete else [UNFINISHED]
+    if found.drops:
+        apart = f"they differ from the probabilities by {found.total_variation:.3f} in all."
+        notes.append(f"Of {found.drops} simulated drops; {apart}")
+    picture = Picture("plot_resting_pose", found, "the most probable pose") if rows else None
+    return Summary("", rows, head, notes, total=len(found), picture=picture)
