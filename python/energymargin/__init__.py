@@ -107,7 +107,11 @@ if typing.TYPE_CHECKING:
     from energymargin.meshes import mesh as mesh
     from energymargin.model.policies import Policy as Policy
     from energymargin.monitor import Monitor as Monitor
-    from energymargin.placing import resting_poses as resting_poses, settle as settle
+    from energymargin.placing import (
+        resting_poses as resting_poses,
+        settle as settle,
+        stack_robustness as stack_robustness,
+    )
     from energymargin.surrogates import Surrogate as Surrogate
 
     __version__: str
@@ -128,7 +132,7 @@ NAMES = {
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],
     "monitor": ["Monitor"],
-    "placing": ["resting_poses", "settle"],
+    "placing": ["resting_poses", "settle", "stack_robustness"],
     "base.plausibility": ["PlausibilityWarning"],
     "model.policies": ["Policy"],
     "evaluate.scoring": ["ScoreError", "ScoreTable", "score"],

@@ -10,7 +10,7 @@ from energymargin.base.table_text import DASH
 from energymargin.look.summaries.searches import UNFINISHED
 
 if TYPE_CHECKING:
-    from energymargin.placing import RestingBody, RestingPoses, Settled
+    from energymargin.placing import RestingBody, RestingPoses, Settled, StackRobustness
 
 
 def settled(found: Settled) -> Summary:
@@ -54,3 +54,27 @@ def resting_poses(found: RestingPoses) -> Summary:
         notes.append(f"Of {found.drops} simulated drops; {apart}")
     picture = Picture("plot_resting_pose", found, "the most probable pose") if rows else None
     return Summary("", rows, head, notes, total=len(found), picture=picture)
+
+
+def stack_robustness(found: StackRobustness) -> Summary:
+    """A row for each body, the weakest first; and what the support may do."""
+    rows = [
+        (push.body, *push_cells(push.effort, push.way, push.takes)) for push in found.pushes
+    ]
+    notes = [
+        f"The support takes {name} up to {what(one.value)} ({what(one.low)} to {what(one.high)})."
+        if one.side == "below"
+        else f"The support takes any {name} that was asked, up to {what(one.range[1])}."
+        for name, one, what in (
+            ("a tilt", found.tilt, lambda value: f"{math.degrees(value):.2f} deg"),
+            ("an acceleration", found.acceleration, lambda value: f"{value:.3g} m/s^2"),
+        )
+        if one is not None
+    ]
+    notes += [] if found.complete else [UNFINISHED]
+    return Summary("", rows, ("body", "least effort [J]", "it", "takes along"), notes)
+
+
+def push_cells(effort: float, way: str, takes: tuple[str, ...]) -> tuple[str, str, str]:
+    """The least push in words."""
+    return (f"{effort:.3g}" if way else DASH), way or "does not fall", ", ".join(takes) or DASH
