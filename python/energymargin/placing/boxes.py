@@ -27,6 +27,14 @@ def up_of(scene: Scene) -> Floats:
     return np.asarray(-gravity / np.linalg.norm(gravity))
 
 
+def frame_of(scene: Scene) -> Floats:
+    """Two horizontal axes and the one that is up, rows of (3, 3)."""
+    up = up_of(scene)
+    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(up, first), up])
+
+
 def box_of(shape: Any) -> Floats:
     """The corners of the box about a shape, along its frame's axes, (8, 3). No point of the shape
     is displaced farther than one of them."""

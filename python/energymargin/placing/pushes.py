@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from energymargin import Scene, World, mass_properties, scenes
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
-from energymargin.placing.boxes import Boxes, Floats, movable, up_of
+from energymargin.placing.boxes import Boxes, Floats, frame_of, movable, up_of
 from energymargin.placing.settling import settle
 
 UPWARDS = 0.2  # of a contact's normal, from where on it carries
@@ -74,9 +74,7 @@ class Pushes:
         self._state = np.array(state)
         for name in self.names:
             self._state[scene.slice(name)][7:] = 0.0
-        first = np.cross(self._up, np.eye(3)[np.argmin(np.abs(self._up))])
-        first /= np.linalg.norm(first)
-        self._plane = np.stack([first, np.cross(self._up, first)])
+        self._plane = frame_of(scene)[:2]
         self._corners = Boxes(scene, self._names).at(self._state)
         self._there = scene.unpack(self._state)
         self._points: dict[str, list[Floats]] = {name: [] for name in self._names}

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from heapq import heapify, heappop, heappush
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,7 @@ GRAVITY = 9.81  # m/s^2
 WATER = 1000.0  # kg/m^3
 FLAT = 1e-9  # 1 - cosine of the angle between faces that are one
 EDGE = 1e-9  # of the body's reach; so far outside of a face its foot still counts as within
+ROLLED = np.radians(30.0)
 ROCKING = 2e-3  # of the reach; a body that moves less within REST is at rest after a drop
 REST, LONGEST = 0.15, 5.0  # s
 
@@ -171,7 +173,7 @@ def resting_poses(
             faces.pose(one.lowest, center),
             float(faces.shares[one.faces].sum()),
             float(faces.heights[one.lowest]),
-            faces.largest_tilt(one.lowest),
+            faces.largest_tilt(one),
             {other: mass * GRAVITY * rise for other, rise in works[k].items()},
             float(tally[one.faces].sum() / done) if done else np.nan,
         )
@@ -231,6 +233,8 @@ class Faces:
         ] * (self.normals[one])
         outwards /= np.linalg.norm(outwards, axis=1)[:, None]
         self.one, self.other = one, other
+        order = np.argsort(one, kind="stable")
+        self._of_face = np.split(order, np.cumsum(np.bincount(one, minlength=own.max() + 1))[:-1])
         self.inside = _dots(foot, outwards)
         back = self.normals[one] - _dots(self.normals[one], self.normals[other])[:, None] * (
             self.normals[other]
@@ -264,7 +268,7 @@ class Faces:
         for k in range(len(target)):
             root = _root(parent, k)
             found.setdefault(root, Basin(lowest[root])).faces.append(k)
-        stays = [one for one in found.values() if self.largest_tilt(one.lowest) >= slope]
+        stays = [one for one in found.values() if self.largest_tilt(one) >= slope]
         return sorted(stays, key=lambda one: -self.shares[one.faces].sum())
 
     def works(self, basins: list[Basin]) -> list[dict[int, float]]:
@@ -279,9 +283,26 @@ class Faces:
                 found[a][int(b)] = min(found[a].get(int(b), np.inf), rise)
         return [dict(sorted(one.items(), key=lambda item: item[1])) for one in found]
 
-    def largest_tilt(self, face: int) -> float:
-        """Slope up to which it stays on a face [rad]; negative: it does not stay on it."""
-        return float(np.arctan2(self.inside[self.one == face].min(), self.heights[face]))
+    def largest_tilt(self, basin: Basin) -> float:
+        """Slope up to which it stays [rad]: on the way to another pose, or to a turn by ROLLED, from
+        face to face, the steepest that is needed."""
+        tilts = np.arctan2(self.inside, self.heights[self.one])
+        own = np.zeros(len(self.normals), bool)
+        own[basin.faces] = True
+        own &= self.normals @ self.normals[basin.lowest] > np.cos(ROLLED)
+        reached, steepest = {basin.lowest}, 0.0
+        left = [(float(tilts[e]), int(e)) for e in self._of_face[basin.lowest]]
+        heapify(left)
+        while left:
+            tilt, edge = heappop(left)
+            face, steepest = int(self.other[edge]), max(steepest, tilt)
+            if not own[face]:
+                return steepest
+            if face not in reached:
+                reached.add(face)
+                for e in self._of_face[face]:
+                    heappush(left, (float(tilts[e]), int(e)))
+        return np.pi / 2
 
     def pose(self, face: int, center: Floats) -> Floats:
         """Of the shape's frame, (4, 4), when it lies on a face."""

@@ -35,7 +35,7 @@ from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
-from energymargin.placing.boxes import Floats, movable, up_of
+from energymargin.placing.boxes import Floats, frame_of, movable, up_of
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.summary import Summarized
 
@@ -208,11 +208,9 @@ class _Support:
 
     def _problem(self, name: str, azimuth: float, value: float) -> Problem:
         """Each body of mass m feels m times the change of gravity, in the support's frame."""
-        up = up_of(self.scene)
+        first, second, up = frame_of(self.scene)
         gravity = float(np.linalg.norm(self.scene.gravity))
-        first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
-        first /= np.linalg.norm(first)
-        along = np.cos(azimuth) * first + np.sin(azimuth) * np.cross(up, first)
+        along = np.cos(azimuth) * first + np.sin(azimuth) * second
         if name == "tilt":
             change = gravity * (np.sin(value) * along + (1.0 - np.cos(value)) * up)
         else:
@@ -226,7 +224,9 @@ class _Support:
         return Problem(
             self.scene,
             self.state,
-            captured={body: self._region(body, up) for body in self.objects},
+            captured={
+                body: place_of(self.scene, self.state, body, *self.place) for body in self.objects
+            },
             force=(weight,) * 3,
             torque=(0.0,) * 3,
             duration=min(HOLD, self.horizon),
@@ -234,15 +234,12 @@ class _Support:
             plan=Plan(self.horizon, wrenches=rows),
         )
 
-    def _region(self, name: str, up: Floats) -> regions.Region:
-        return place_of(self.scene, self.state, name, up, *self.place)
-
 
 def place_of(
-    scene: Scene, state: Floats, name: str, up: Floats, radius: float, angle: float
+    scene: Scene, state: Floats, name: str, radius: float, angle: float
 ) -> regions.Region:
     """The states in which a body is where it is in this one, and upright as there."""
-    there = scene.unpack(state)[name]
+    there, up = scene.unpack(state)[name], up_of(scene)
     body = next(one for one in scene.bodies if one.name == name)
     turn = Rotation.from_quat(there["orientation"])
     own = np.array((body.inertial or mass_properties(body.shape)).center)
