@@ -108,6 +108,7 @@ if typing.TYPE_CHECKING:
     from energymargin.model.policies import Policy as Policy
     from energymargin.monitor import Monitor as Monitor
     from energymargin.placing import (
+        placements as placements,
         resting_poses as resting_poses,
         settle as settle,
         stack_robustness as stack_robustness,
@@ -132,7 +133,7 @@ NAMES = {
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],
     "monitor": ["Monitor"],
-    "placing": ["resting_poses", "settle", "stack_robustness"],
+    "placing": ["placements", "resting_poses", "settle", "stack_robustness"],
     "base.plausibility": ["PlausibilityWarning"],
     "model.policies": ["Policy"],
     "evaluate.scoring": ["ScoreError", "ScoreTable", "score"],

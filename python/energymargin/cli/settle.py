@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
@@ -47,7 +46,7 @@ def settle(
 
     Example: `energymargin settle scene.xml`
 
-    A robot or an object of a file, on the ground: `energymargin settle mug.urdf --base free --ground 0`
+    An object of a file, on the ground: `energymargin settle mug.urdf --base free --ground 0`
 
     Where a problem starts: `energymargin settle push.json --tolerance 0.002 -o moved.csv`
 

@@ -263,19 +263,20 @@ class _Room:
         return nearest if distances[nearest] < -INSIDE else None
 
     def grid(self, on: Sequence[str], spacing: float, yaws: Sequence[float]) -> dict[str, Floats]:
-        """Candidates on the tops of supports, by name. Raises ValueError if there is no top."""
-        found: dict[str, Floats] = {}
+        """Candidates on the tops of supports, by name, the farthest from edges first: it counts if
+        several stay alike. Raises ValueError if there is no top."""
+        found: list[tuple[float, str, Floats]] = []
         turned = Rotation.from_quat(self._scene.unpack(self._state)[self._body]["orientation"])
-        tops = list(self._tops(on))
-        for number, ((name, top), yaw) in enumerate((t, y) for t in tops for y in yaws):
+        spots = [(name, top, yaw) for name, top in self._tops(on) for yaw in yaws]
+        for number, (name, top, yaw) in enumerate(spots):
             turn = Rotation.from_rotvec(yaw * self._frame[2]) * turned
-            for place in _points_in(top, self._frame, spacing):
+            for margin, place in _points_in(top, self._frame, spacing):
                 pose = self._standing(turn, place)
                 x, y, z = pose[:3, 3]
-                found[f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})"] = pose
+                found.append((margin, f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})", pose))
         if not found:
             raise ValueError(f"on is {list(on)}, expected supports with a top, or give poses")
-        return found
+        return {name: pose for _, name, pose in sorted(found, key=lambda one: -one[0])}
 
     def _standing(self, turn: Rotation, place: Floats) -> Floats:
         """The pose in which it stands at a place, lowered until it touches something."""
@@ -308,8 +309,8 @@ class _Room:
                 yield name, corners[heights > heights.max() - LEVEL]
 
 
-def _points_in(top: Floats, frame: Floats, spacing: float) -> list[Floats]:
-    """Points of a grid on a top, from its middle on."""
+def _points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, Floats]]:
+    """Points of a grid on a top, from its middle on, and how far each is from the edges [m]."""
     flat, height = top @ frame[:2].T, float((top @ frame[2]).max())
     try:
         hull = ConvexHull(flat).equations
@@ -319,8 +320,10 @@ def _points_in(top: Floats, frame: Floats, spacing: float) -> list[Floats]:
     ways = [np.arange(0.0, (b - a) / 2 + 1e-9, spacing) for a, b in zip(low, high, strict=True)]
     sides = [np.unique(np.concatenate([-way, way])) for way in ways]
     points = 0.5 * (low + high) + np.stack(np.meshgrid(*sides, indexing="ij"), -1).reshape(-1, 2)
-    inside = (points @ hull[:, :2].T + hull[:, 2] < 1e-9).all(axis=1)
-    return [np.asarray(p @ frame[:2] + height * frame[2]) for p in points[inside]]
+    margins = -(points @ hull[:, :2].T + hull[:, 2]).max(axis=1)
+    inside = margins > -1e-9
+    places = points[inside] @ frame[:2] + height * frame[2]
+    return list(zip(np.round(margins[inside], 6).tolist(), places, strict=True))
 
 
 def _named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:

@@ -41,8 +41,8 @@ class Push:
     """Work of the push [J]; inf: none makes it fall."""
     way: str
     """"topples" or "slides", and with what it carries; "" if none makes it fall."""
-    direction: tuple[float, float, float]
-    """Horizontal unit vector: where it is pushed."""
+    direction: tuple[float, ...]
+    """Horizontal unit vector (3,): where it is pushed."""
     takes: tuple[str, ...]
     """Names of the others that fall with it."""
 
@@ -106,9 +106,7 @@ class Pushes:
                 effort = min(energy, kick.work) if turns else energy
                 direction = tuple(float(v) for v in kick.direction)
                 others = tuple(name for name in fallen if name != body)
-                best = replace(
-                    best, effort=effort, way=kick.way, direction=direction, takes=others
-                )
+                best = replace(best, effort=effort, way=kick.way, direction=direction, takes=others)
         return best
 
     def fallen(self, kick: Kick, energy: float) -> list[str]:
@@ -184,11 +182,11 @@ class Pushes:
                 own = np.array((body.inertial or mass_properties(body.shape)).center)
                 there = self._there[body.name]
                 turn = Rotation.from_quat(there["orientation"])
-                total, moment = total + body.mass, moment + body.mass * (
-                    turn.apply(own) + there["position"]
+                total, moment = (
+                    total + body.mass,
+                    moment + body.mass * (turn.apply(own) + there["position"]),
                 )
         return total, moment / total
-
 
     def _area(self, body: str) -> Floats:
         """Points that a body stands on, (N, 3): its contacts, and the corners of its shape beside

@@ -228,16 +228,18 @@ class Faces:
         along /= np.linalg.norm(along, axis=1)[:, None]
         foot = start - (start * along).sum(axis=1)[:, None] * along  # of the centre on the edge
         one, other = own[a], own[b]
-        outwards = self.normals[other] - _dots(self.normals[one], self.normals[other])[
-            :, None
-        ] * (self.normals[one])
+        outwards = (
+            self.normals[other]
+            - _dots(self.normals[one], self.normals[other])[:, None] * (self.normals[one])
+        )
         outwards /= np.linalg.norm(outwards, axis=1)[:, None]
         self.one, self.other = one, other
         order = np.argsort(one, kind="stable")
         self._of_face = np.split(order, np.cumsum(np.bincount(one, minlength=own.max() + 1))[:-1])
         self.inside = _dots(foot, outwards)
-        back = self.normals[one] - _dots(self.normals[one], self.normals[other])[:, None] * (
-            self.normals[other]
+        back = (
+            self.normals[one]
+            - _dots(self.normals[one], self.normals[other])[:, None] * (self.normals[other])
         )
         peaks = (self.inside > 0) & (_dots(foot, back) > 0)
         ends_high = np.maximum(self.heights[one], self.heights[other])
@@ -332,7 +334,7 @@ class _Dropping:
     ) -> None:
         self._scene = Scene(friction_rule="max")
         self._scene.add_plane("plane", normal=up, friction=friction)
-        own = {} if inertial is None else {"inertial": inertial}
+        own: dict[str, Any] = {} if inertial is None else {"inertial": inertial}
         self._scene.add_body("object", shape, mass=mass, friction=friction, **own)
         self._points = np.concatenate(scenes.shape_parts(shape))
         self._up = up
@@ -344,7 +346,7 @@ class _Dropping:
         turn = Rotation.random(random_state=random)
         lowest = float((turn.apply(self._points) @ self._up).min())
         start = {"position": (height - lowest) * self._up, "orientation": turn.as_quat()}
-        rule = {"time": LONGEST, "still": self._still, "during": REST}
+        rule: dict[str, Any] = {"time": LONGEST, "still": self._still, "during": REST}
         try:
             with kept_warnings():  # which each of many drops would repeat
                 found = settle(self._scene, self._scene.pack(object=start), **rule, **limit.rest())

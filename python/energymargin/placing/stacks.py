@@ -99,7 +99,7 @@ def stack_robustness(
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> StackRobustness:
-    """Which body of a stack falls most easily, whom it takes along, and how much the support may do.
+    """Which body of a stack falls most easily, whom it takes along, what the support may do.
 
     Args:
         scene: the bodies. Those with the role "object" are asked about.
@@ -119,10 +119,10 @@ def stack_robustness(
         timeout: after so many seconds what is known counts.
         cancel: the same once it is set.
 
-    A push is a kick about an edge on which a body stands, or along it, of the body alone or with all
-    that it carries; its effort is the least energy found of one that makes the body fall. An upper
-    bound, and for a body that topples alone exact. To lean and to accelerate act as a constant
-    force on each body.
+    A push is a kick about an edge on which a body stands, or along it, of the body alone or with
+    all that it carries. Its effort is the least energy found of one that makes the body fall: an
+    upper bound, and exact for a body that topples alone. To lean and to accelerate act as a
+    constant force on each body.
 
     Raises ValueError on bad arguments and a scene without objects, TimeoutError or Cancelled if no
     body was pushed.
@@ -235,9 +235,7 @@ class _Support:
         )
 
 
-def place_of(
-    scene: Scene, state: Floats, name: str, radius: float, angle: float
-) -> regions.Region:
+def place_of(scene: Scene, state: Floats, name: str, radius: float, angle: float) -> regions.Region:
     """The states in which a body is where it is in this one, and upright as there."""
     there, up = scene.unpack(state)[name], up_of(scene)
     body = next(one for one in scene.bodies if one.name == name)

@@ -53,7 +53,7 @@ def what_it_does(angle, friction, size):
 
 
 def least_friction_to_turn(angle, size):
-    """Below it the edge about which a block begins to topple slides: F / N of the pivoting block."""
+    """Below it the edge about which a block begins to topple slides: F / N of the pivot."""
     turn, a, b = np.deg2rad(angle), size[0] / 2, size[2] / 2
     spin = (np.sin(turn) * b - np.cos(turn) * a) / (4 / 3 * (a * a + b * b))  # over g
     return (np.sin(turn) - spin * b) / (np.cos(turn) + spin * a)
@@ -229,7 +229,9 @@ def assembly(name, *, friction, upside_down=False):
         points = np.array([[p[axis] for axis in "xyz"] for p in block["vertex"].values()])
         center = points.mean(axis=0)
         heavy = {"mass": 0.0} if key in supports else {"density": 2000.0}
-        faces = [[list(block["vertex"]).index(str(v)) for v in face] for face in block["face"].values()]
+        faces = [
+            [list(block["vertex"]).index(str(v)) for v in face] for face in block["face"].values()
+        ]
         shape = solid(points - center, faces)
         scene.add_body(f"block{key}", shape, position=center, friction=friction, **heavy)
     return scene

@@ -51,8 +51,10 @@ def plot_resting_pose(poses: RestingPoses, number: int = 0, ax: Axes | None = No
 
 
 def figure_resting_poses(poses: RestingPoses) -> Figure:
-    """The most probable poses, at most eight, each from the side. Raises ValueError on another thing
-    than RestingPoses, or none at all."""
+    """The most probable poses, at most eight, each from the side.
+
+    Raises ValueError on another thing than RestingPoses, or none at all.
+    """
     check_type("poses", poses, RestingPoses, "RestingPoses, as of em.resting_poses")
     if not len(poses):
         raise ValueError("poses is empty, expected one at least")

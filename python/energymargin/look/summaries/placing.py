@@ -6,11 +6,12 @@ import math
 from typing import TYPE_CHECKING
 
 from energymargin.base.summary import MOST_ROWS, Picture, Summary
-from energymargin.base.table_text import DASH
+from energymargin.base.table_text import DASH, sentence
 from energymargin.look.summaries.searches import UNFINISHED
 
 if TYPE_CHECKING:
-    from energymargin.placing import RestingBody, RestingPoses, Settled, StackRobustness
+    from energymargin.act.critical import CriticalValue
+    from energymargin.placing import Placements, RestingBody, RestingPoses, Settled, StackRobustness
 
 
 def settled(found: Settled) -> Summary:
@@ -20,7 +21,9 @@ def settled(found: Settled) -> Summary:
     count = len(found.bodies)
     verdict = "Nothing moves." if found.stays else f"{len(rows)} of {count} bodies move."
     notes = [f"{verdict} Simulated: {found.time:.3g} s, {found.steps} steps."]
-    notes += [f"{a} and {b} overlap by {1e3 * d:.2g} mm at the start." for a, b, d in found.overlaps]
+    notes += [
+        f"{a} and {b} overlap by {1e3 * d:.2g} mm at the start." for a, b, d in found.overlaps
+    ]
     if found.unconverged:
         notes.append(f"{found.unconverged} steps did not converge.")
     notes += [] if found.complete else [UNFINISHED]
@@ -44,7 +47,9 @@ def resting_poses(found: RestingPoses) -> Summary:
             DASH if math.isnan(one.dropped) else f"{one.dropped:.3f}",
             f"{1e3 * one.height:.1f}",
             f"{math.degrees(one.largest_tilt):.1f}",
-            f"{one.least_work:.3g} to {min(one.work, key=one.work.__getitem__)}" if one.work else DASH,
+            f"{one.least_work:.3g} to {min(one.work, key=one.work.__getitem__)}"
+            if one.work
+            else DASH,
         )
         for number, one in enumerate(found.poses[:MOST_ROWS])
     ]
@@ -58,23 +63,44 @@ def resting_poses(found: RestingPoses) -> Summary:
 
 def stack_robustness(found: StackRobustness) -> Summary:
     """A row for each body, the weakest first; and what the support may do."""
-    rows = [
-        (push.body, *push_cells(push.effort, push.way, push.takes)) for push in found.pushes
-    ]
-    notes = [
-        f"The support takes {name} up to {what(one.value)} ({what(one.low)} to {what(one.high)})."
-        if one.side == "below"
-        else f"The support takes any {name} that was asked, up to {what(one.range[1])}."
-        for name, one, what in (
-            ("a tilt", found.tilt, lambda value: f"{math.degrees(value):.2f} deg"),
-            ("an acceleration", found.acceleration, lambda value: f"{value:.3g} m/s^2"),
-        )
-        if one is not None
-    ]
+    rows = [(push.body, *push_cells(push.effort, push.way, push.takes)) for push in found.pushes]
+    notes = [_of_support("a tilt", found.tilt), _of_support("an acceleration", found.acceleration)]
+    notes = [note for note in notes if note]
     notes += [] if found.complete else [UNFINISHED]
     return Summary("", rows, ("body", "least effort [J]", "it", "takes along"), notes)
+
+
+def _of_support(name: str, one: CriticalValue | None) -> str:
+    if one is None:
+        return ""
+
+    def said(value: float) -> str:
+        return f"{value:.3g} m/s^2" if one.unit != "rad" else f"{math.degrees(value):.2f} deg"
+
+    if one.side != "below":
+        return f"The support takes {name} of {said(one.range[1])}: {one.side}."
+    return (
+        f"The support takes {name} up to {said(one.value)} ({said(one.low)} to {said(one.high)})."
+    )
 
 
 def push_cells(effort: float, way: str, takes: tuple[str, ...]) -> tuple[str, str, str]:
     """The least push in words."""
     return (f"{effort:.3g}" if way else DASH), way or "does not fall", ", ".join(takes) or DASH
+
+
+def placements(found: Placements) -> Summary:
+    """The candidates from the best to the worst, beside their intervals and pushes."""
+    head = ("", "candidate", "stays", "95 % interval", "least effort [J]", "it", "takes along")
+    rows = []
+    for place, one in enumerate(list(found)[:MOST_ROWS], 1):
+        push = found.pushes.get(one.name)
+        cells = push_cells(push.effort, push.way, push.takes) if push else (DASH,) * 3
+        ends = f"{one.low:.2f} to {one.high:.2f}"
+        rows.append((place, one.name, f"{one.score:.2f}", ends, *cells))
+    notes = [sentence(found.ranking.decision)]
+    if found.blocked:
+        others = ", ".join(sorted(set(found.blocked.values())))
+        notes.append(f"{len(found.blocked)} candidates have no room: {others}.")
+    picture = Picture("plot_ranking", found.ranking, "the candidates with their intervals")
+    return Summary("", rows, head, notes, total=len(found), picture=picture)
