@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from rich.markup import escape
-from scipy.spatial.transform import Rotation
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure, replace_text
@@ -37,7 +36,7 @@ class Trials:
     """The most draws of each candidate."""
     height: float = 0.005
     """From which it is let go, above where it is meant to rest [m]."""
-    radius: float = 0.02
+    radius: float = 0.05
     """It stays if its centre of mass stays so near to its place [m],"""
     angle: float = 0.35
     """and if it leans by at most so much [rad]."""
@@ -159,7 +158,8 @@ def _scene(
     """The supports, fixed, and the object."""
     from energymargin import Scene, mesh, resting_poses
 
-    scene, turn = Scene(), np.eye(3)
+    scene = Scene()
+    facts: dict[str, Any] = {}
     for number, path in enumerate(on):
         name = path.stem if number == 0 else f"{path.stem}-{number}"
         scene.add_body(name, mesh(path, scale=scale), mass=0.0, friction=friction)
@@ -167,10 +167,8 @@ def _scene(
         ways = resting_poses(object.shape, mass=object.mass, inertial=object.inertial)
         if not 0 <= pose < len(ways):
             raise ValueError(f"--pose is {pose}, expected 0 to {len(ways) - 1}: it lies so")
-        turn = ways[pose].pose[:3, :3]
-    facts: dict[str, Any] = {"mass": object.mass, "friction": object.friction}
-    if object.inertial is not None:
-        facts["inertial"] = object.inertial
-    orientation = Rotation.from_matrix(turn).as_quat()
-    scene.add_body("object", object.shape, role="object", orientation=orientation, **facts)
+        facts["orientation"] = ways[pose].orientation
+    for name in ("mass", "friction", "inertial"):
+        facts[name] = getattr(object, name)
+    scene.add_body("object", object.shape, role="object", **facts)
     return scene

@@ -107,7 +107,7 @@ def placements(
     yaws: Sequence[float] = (0.0,),
     state: ArrayLike | None = None,
     height: float = 0.005,
-    radius: float = 0.02,
+    radius: float = 0.05,
     angle: float = 0.35,
     knock: float = 0.1,
     shake: float = 0.0,

@@ -64,6 +64,11 @@ class RestingPose(Record):
     """Share of the simulated drops that ended so."""
 
     @property
+    def orientation(self) -> NDArray[np.float64]:
+        """Of the shape's frame, a unit quaternion x, y, z, w, (4,)."""
+        return np.asarray(Rotation.from_matrix(self.pose[:3, :3]).as_quat())
+
+    @property
     def least_work(self) -> float:
         """To any other pose [J]; inf if there is none."""
         return min(self.work.values(), default=np.inf)

@@ -39,6 +39,7 @@ RUNNING = [
     "guides/will_it_hold.md",
     "guides/policies.md",
     "guides/robots.md",
+    "guides/set_it_down.md",
 ]
 SERVES = "energymargin view"  # until it is stopped
 

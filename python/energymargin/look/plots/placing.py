@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.spatial.transform import Rotation
 
 from energymargin._core import Scene
 from energymargin.base.checks import check_type, whole_number
@@ -33,10 +30,7 @@ def plot_resting_pose(poses: RestingPoses, number: int = 0, ax: Axes | None = No
     one = poses[number]
     scene = Scene()
     scene.add_plane("ground")
-    where: dict[str, Any] = {
-        "position": one.pose[:3, 3],
-        "orientation": Rotation.from_matrix(one.pose[:3, :3]).as_quat(),
-    }
+    where = {"position": one.pose[:3, 3], "orientation": one.orientation}
     scene.add_body("object", poses.shape, mass=poses.mass, role="object", **where)
     state = scene.pack()
     (left, right), (_, top) = view_of(scene, state[np.newaxis], SIDE)
