@@ -72,6 +72,7 @@ if typing.TYPE_CHECKING:
         monitor as monitor,
         motions as motions,
         mujoco as mujoco,
+        placing as placing,
         plots as plots,
         recordings as recordings,
         report as report,
@@ -109,6 +110,12 @@ if typing.TYPE_CHECKING:
     from energymargin.meshes import mesh as mesh
     from energymargin.model.policies import Policy as Policy
     from energymargin.monitor import Monitor as Monitor
+    from energymargin.placing import (
+        placements as placements,
+        resting_poses as resting_poses,
+        settle as settle,
+        stack_robustness as stack_robustness,
+    )
     from energymargin.surrogates import Surrogate as Surrogate
 
     __version__: str
@@ -117,7 +124,7 @@ if typing.TYPE_CHECKING:
 # problem starts in half the time.
 PLAIN = (
     *("actions", "beliefs", "datasets", "evaluation", "executors", "futures", "grasps", "monitor"),
-    *("motions", "recordings", "searches"),
+    *("motions", "placing", "recordings", "searches"),
 )
 EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra of its name
 SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)
@@ -130,6 +137,7 @@ NAMES = {
     "beliefs": ["Belief", "score_belief"],
     "meshes": ["mesh"],
     "monitor": ["Monitor"],
+    "placing": ["placements", "resting_poses", "settle", "stack_robustness"],
     "base.plausibility": ["PlausibilityWarning"],
     "model.policies": ["Policy"],
     "evaluate.scoring": ["ScoreError", "ScoreTable", "score"],

@@ -1,6 +1,6 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-learn | rank | limits | grasps | report | view. Each command has its own file; other packages
-register more, as `reproduce`.
+learn | rank | limits | settle | placements | grasps | report | view. Each command has its own
+file; other packages register more, as `reproduce`.
 
 A command is imported when it is called, and heavy modules where they are used, so that --help
 answers at once.
@@ -42,7 +42,7 @@ GROUP = "energymargin.commands"
 """Entry points of this group name functions or cyclopts Apps: commands of other packages."""
 OWN = (
     *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "limits"),
-    *("grasps", "report", "import", "view"),
+    *("settle", "placements", "grasps", "report", "import", "view"),
 )
 
 
@@ -65,7 +65,8 @@ app = App(
     5. `energymargin view push.h5 --scores push-scores.db`
 
     Which of several plans holds best: `energymargin rank --help`. How much it can take:
-    `energymargin limits --help`. Which grasps of a file:
+    `energymargin limits --help`. Is a scene at rest: `energymargin settle --help`. Where to
+    set a thing down: `energymargin placements --help`. Which grasps of a file:
     `energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
 
     `--traceback`, anywhere: show where an error comes from, line by line.

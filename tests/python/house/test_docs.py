@@ -40,6 +40,7 @@ RUNNING = [
     "guides/how_much.md",
     "guides/policies.md",
     "guides/robots.md",
+    "guides/set_it_down.md",
 ]
 SERVES = "energymargin view"  # until it is stopped
 

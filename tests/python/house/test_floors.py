@@ -10,16 +10,17 @@ import energymargin as em
 
 PACKAGE = Path(__file__).parents[3] / "python" / "energymargin"
 FLOORS = ("base", "model", "tasks", "evaluate", "records", "act", "look")
-COMPANIONS = {"grasps", "mujoco"}  # they stand on the face, and are looked at
+COMPANIONS = {"grasps", "mujoco", "placing"}  # they stand on the face, and are looked at
 ON_THE_FACE = (
     "act/surrogates",
     "grasps",
     "look/report",
     "look/viewer",
     "mujoco",
+    "placing",
     "records/recordings",
 )
-FACE = {path.stem for path in PACKAGE.glob("[a-z]*.py")} | {"grasps", "mujoco", "tasks"}
+FACE = {path.stem for path in PACKAGE.glob("[a-z]*.py")} | {"grasps", "mujoco", "placing", "tasks"}
 # Modules of the face that are compiled, so that every floor may ask for them.
 COMPILED = {"_core", "disturbances", "regions"}
 # What is imported when it is asked for: words of a result, and the picture of an environment.

@@ -52,8 +52,8 @@ def tutorial(request):
     return nbformat.read(request.param, as_version=4), RUN["executed"](request.param)
 
 
-def test_there_are_eight_tutorials_and_the_page_of_them_names_each():
-    assert [path.stem[0] for path in TUTORIALS] == list("12345678")
+def test_there_are_nine_tutorials_and_the_page_of_them_names_each():
+    assert [path.stem[0] for path in TUTORIALS] == list("123456789")
     page = (FOLDER / "index.md").read_text()
     assert all(f"({path.name})" in page for path in TUTORIALS)
 

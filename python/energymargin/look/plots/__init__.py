@@ -22,6 +22,7 @@ from energymargin.look.plots.limits import (
     plot_critical_value,
     plot_critical_values,
 )
+from energymargin.look.plots.placing import figure_resting_poses, plot_resting_pose
 from energymargin.look.plots.profile import figure_margin_profile, plot_margin_profile
 from energymargin.look.plots.results import plot_effort, plot_future, plot_probability
 from energymargin.look.plots.states import plot_state, state_legend
@@ -43,6 +44,7 @@ __all__ = [
     "figure_improvement",
     "figure_margin_profile",
     "figure_qualitative",
+    "figure_resting_poses",
     "figure_scores",
     "plot_critical_curve",
     "plot_critical_value",
@@ -54,6 +56,7 @@ __all__ = [
     "plot_precision_recall",
     "plot_probability",
     "plot_ranking",
+    "plot_resting_pose",
     "plot_roc",
     "plot_scores",
     "plot_state",

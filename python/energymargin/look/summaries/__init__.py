@@ -2,7 +2,7 @@
 
 from collections import ChainMap
 
-from energymargin.look.summaries import grasps, limits, plans, scores, searches
+from energymargin.look.summaries import grasps, limits, placing, plans, scores, searches
 
-SUMMARIES = ChainMap(*map(vars, (searches, scores, plans, limits, grasps)))
+SUMMARIES = ChainMap(*map(vars, (searches, scores, plans, limits, grasps, placing)))
 """All functions by their names."""

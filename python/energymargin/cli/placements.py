@@ -1,0 +1,174 @@
+"""The command `energymargin placements`: where to set a thing down."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from rich.markup import escape
+
+from energymargin.base.bars import bar
+from energymargin.base.replacing import replace_figure, replace_text
+from energymargin.cli.grasp_words import Thing, arguments_as_options
+from energymargin.cli.grasps import OF_OBJECT
+from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
+from energymargin.cli.places import require_free
+from energymargin.cli.terminal import TIMED_OUT, loading, out, say, warn
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from energymargin import Scene
+    from energymargin.grasps import GraspObject
+
+TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
+GRID = panel("The grid, without a file of poses")
+
+
+@panel("What a trial is", "*")
+@dataclass(frozen=True)
+class Trials:
+    """Arguments of `em.placements`."""
+
+    rollouts: int = 60
+    """The most draws of each candidate."""
+    height: float = 0.005
+    """From which it is let go, above where it is meant to rest [m]."""
+    radius: float = 0.05
+    """It stays if its centre of mass stays so near to its place [m],"""
+    angle: float = 0.35
+    """and if it leans by at most so much [rad]."""
+    knock: float = 0.1
+    """Largest random force along each axis, as a share of its weight."""
+    shake: float = 0.0
+    """Largest peak of the support's acceleration [m/s^2]."""
+    tilt: float = 0.0
+    """Largest slope of the support [rad]."""
+    horizon: float = 1.0
+    """After the release [s]."""
+    pushed: int = 5
+    """For so many of the best, the least push that makes it fall is searched."""
+    seed: int = 0
+    """The same seed gives the same numbers, to the last bit."""
+    store: Path | None = None
+    """A file of draws: the same command goes on from there."""
+
+
+def placements(
+    poses: Path | None = None,
+    /,
+    *,
+    on: list[Path],
+    on_friction: float = 0.5,
+    on_scale: float = 1.0,
+    belief: str | None = None,
+    spacing: Annotated[float, GRID] = 0.05,
+    turns: Annotated[int, GRID] = 1,
+    pose: Annotated[int | None, GRID] = None,
+    output: Outputs = None,
+    overwrite: bool = False,
+    thing: Thing = Thing(),
+    trials: Trials = Trials(),
+    where: Where = Where(),
+) -> None:
+    """Where shall I put it? Ranks places by how likely a thing stays where it is set down.
+
+    Each candidate is tried `--rollouts` times: the thing is let go above its place, and knocked at
+    random. All candidates meet the same draws. The table has 95 % intervals, and for the best the
+    least work of a push that makes it fall.
+
+    Example: `energymargin placements poses.csv --object mug.obj --mass 0.3 --on shelf.obj`
+
+    A grid on the shelf, the mug as it lies most often when dropped, put down to 5 mm and 2 degrees:
+    `energymargin placements --object mug.obj --mass 0.3 --on shelf.obj --pose 0 --belief '{"pose":
+    [0.005, 0.005, 0, 0, 0, 0.035]}' -o places.csv -o places.png`
+
+    Args:
+        poses: A table of poses of the object in the frame of the supports (.csv: x, y, z, qx, qy,
+            qz, qw, name). Left out: a grid on the supports.
+        on: A mesh of a support, which is fixed; may be repeated.
+        on_friction: Friction coefficient of the supports; a contact's is the product of two.
+        on_scale: What makes metres of the supports' lengths.
+        belief: How well the object is known at its release, as JSON or a file of it: pose (3 errors
+            in m, 3 in rad), friction, mass, velocity.
+        spacing: Of the grid [m].
+        turns: So many turns about the vertical, evenly.
+        pose: Number of the way in which it lies, as of `em.resting_poses`, 0 the most probable;
+            left out: as its file has it.
+        output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg. May be repeated.
+        overwrite: Replace files that exist.
+    """
+    for path in output or ():
+        require_free(path, overwrite=overwrite, suffixes=(*TEXTS, *PICTURES))
+    with loading():
+        from energymargin import placing
+        from energymargin.grasps import GraspObject
+
+        if any(path.suffix in PICTURES for path in output or ()):
+            import energymargin.plots  # noqa: F401  says what is missing before it is computed
+    sampling = chosen_sampling(belief, None)
+    with arguments_as_options(OF_OBJECT):
+        object = GraspObject.of(None, **given(thing))
+    scene = _scene(object, on, on_friction, on_scale, pose)
+    with bar("Ranking", "draws") as progress:
+        found = placing.placements(
+            scene,
+            "object",
+            None if poses is None else _poses(poses),
+            on=[body.name for body in scene.bodies if body.name != "object"],
+            spacing=spacing,
+            yaws=(2 * np.pi * np.arange(turns) / turns).tolist() if turns > 0 else (),
+            uncertainty=None if sampling is None else sampling.uncertainty,
+            executor=where.executor(),
+            progress=progress,
+            timeout=where.timeout,
+            **asdict(trials),
+        )
+    table = found.to_markdown()
+    out.print(table, markup=False, highlight=False, soft_wrap=True)
+    for path in output or ():
+        if path.suffix in PICTURES:
+            from energymargin.plots import plot_ranking
+
+            figure: Any = plot_ranking(found.ranking).get_figure(root=True)
+            replace_figure(path, figure)
+        else:
+            replace_text(path, found.to_csv() if path.suffix == ".csv" else table)
+        say(f"Wrote {escape(str(path))}")
+    if not found.complete:
+        warn("the time was over before all draws were made")
+        raise SystemExit(TIMED_OUT)
+
+
+def _poses(path: Path) -> dict[str, NDArray[np.float64]]:
+    """The poses of a table by name. Raises ValueError on a name that is there twice."""
+    from energymargin.grasps import read
+
+    rows = read(path)
+    if len(set(rows.names)) < len(rows):
+        raise ValueError(f"{path} has a name twice, expected different names")
+    return dict(zip(rows.names, rows.poses, strict=True))
+
+
+def _scene(
+    object: GraspObject, on: list[Path], friction: float, scale: float, pose: int | None
+) -> Scene:
+    """The supports, fixed, and the object."""
+    from energymargin import Scene, mesh, resting_poses
+
+    scene = Scene()
+    facts: dict[str, Any] = {}
+    for number, path in enumerate(on):
+        name = path.stem if number == 0 else f"{path.stem}-{number}"
+        scene.add_body(name, mesh(path, scale=scale), mass=0.0, friction=friction)
+    if pose is not None:
+        ways = resting_poses(object.shape, mass=object.mass, inertial=object.inertial)
+        if not 0 <= pose < len(ways):
+            raise ValueError(f"--pose is {pose}, expected 0 to {len(ways) - 1}: it lies so")
+        facts["orientation"] = ways[pose].orientation
+    for name in ("mass", "friction", "inertial"):
+        facts[name] = getattr(object, name)
+    scene.add_body("object", object.shape, role="object", **facts)
+    return scene

@@ -1,0 +1,114 @@
+"""The command `energymargin settle`: is a scene at rest?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from rich.markup import escape
+
+from energymargin.base.bars import bar
+from energymargin.base.replacing import replace_text
+from energymargin.cli.options import Output, panel
+from energymargin.cli.places import require_free
+from energymargin.cli.terminal import TIMED_OUT, out, say, warn
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from energymargin import Scene
+
+MOVED = 1
+"""Exit code where something moves."""
+ROBOT, RULE = panel("What the file says"), panel("What counts as rest")
+
+
+def settle(
+    file: Path,
+    /,
+    *,
+    ground: Annotated[float | None, ROBOT] = None,
+    base: Annotated[str, ROBOT] = "fixed",
+    keyframe: Annotated[str | None, ROBOT] = None,
+    ignore: Annotated[list[str] | None, ROBOT] = None,
+    time: Annotated[float, RULE] = 10.0,
+    tolerance: Annotated[float, RULE] = 1e-3,
+    still: Annotated[float, RULE] = 1e-4,
+    during: Annotated[float, RULE] = 0.25,
+    output: Output = None,
+    overwrite: bool = False,
+    timeout: float | None = None,
+) -> None:
+    """Is this scene at rest? Lets it come to rest and says what moved, how far, and when.
+
+    Exit code 0: nothing moves. 1: something does, or falls out. So it checks scenes in CI.
+
+    Example: `energymargin settle scene.xml`
+
+    An object of a file, on the ground: `energymargin settle mug.urdf --base free --ground 0`
+
+    Where a problem starts: `energymargin settle push.json --tolerance 0.002 -o moved.csv`
+
+    Args:
+        file: A scene of MuJoCo (.xml), a URDF (.urdf), or a problem file (.json).
+        ground: Adds a plane at this height [m].
+        base: Of a URDF: fixed, or free to move.
+        keyframe: Of MuJoCo's model, by name or number: where it starts.
+        ignore: What to do without of what is not simulated, once for each.
+        time: When it ends at the latest [s].
+        tolerance: A body has moved if a point of it is farther from where it was [m].
+        still: The most by which a body at rest may move [m].
+        during: The time for which it may not [s].
+        output: Also the table, as .csv or .md.
+        overwrite: Replace the file if it exists.
+        timeout: Seconds after which it ends with what is known; exit code 124.
+    """
+    from energymargin import placing
+
+    if output is not None:
+        require_free(output, overwrite=overwrite, suffixes=(".csv", ".md"))
+    scene, state = _start(file, ground, base, keyframe, tuple(ignore or ()))
+    with bar("Settling", "steps") as progress:
+        found = placing.settle(
+            scene,
+            state,
+            time=time,
+            still=still,
+            during=during,
+            tolerance=tolerance,
+            progress=progress,
+            timeout=timeout,
+        )
+    table = found.to_markdown()
+    out.print(table, markup=False, highlight=False, soft_wrap=True)
+    if output is not None:
+        replace_text(output, found.to_csv() if output.suffix == ".csv" else table)
+        say(f"Wrote {escape(str(output))}")
+    if not found.complete:
+        warn("the time was over before it came to rest")
+        raise SystemExit(TIMED_OUT)
+    if not found.stays:
+        raise SystemExit(MOVED)
+
+
+def _start(
+    file: Path, ground: float | None, base: str, keyframe: str | None, ignore: tuple[str, ...]
+) -> tuple[Scene, NDArray[np.float64] | None]:
+    """The scene of a file, and the state of a problem. Raises ValueError on another format."""
+    from energymargin import Problem, scenes
+
+    suffix, state = file.suffix.lower(), None
+    if suffix == ".json":
+        problem = Problem.load(str(file), start_outside=True)
+        scene, state = problem.scene, problem.state
+    elif suffix == ".urdf":
+        scene = scenes.from_urdf(file, base=base, ignore=ignore)
+    elif suffix == ".xml":
+        frame = int(keyframe) if keyframe and keyframe.isdecimal() else keyframe
+        scene = scenes.from_mjcf(file, keyframe=frame, ignore=ignore)
+    else:
+        raise ValueError(f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem")
+    if ground is not None:
+        scene.add_plane("ground", offset=ground, friction=1.0)
+    return scene, state

@@ -1,0 +1,75 @@
+"""Bodies as boxes about them: how far their points get, how low they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from energymargin import Plane, Scene, scenes
+
+Floats = NDArray[np.float64]
+SIGNS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+
+
+def movable(scene: Scene) -> list[str]:
+    """Names of the bodies that forces move."""
+    return [body.name for body in scene.bodies if not (body.fixed or body.kinematic)]
+
+
+def up_of(scene: Scene) -> Floats:
+    """Unit vector against gravity, (3,). Raises ValueError without gravity."""
+    gravity = np.array(scene.gravity)
+    if not gravity.any():
+        raise ValueError("scene is without gravity, expected some: nothing comes to rest in it")
+    return np.asarray(-gravity / np.linalg.norm(gravity))
+
+
+def frame_of(scene: Scene) -> Floats:
+    """Two horizontal axes and the one that is up, rows of (3, 3)."""
+    up = up_of(scene)
+    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(up, first), up])
+
+
+def box_of(shape: Any) -> Floats:
+    """The corners of the box about a shape, along its frame's axes, (8, 3). No point of the shape
+    is displaced farther than one of them."""
+    points = np.concatenate(scenes.shape_parts(shape))
+    return np.asarray(points.min(axis=0) + SIGNS * np.ptp(points, axis=0))
+
+
+class Boxes:
+    """The boxes of some bodies of a scene."""
+
+    def __init__(self, scene: Scene, names: list[str]) -> None:
+        """`names`: of bodies without planes."""
+        shapes = {body.name: body.shape for body in scene.bodies}
+        self._scene, self._boxes = scene, {name: box_of(shapes[name]) for name in names}
+
+    def at(self, state: Floats) -> Floats:
+        """Where their corners are in a state, (bodies, 8, 3)."""
+        there = scenes.body_poses(self._scene, state)
+        placed = [
+            Rotation.from_quat(there[name][1]).apply(corners) + there[name][0]
+            for name, corners in self._boxes.items()
+        ]
+        return np.array(placed).reshape(-1, 8, 3)
+
+
+def farthest(corners: Floats, before: Floats) -> Floats:
+    """How far a point of each body is from where it was, at most [m], (bodies,)."""
+    return np.asarray(np.linalg.norm(corners - before, axis=2).max(axis=1, initial=0.0))
+
+
+def lowest(scene: Scene, state: Floats) -> float:
+    """The height of the lowest point of all bodies, along `up_of`; -inf above a plane."""
+    up = up_of(scene)
+    planes = [body.shape for body in scene.bodies if isinstance(body.shape, Plane)]
+    if any(np.dot(plane.normal, up) > 0 for plane in planes):
+        return -np.inf
+    names = [body.name for body in scene.bodies if not isinstance(body.shape, Plane)]
+    return float((Boxes(scene, names).at(state) @ up).min(initial=np.inf))

@@ -1,0 +1,61 @@
+"""What disturbs things that stand: knocks, and a support that is shaken or leans."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from energymargin import Scene
+from energymargin.placing.boxes import Floats, frame_of
+
+PIECE = 0.1  # s, of a knock
+RATES = (1.0, 6.0)  # Hz, of a shake
+
+
+@dataclass(frozen=True, eq=False)
+class Jolts:
+    """Random forces on the objects of a scene, as a disturbance of `em.rank`.
+
+    A knock is a force along each axis, even up to `knock` times the body's weight, on each body, for
+    0.1 s after 0.1 s. In a support that is shaken along a random horizontal direction, or leans
+    in one, a body feels a force in proportion to its mass.
+    """
+
+    masses: Floats
+    """Of the objects [kg], (k,)."""
+    frame: Floats
+    """Two horizontal axes and the one that is up, (3, 3)."""
+    gravity: float
+    """[m/s^2]"""
+    knock: float = 0.0
+    """Largest force along each axis, as a share of the body's weight."""
+    shake: float = 0.0
+    """Largest peak of the support's acceleration [m/s^2]."""
+    tilt: float = 0.0
+    """Largest slope of the support [rad]."""
+
+    @staticmethod
+    def of(scene: Scene, *, knock: float, shake: float, tilt: float) -> Jolts:
+        """Those of a scene's objects."""
+        masses = np.array([body.mass for body in scene.bodies if body.role == "object"])
+        gravity = float(np.linalg.norm(scene.gravity))
+        return Jolts(masses, frame_of(scene), gravity, knock, shake, tilt)
+
+    def __call__(self, random: np.random.Generator, times: Floats) -> Floats:
+        """Forces [N] and torques [N m] at these times (steps,), shape (steps, 6 k)."""
+        count, (one, other, up) = len(self.masses), self.frame
+        pieces = 1 + int(times[-1] / PIECE)
+        knocks = self.knock * self.gravity * random.uniform(-1, 1, (pieces, count, 3))
+        leaning, size, shaken, phase = random.random(4)
+        rate = random.uniform(*RATES)
+        angle, tilt = 2 * np.pi * leaning, self.tilt * size
+        along = np.cos(angle) * one + np.sin(angle) * other
+        change = self.gravity * (np.sin(tilt) * along + (1 - np.cos(tilt)) * up)
+        angle = 2 * np.pi * shaken
+        along = np.cos(angle) * one + np.sin(angle) * other
+        wave = self.shake * random.random() * np.sin(2 * np.pi * (rate * times + phase))
+        feels = knocks[(times / PIECE).astype(int)] + change + (wave[:, None] * along)[:, None]
+        wrenches = np.zeros((len(times), count, 6))
+        wrenches[:, :, :3] = self.masses[:, None] * feels
+        return wrenches.reshape(len(times), -1)

@@ -1,0 +1,333 @@
+"""`em.placements`: where to set a thing down, and how likely it stays there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial.transform import Rotation
+
+from energymargin import Cancel, Cancelled, Problem, Scene, World, rank, scenes
+from energymargin.actions import Ranking, Standing
+from energymargin.base.checks import (
+    check_type,
+    not_negative_number,
+    numbers_of,
+    one_of,
+    positive_number,
+    whole_number,
+)
+from energymargin.base.limits import Limit
+from energymargin.base.plausibility import kept_warnings
+from energymargin.base.reprs import Record
+from energymargin.base.table_text import csv_text
+from energymargin.beliefs import Uncertainty
+from energymargin.executors import Executor
+from energymargin.placing.boxes import Floats, frame_of, up_of
+from energymargin.placing.jolts import Jolts
+from energymargin.placing.pushes import Push, Pushes
+from energymargin.placing.settling import settle
+from energymargin.placing.stacks import place_of
+from energymargin.summary import Summarized
+
+INSIDE = 1e-4  # m; a thing that is deeper in another one has no room
+LEVEL = 1e-3  # m, of the top of a part
+DROP = 0.02  # m, by which a thing is lowered at most onto a top that is not flat
+ABOVE = 1e-3  # m, from where it is lowered
+HOLD = 0.1  # s
+DURING = 1.0  # s
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Placements(Record, Summarized):
+    """Candidates from the best to the worst, and what each of them takes."""
+
+    scene: Scene
+    body: str
+    """What is set down."""
+    ranking: Ranking
+    """Probabilities that it and all other objects stay, with intervals, and the decision."""
+    poses: dict[str, NDArray[np.float64]]
+    """Of the body's frame by candidate, (4, 4)."""
+    blocked: dict[str, str]
+    """Candidates without room, and the body that is in their way."""
+    pushes: dict[str, Push]
+    """The least push that makes it fall, and who falls with it, of those for which it was asked."""
+
+    @property
+    def best(self) -> str:
+        """The name of the first."""
+        return self.ranking.best
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """The pose of the best one, (4, 4)."""
+        return self.poses[self.best]
+
+    @property
+    def complete(self) -> bool:
+        """Whether no draw is missing."""
+        return self.ranking.complete
+
+    def __len__(self) -> int:
+        """How many were compared."""
+        return len(self.ranking)
+
+    def __iter__(self) -> Iterator[Standing]:
+        """From the best to the worst."""
+        return iter(self.ranking)
+
+    def to_csv(self) -> str:
+        """A line for each candidate with room, the best first, in full precision: probability,
+        interval, push, and pose."""
+        head = ("name", "probability", "low", "high", "draws", "effort", "way", "takes")
+        where = ("x", "y", "z", "qx", "qy", "qz", "qw")
+        rows = []
+        for one in self.ranking:
+            push, pose = self.pushes.get(one.name), self.poses[one.name]
+            said = (push.effort, push.way, " ".join(push.takes)) if push else ("", "", "")
+            turn = Rotation.from_matrix(pose[:3, :3]).as_quat()
+            facts = (one.name, one.score, one.low, one.high, one.draws)
+            rows.append((*facts, *said, *pose[:3, 3].tolist(), *turn.tolist()))
+        return csv_text((*head, *where), rows)
+
+
+def placements(
+    scene: Scene,
+    body: str,
+    poses: Mapping[str, ArrayLike] | ArrayLike | None = None,
+    *,
+    on: Sequence[str] = (),
+    spacing: float = 0.05,
+    yaws: Sequence[float] = (0.0,),
+    state: ArrayLike | None = None,
+    height: float = 0.005,
+    radius: float = 0.05,
+    angle: float = 0.35,
+    knock: float = 0.1,
+    shake: float = 0.0,
+    tilt: float = 0.0,
+    uncertainty: Uncertainty | None = None,
+    horizon: float = DURING,
+    rollouts: int = 60,
+    confidence: float = 0.95,
+    tolerance: float = 0.05,
+    race: bool = True,
+    pushed: int = 5,
+    seed: int = 0,
+    store: str | Path | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> Placements:
+    """Where shall I put it? Candidates, ranked by how likely all stays where it is.
+
+    A candidate is a pose at which the body is meant to rest. It is let go `height` above that, and
+    stays if its centre of mass stays within `radius` of that place and it leans by at most `angle`,
+    and so do all other objects. All candidates meet the same draws.
+
+    Args:
+        scene: what there is: the body with the role "object", supports, and neighbours; those with
+            the role "object" count.
+        body: what is set down.
+        poses: of its frame, by name, or (n, 4, 4); None: a grid on what is named in `on`.
+        on: supports, by name. Each convex part of one has a top, on which there is a grid.
+        spacing: of the grid [m].
+        yaws: turns of the body on the grid, about the vertical [rad].
+        state: of the others, shape (n,), and how the body is turned on the grid; None: as the scene
+            has them.
+        height: from which it is let go [m].
+        radius: [m]
+        angle: [rad]
+        knock: largest random force on each object, along each axis, for 0.1 s after 0.1 s, as a
+            share of its weight.
+        shake: largest peak of the support's acceleration [m/s^2], at 1 to 6 Hz.
+        tilt: largest slope of the support [rad].
+        uncertainty: how well friction, masses, poses and velocities are known at the release.
+        horizon: after the release [s].
+        rollouts: the most draws of each candidate.
+        confidence: of all comparisons together.
+        tolerance: a difference of probabilities that does not matter.
+        race: False scores every candidate to the end.
+        pushed: for so many of the best, the least push that makes the body fall is searched.
+        seed: of all draws.
+        store: a file where draws are kept, as of `em.rank`; with a disturbance by name alone.
+        threads: None takes all cores. Nothing depends on them.
+        executor: in place of threads, of `em.executors`.
+        progress: progress(done, total) counts draws.
+        timeout: after so many seconds what is known counts.
+        cancel: the same once it is set.
+
+    Raises ValueError on bad arguments, on a body that is no object, and if no candidate has room;
+    others as `em.rank`.
+    """
+    limit = Limit(timeout, cancel)
+    check_type("scene", scene, Scene, "an em.Scene")
+    objects = [one.name for one in scene.bodies if one.role == "object"]
+    one_of("body", body, objects)
+    whole_number("pushed", pushed, 0)
+    jolts = {"knock": knock, "shake": shake, "tilt": tilt}
+    for name, value in jolts.items():
+        not_negative_number(name, value)
+    start = np.array(scene.pack() if state is None else state, float)
+    room = _Room(scene, body, start)
+    if poses is None:
+        for name in on:
+            one_of("on", name, [one.name for one in scene.bodies if one.name != body])
+        asked = room.grid(on, positive_number("spacing", spacing), yaws)
+    else:
+        asked = _named(poses)
+    place = positive_number("radius", radius), positive_number("angle", angle)
+    lift = not_negative_number("height", height) * up_of(scene)
+    weight = float(np.linalg.norm(scene.gravity)) * float(
+        np.mean([one.mass for one in scene.bodies if one.role == "object"])
+    )
+    blocked: dict[str, str] = {}
+    problems: dict[str, Problem] = {}
+    for name, pose in asked.items():
+        limit.require("the candidates were looked at")
+        released = room.state(pose, lift)
+        if (other := room.blocked_by(released)) is not None:
+            blocked[name] = other
+            continue
+        meant = room.state(pose, np.zeros(3))
+        with kept_warnings():  # a thing that is let go falls, in each of many problems
+            problems[name] = Problem(
+                scene,
+                released,
+                captured={o: place_of(scene, meant, o, *place) for o in objects},
+                force=(weight,) * 3,
+                torque=(0.0,) * 3,
+                duration=HOLD,
+                horizon=positive_number("horizon", horizon),
+            )
+    if not problems:
+        where = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
+        raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {where}")
+    ranking = rank(
+        problems,
+        rollouts=rollouts,
+        disturbance=Jolts.of(scene, **jolts),
+        uncertainty=uncertainty,
+        confidence=confidence,
+        tolerance=tolerance,
+        race=race,
+        seed=seed,
+        store=store,
+        threads=threads,
+        executor=executor,
+        progress=progress,
+        **limit.rest(),
+    )
+    pushes: dict[str, Push] = {}
+    for name in ranking.names[:pushed]:
+        try:
+            with kept_warnings():
+                rest = settle(scene, problems[name].state, **limit.rest())
+                pushes[name] = Pushes(scene, rest.state, limit).least(body)
+        except (TimeoutError, Cancelled):
+            break
+    there = {name: asked[name] for name in problems}
+    return Placements(scene, body, ranking, there, blocked, pushes)
+
+
+class _Room:
+    """Where a body has room in a scene."""
+
+    def __init__(self, scene: Scene, body: str, state: Floats) -> None:
+        self._scene, self._body, self._state = scene, body, state
+        self._world, self._frame = World(scene), frame_of(scene)
+        self._shapes = {one.name: one.shape for one in scene.bodies}
+        self._others = [name for name in self._shapes if name != body]
+
+    def state(self, pose: Floats, lift: Floats) -> Floats:
+        """The state with the body at a pose (4, 4), lifted by (3,), at rest."""
+        state = self._state.copy()
+        own = state[self._scene.slice(self._body)]
+        own[:3] = pose[:3, 3] + lift
+        own[3:7] = Rotation.from_matrix(pose[:3, :3]).as_quat()
+        own[7:] = 0.0
+        return state
+
+    def blocked_by(self, state: Floats) -> str | None:
+        """The body that it is in most deeply, if it is in one."""
+        distances = self._distances(state)
+        nearest = min(distances, key=distances.__getitem__)
+        return nearest if distances[nearest] < -INSIDE else None
+
+    def grid(self, on: Sequence[str], spacing: float, yaws: Sequence[float]) -> dict[str, Floats]:
+        """Candidates on the tops of supports, by name, the farthest from edges first: it counts if
+        several stay alike. Raises ValueError if there is no top."""
+        found: list[tuple[float, str, Floats]] = []
+        turned = Rotation.from_quat(self._scene.unpack(self._state)[self._body]["orientation"])
+        spots = [(name, top, yaw) for name, top in self._tops(on) for yaw in yaws]
+        for number, (name, top, yaw) in enumerate(spots):
+            turn = Rotation.from_rotvec(yaw * self._frame[2]) * turned
+            for margin, place in _points_in(top, self._frame, spacing):
+                pose = self._standing(turn, place)
+                x, y, z = pose[:3, 3]
+                found.append((margin, f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})", pose))
+        if not found:
+            raise ValueError(f"on is {list(on)}, expected supports with a top, or give poses")
+        return {name: pose for _, name, pose in sorted(found, key=lambda one: -one[0])}
+
+    def _standing(self, turn: Rotation, place: Floats) -> Floats:
+        """The pose in which it stands at a place, lowered until it touches something."""
+        corners = turn.apply(np.concatenate(scenes.shape_parts(self._shapes[self._body])))
+        up = self._frame[2]
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        pose = np.eye(4)
+        pose[:3, :3] = turn.as_matrix()
+        pose[:3, 3] = place - middle + (up @ middle - (corners @ up).min() + ABOVE) * up
+        left = DROP
+        while left > 0 and (gap := min(self._distances(self.state(pose, np.zeros(3))).values())):
+            if gap < INSIDE:
+                break
+            step = min(gap - INSIDE / 2, left)
+            pose[:3, 3] -= step * up
+            left -= step
+        return pose
+
+    def _distances(self, state: Floats) -> dict[str, float]:
+        return {o: self._world.distance(state, self._body, o) for o in self._others}
+
+    def _tops(self, on: Sequence[str]) -> Iterator[tuple[str, Floats]]:
+        """Corners of the top of each convex part, (N, 3), of supports."""
+        there = scenes.body_poses(self._scene, self._state)
+        for name in on:
+            position, orientation = there[name]
+            for part in scenes.shape_parts(self._shapes[name]):
+                corners = Rotation.from_quat(orientation).apply(part) + position
+                heights = corners @ self._frame[2]
+                yield name, corners[heights > heights.max() - LEVEL]
+
+
+def _points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, Floats]]:
+    """Points of a grid on a top, from its middle on, and how far each is from the edges [m]."""
+    flat, height = top @ frame[:2].T, float((top @ frame[2]).max())
+    try:
+        hull = ConvexHull(flat).equations
+    except (QhullError, ValueError):
+        return []
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    ways = [np.arange(0.0, (b - a) / 2 + 1e-9, spacing) for a, b in zip(low, high, strict=True)]
+    sides = [np.unique(np.concatenate([-way, way])) for way in ways]
+    points = 0.5 * (low + high) + np.stack(np.meshgrid(*sides, indexing="ij"), -1).reshape(-1, 2)
+    margins = -(points @ hull[:, :2].T + hull[:, 2]).max(axis=1)
+    inside = margins > -1e-9
+    places = points[inside] @ frame[:2] + height * frame[2]
+    return list(zip(np.round(margins[inside], 6).tolist(), places, strict=True))
+
+
+def _named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
+    given: Any = poses
+    items = given.items() if isinstance(given, Mapping) else enumerate(given)
+    expected = "poses (4, 4), a dict of them by name, or (n, 4, 4)"
+    return {str(name): numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}

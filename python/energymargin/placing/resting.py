@@ -1,0 +1,383 @@
+"""`em.resting_poses`: how a rigid body can lie on a plane.
+
+With the direction u to the ground in the body's frame, its centre of mass is at the height h(u) =
+max u . p over the points p of its hull, from that centre. Faces of the hull are the only minima of
+h, and passes between them are on edges (a vertex is a peak). So the least work to topple from one
+pose to another is exact: m g times the rise of the centre to the height of an edge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from heapq import heapify, heappop, heappush
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from energymargin import Cancel, Cancelled, Inertial, Scene, mass_properties, scenes
+from energymargin.base.checks import (
+    check_type,
+    function_or_none,
+    not_negative_number,
+    numbers_of,
+    positive_number,
+    seed_number,
+    share,
+    shown,
+    whole_number,
+)
+from energymargin.base.limits import Limit
+from energymargin.base.plausibility import kept_warnings
+from energymargin.base.reprs import Record
+from energymargin.placing.boxes import Floats
+from energymargin.placing.settling import settle
+from energymargin.summary import Summarized
+
+GRAVITY = 9.81  # m/s^2
+WATER = 1000.0  # kg/m^3
+FLAT = 1e-9  # 1 - cosine of the angle between faces that are one
+EDGE = 1e-9  # of the body's reach; so far outside of a face its foot still counts as within
+ROLLED = np.radians(30.0)
+ROCKING = 2e-3  # of the reach; a body that moves less within REST is at rest after a drop
+REST, LONGEST = 0.15, 5.0  # s
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RestingPose(Record):
+    """One way in which a body can lie."""
+
+    pose: NDArray[np.float64]
+    """Of the shape's frame, (4, 4): the plane is z = 0, the centre of mass above the origin."""
+    probability: float
+    """Share of the directions from which it comes to lie so, without haste (Goldberg 1999)."""
+    height: float
+    """Of the centre of mass [m]."""
+    largest_tilt: float
+    """Slope up to which it does not topple, however it is turned about the vertical [rad]."""
+    work: dict[int, float]
+    """Least work to topple it straight to another pose [J], by the number of that."""
+    dropped: float = np.nan
+    """Share of the simulated drops that ended so."""
+
+    @property
+    def orientation(self) -> NDArray[np.float64]:
+        """Of the shape's frame, a unit quaternion x, y, z, w, (4,)."""
+        return np.asarray(Rotation.from_matrix(self.pose[:3, :3]).as_quat())
+
+    @property
+    def least_work(self) -> float:
+        """To any other pose [J]; inf if there is none."""
+        return min(self.work.values(), default=np.inf)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RestingPoses(Record, Summarized):
+    """All ways in which a body can lie on a plane, the most probable first."""
+
+    shape: Any
+    poses: tuple[RestingPose, ...]
+    mass: float
+    """[kg]"""
+    drops: int = 0
+    """Simulated drops that count."""
+    complete: bool = True
+    """False if the timeout or the cancel came before the last drop."""
+
+    def __len__(self) -> int:
+        """How many."""
+        return len(self.poses)
+
+    def __iter__(self) -> Iterator[RestingPose]:
+        """The most probable first."""
+        return iter(self.poses)
+
+    def __getitem__(self, number: int) -> RestingPose:
+        """One of them."""
+        return self.poses[number]
+
+    @property
+    def total_variation(self) -> float:
+        """Half the sum of the differences between the probabilities and the shares of the simulated
+        drops; NaN without drops."""
+        return 0.5 * float(sum(abs(one.probability - one.dropped) for one in self.poses))
+
+
+def resting_poses(
+    shape: Any,
+    *,
+    friction: float = 0.5,
+    on: Sequence[float] = (0.0, 0.0, 1.0),
+    mass: float | None = None,
+    inertial: Inertial | None = None,
+    merge: float = 0.01,
+    drops: int = 0,
+    height: float = 0.0,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> RestingPoses:
+    """How can it lie on a plane, how likely is each way, and what does it take to topple it?
+
+    Args:
+        shape: of `em.mesh`, or a primitive; its convex hull counts. Round ones have 48 corners.
+        friction: coefficient of the contact.
+        on: normal of the plane (3,), up by default; another one is a slope.
+        mass: [kg]; None: it is as heavy as water.
+        inertial: centre of mass and inertia; None: those of the shape, of even density.
+        merge: poses are one if the centre of mass rises on the way out of one by less than this
+            share of the body's reach from there: it rolls, or a breath topples it. 0: none are.
+        drops: so many are simulated too, from random orientations.
+        height: from which it is dropped [m]; 0: its lowest point is on the plane.
+        seed: of the drops.
+        progress: progress(done, total) counts drops.
+        timeout: after so many seconds the drops count that are done.
+        cancel: the same once it is set.
+
+    A pose rests on a slope if it does in any direction; there are none if friction cannot hold.
+    Raises ValueError on bad arguments, and a shape that is flat or has no end.
+    """
+    limit = Limit(timeout, cancel)
+    mu = not_negative_number("friction", friction)
+    properties = mass_properties(shape)
+    mass = WATER * properties.volume if mass is None else positive_number("mass", mass)
+    share("merge", merge)
+    count, fall = whole_number("drops", drops, 0), not_negative_number("height", height)
+    seed_number(seed)
+    function_or_none("progress", progress, "done", "total")
+    up = numbers_of("on", on, "the normal of a plane, three numbers", (3,))
+    up = up / (np.linalg.norm(up) or np.nan)
+    if not up[2] > 0:
+        raise ValueError(f"on is {shown(on)}, expected a normal that points up")
+    check_type("inertial", inertial, Inertial | None, "an em.Inertial or None")
+    slope = float(np.arctan2(np.hypot(up[0], up[1]), up[2]))
+    center = np.array((inertial or properties).center)
+    faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center)
+    basins = faces.basins(merge, slope) if mu >= np.tan(slope) else []
+    tally = np.zeros(len(faces.normals))
+    done = 0
+    if basins and count:
+        dropping = _Dropping(shape, mass, mu, inertial, up, center, faces)
+        for number in range(count):
+            end = dropping.end(np.random.default_rng([seed, number]), fall, limit)
+            if end is None:
+                break
+            tally[end] += 1
+            done += 1
+            if progress is not None:
+                progress(done, count)
+        if not done:
+            limit.require("a drop has ended")
+    works = faces.works(basins)
+    poses = tuple(
+        RestingPose(
+            faces.pose(one.lowest, center),
+            float(faces.shares[one.faces].sum()),
+            float(faces.heights[one.lowest]),
+            faces.largest_tilt(one),
+            {other: mass * GRAVITY * rise for other, rise in works[k].items()},
+            float(tally[one.faces].sum() / done) if done else np.nan,
+        )
+        for k, one in enumerate(basins)
+    )
+    return RestingPoses(shape, poses, mass, done, done == count or not basins)
+
+
+@dataclass
+class Basin:
+    """A pose, and the faces from which the body comes to it."""
+
+    lowest: int
+    faces: list[int] = field(default_factory=list)
+
+
+class Faces:
+    """The faces of a hull about the centre of mass."""
+
+    def __init__(self, points: Floats) -> None:
+        """`points` (N, 3) from the centre. Raises ValueError if they are flat."""
+        size = float(np.linalg.norm(points, axis=1).max())
+        points = np.unique(np.round(points / size, 9), axis=0) * size  # poles are one point each
+        try:
+            hull = ConvexHull(points)
+        except Exception as error:  # scipy's own
+            raise ValueError(f"shape has no hull, expected a solid: {error}") from error
+        self._reach = float(np.linalg.norm(hull.points[hull.vertices], axis=1).max())
+        normals, parent = hull.equations[:, :3], np.arange(len(hull.simplices))
+        for a, others in enumerate(hull.neighbors):
+            for b in others:
+                if normals[a] @ normals[b] > 1.0 - FLAT:
+                    parent[_root(parent, a)] = _root(parent, b)
+        roots = [_root(parent, k) for k in range(len(parent))]
+        names = {root: k for k, root in enumerate(dict.fromkeys(roots))}
+        own = np.array([names[root] for root in roots])
+        first = np.array(list(names))
+        self.normals = normals[first]
+        self.heights = -hull.equations[first, 3]
+        corners = points[hull.simplices]
+        self.shares = np.bincount(own, _solid_angles(corners)) / (4.0 * np.pi)
+        self._edges(hull, own, points)
+
+    def _edges(self, hull: Any, own: NDArray[np.int64], points: Floats) -> None:
+        """Edges between faces, from one of the two: how far its foot is inside of them, and the
+        height of the centre on the way over."""
+        a, k = np.nonzero(own[hull.neighbors] != own[:, None])
+        b = hull.neighbors[a, k]
+        ends = np.array([hull.simplices[i][np.arange(3) != j] for i, j in zip(a, k, strict=True)])
+        start = points[ends[:, 0]]
+        along = points[ends[:, 1]] - start
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        foot = start - (start * along).sum(axis=1)[:, None] * along  # of the centre on the edge
+        one, other = own[a], own[b]
+        outwards = (
+            self.normals[other]
+            - _dots(self.normals[one], self.normals[other])[:, None] * (self.normals[one])
+        )
+        outwards /= np.linalg.norm(outwards, axis=1)[:, None]
+        self.one, self.other = one, other
+        order = np.argsort(one, kind="stable")
+        self._of_face = np.split(order, np.cumsum(np.bincount(one, minlength=own.max() + 1))[:-1])
+        self.inside = _dots(foot, outwards)
+        back = (
+            self.normals[one]
+            - _dots(self.normals[one], self.normals[other])[:, None] * (self.normals[other])
+        )
+        peaks = (self.inside > 0) & (_dots(foot, back) > 0)
+        ends_high = np.maximum(self.heights[one], self.heights[other])
+        self.peaks = np.where(peaks, np.linalg.norm(foot, axis=1), ends_high)
+
+    def basins(self, merge: float, slope: float) -> list[Basin]:
+        """The poses, the most probable first."""
+        target = np.arange(len(self.normals))
+        worst = np.full(len(target), np.inf)
+        np.minimum.at(worst, self.one, self.inside)
+        for e in np.flatnonzero(self.inside == worst[self.one]):
+            if worst[self.one[e]] < -EDGE * self._reach:
+                target[self.one[e]] = self.other[e]
+        for _ in target:  # each way down ends at a pose
+            if (target[target] == target).all():
+                break
+            target = target[target]
+        parent = target.copy()
+        lowest = {int(k): int(k) for k in set(target.tolist())}
+        for e in np.argsort(self.peaks, kind="stable"):
+            a, b = _root(parent, int(self.one[e])), _root(parent, int(self.other[e]))
+            if a == b:
+                continue
+            low, high = sorted((a, b), key=lambda k: (self.heights[lowest[k]], k))
+            if self.peaks[e] - self.heights[lowest[high]] < merge * self._reach:
+                parent[high] = low
+        found: dict[int, Basin] = {}
+        for k in range(len(target)):
+            root = _root(parent, k)
+            found.setdefault(root, Basin(lowest[root])).faces.append(k)
+        stays = [one for one in found.values() if self.largest_tilt(one) >= slope]
+        return sorted(stays, key=lambda one: -self.shares[one.faces].sum())
+
+    def works(self, basins: list[Basin]) -> list[dict[int, float]]:
+        """By pose, the rise [m] on the way straight to each other one."""
+        number = np.full(len(self.normals), -1)
+        for k, one in enumerate(basins):
+            number[one.faces] = k
+        found: list[dict[int, float]] = [{} for _ in basins]
+        for a, b, peak in zip(number[self.one], number[self.other], self.peaks, strict=True):
+            if a >= 0 and b >= 0 and a != b:
+                rise = float(peak - self.heights[basins[a].lowest])
+                found[a][int(b)] = min(found[a].get(int(b), np.inf), rise)
+        return [dict(sorted(one.items(), key=lambda item: item[1])) for one in found]
+
+    def largest_tilt(self, basin: Basin) -> float:
+        """Slope up to which it stays [rad]: on the way to another pose, or to a turn by ROLLED, from
+        face to face, the steepest that is needed."""
+        tilts = np.arctan2(self.inside, self.heights[self.one])
+        own = np.zeros(len(self.normals), bool)
+        own[basin.faces] = True
+        own &= self.normals @ self.normals[basin.lowest] > np.cos(ROLLED)
+        reached, steepest = {basin.lowest}, 0.0
+        left = [(float(tilts[e]), int(e)) for e in self._of_face[basin.lowest]]
+        heapify(left)
+        while left:
+            tilt, edge = heappop(left)
+            face, steepest = int(self.other[edge]), max(steepest, tilt)
+            if not own[face]:
+                return steepest
+            if face not in reached:
+                reached.add(face)
+                for e in self._of_face[face]:
+                    heappush(left, (float(tilts[e]), int(e)))
+        return np.pi / 2
+
+    def pose(self, face: int, center: Floats) -> Floats:
+        """Of the shape's frame, (4, 4), when it lies on a face."""
+        turn, _ = Rotation.align_vectors([[0, 0, -1.0]], self.normals[[face]])
+        pose = np.eye(4)
+        pose[:3, :3] = turn.as_matrix()
+        pose[:3, 3] = [0, 0, self.heights[face]] - turn.apply(center)
+        return pose
+
+    def nearest(self, down: Floats) -> int:
+        """The face that looks most along a direction of the body's frame."""
+        return int(np.argmax(self.normals @ down))
+
+
+class _Dropping:
+    """Drops of a body on a plane."""
+
+    def __init__(
+        self,
+        shape: Any,
+        mass: float,
+        friction: float,
+        inertial: Inertial | None,
+        up: Floats,
+        center: Floats,
+        faces: Faces,
+    ) -> None:
+        self._scene = Scene(friction_rule="max")
+        self._scene.add_plane("plane", normal=up, friction=friction)
+        own: dict[str, Any] = {} if inertial is None else {"inertial": inertial}
+        self._scene.add_body("object", shape, mass=mass, friction=friction, **own)
+        self._points = np.concatenate(scenes.shape_parts(shape))
+        self._up = up
+        self._center, self._faces = center, faces
+        self._still = ROCKING * float(np.linalg.norm(self._points - center, axis=1).max())
+
+    def end(self, random: np.random.Generator, height: float, limit: Limit) -> int | None:
+        """The face that is down in the end; None if the limit came first."""
+        turn = Rotation.random(random_state=random)
+        lowest = float((turn.apply(self._points) @ self._up).min())
+        start = {"position": (height - lowest) * self._up, "orientation": turn.as_quat()}
+        rule: dict[str, Any] = {"time": LONGEST, "still": self._still, "during": REST}
+        try:
+            with kept_warnings():  # which each of many drops would repeat
+                found = settle(self._scene, self._scene.pack(object=start), **rule, **limit.rest())
+        except (TimeoutError, Cancelled):
+            return None
+        if not found.complete:
+            return None
+        there = Rotation.from_quat(self._scene.unpack(found.state)["object"]["orientation"])
+        return self._faces.nearest(there.inv().apply(-self._up))
+
+
+def _dots(one: Floats, other: Floats) -> Floats:
+    return np.asarray((one * other).sum(axis=1))
+
+
+def _root(parent: NDArray[Any], k: int) -> int:
+    while parent[k] != k:
+        parent[k] = parent[parent[k]]
+        k = int(parent[k])
+    return k
+
+
+def _solid_angles(corners: Floats) -> Floats:
+    """Of triangles (N, 3, 3) from the origin (Van Oosterom and Strackee 1983)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    na, nb, nc = (np.linalg.norm(one, axis=1) for one in (a, b, c))
+    spat = np.abs(_dots(a, np.cross(b, c)))
+    below = na * nb * nc + _dots(a, b) * nc + _dots(a, c) * nb + _dots(b, c) * na
+    return np.asarray(2.0 * np.arctan2(spat, below))

@@ -1,0 +1,246 @@
+"""`em.stack_robustness`: what a stack can take, and which of its bodies is the weakest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from energymargin import (
+    Cancel,
+    Cancelled,
+    CriticalValue,
+    Plan,
+    Problem,
+    Scene,
+    capture_probability,
+    critical_value,
+    mass_properties,
+    regions,
+)
+from energymargin.base.checks import (
+    check_type,
+    function_or_none,
+    not_negative_number,
+    one_of,
+    positive_number,
+    seed_number,
+)
+from energymargin.base.limits import Limit
+from energymargin.base.reprs import Record
+from energymargin.base.table_text import csv_text
+from energymargin.disturbances import Uniform
+from energymargin.executors import Executor
+from energymargin.placing.boxes import Floats, frame_of, movable, up_of
+from energymargin.placing.pushes import Push, Pushes
+from energymargin.summary import Summarized
+
+SUPPORT = {"tilt": ("rad", np.pi / 3), "acceleration": ("m/s^2", 15.0)}
+"""What the support may do: unit, and the most that is asked."""
+AZIMUTHS = 8
+FINE, ROUGH = 0.005, 0.05  # of the range
+QUIET, MANY = 16, 120  # draws of a value without knocks, and with some
+HOLD = 0.3  # s, of a knock at most
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StackRobustness(Record, Summarized):
+    """What each body of a stack takes, and how much its support may move."""
+
+    scene: Scene
+    state: NDArray[np.float64]
+    """The state at rest that was asked about, (n,)."""
+    pushes: tuple[Push, ...]
+    """The least push of each body, the weakest first."""
+    tilt: CriticalValue | None
+    """Of the support [rad], in the worst direction; None: it was not asked for."""
+    acceleration: CriticalValue | None
+    """Of the support [m/s^2], likewise."""
+    complete: bool = True
+    """False if the timeout or the cancel came first."""
+
+    @property
+    def weakest(self) -> Push:
+        """The push of the body that falls most easily."""
+        return self.pushes[0]
+
+    def __getitem__(self, body: str) -> Push:
+        """The least push of a body; KeyError if it has none."""
+        for push in self.pushes:
+            if push.body == body:
+                return push
+        raise KeyError(f"{body!r} is not asked; there are: {[p.body for p in self.pushes]}")
+
+    def to_csv(self) -> str:
+        """A line for each body, in full precision."""
+        rows = [(p.body, p.effort, p.way, *p.direction, " ".join(p.takes)) for p in self.pushes]
+        return csv_text(("body", "effort", "way", "x", "y", "z", "takes"), rows)
+
+
+def stack_robustness(
+    scene: Scene,
+    state: ArrayLike | None = None,
+    *,
+    bodies: Sequence[str] | None = None,
+    support: Sequence[str] = ("tilt", "acceleration"),
+    radius: float = 0.02,
+    angle: float = 0.35,
+    knock: float = 0.0,
+    horizon: float = 1.0,
+    probability: float = 0.95,
+    seed: int = 0,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> StackRobustness:
+    """Which body of a stack falls most easily, whom it takes along, what the support may do.
+
+    Args:
+        scene: the bodies. Those with the role "object" are asked about.
+        state: at rest, as of `em.settle`, shape (n,); None: as the scene has it.
+        bodies: those that are pushed, by name; None: all objects.
+        support: "tilt", "acceleration", or both: how much of it, in the worst of eight directions,
+            until an object leaves its place. () asks for neither.
+        radius: of the place of each object about its centre of mass [m].
+        angle: by which it may lean [rad].
+        knock: random forces on the objects meanwhile, as a share of their mean weight.
+        horizon: for how long the support leans or accelerates [s].
+        probability: with which all objects stay, up to the critical value.
+        seed: of the knocks.
+        threads: None takes all cores. Nothing depends on them.
+        executor: in place of threads, of `em.executors`.
+        progress: progress(done, total) counts bodies and motions of the support.
+        timeout: after so many seconds what is known counts.
+        cancel: the same once it is set.
+
+    A push is a kick about an edge on which a body stands, or along it, of the body alone or with
+    all that it carries. Its effort is the least energy found of one that makes the body fall: an
+    upper bound, and exact for a body that topples alone. To lean and to accelerate act as a
+    constant force on each body.
+
+    Raises ValueError on bad arguments and a scene without objects, TimeoutError or Cancelled if no
+    body was pushed.
+    """
+    limit = Limit(timeout, cancel)
+    check_type("scene", scene, Scene, "an em.Scene")
+    up_of(scene)
+    objects = [body.name for body in scene.bodies if body.role == "object"]
+    if not objects:
+        raise ValueError("scene has no object, expected role='object' of those that may fall")
+    for name in support:
+        one_of("support", name, tuple(SUPPORT))
+    positive_number("radius", radius)
+    function_or_none("progress", progress, "done", "total")
+    start = np.array(scene.pack() if state is None else state, float)
+    pushing = Pushes(scene, start, limit)
+    asked = objects if bodies is None else [one_of("bodies", b, pushing.names) for b in bodies]
+    asking = _Support(
+        scene, start, objects, positive_number("horizon", horizon),
+        (radius, positive_number("angle", angle)), not_negative_number("knock", knock),
+    )  # fmt: skip
+    pushes: list[Push] = []
+    found: dict[str, CriticalValue | None] = dict.fromkeys(SUPPORT)
+    total = len(asked) + len(support)
+    try:
+        for body in asked:
+            pushes.append(pushing.least(body))
+            if progress is not None:
+                progress(len(pushes), total)
+        for done, name in enumerate(support, 1):
+            options: dict[str, Any] = {"probability": probability, "seed": seed_number(seed)}
+            options |= {"threads": threads, "executor": executor, **limit.rest()}
+            found[name] = asking.most(name, limit, options)
+            if progress is not None:
+                progress(len(pushes) + done, total)
+    except (TimeoutError, Cancelled):
+        if not pushes:
+            raise
+    complete = len(pushes) == len(asked) and all(found[name] is not None for name in support)
+    ranked = tuple(sorted(pushes, key=lambda push: push.effort))
+    return StackRobustness(scene, start, ranked, found["tilt"], found["acceleration"], complete)
+
+
+@dataclass(frozen=True, eq=False)
+class _Support:
+    """Problems in which the support leans or accelerates."""
+
+    scene: Scene
+    state: Floats
+    objects: list[str]
+    horizon: float
+    place: tuple[float, float]
+    knock: float
+
+    def most(self, name: str, limit: Limit, options: dict[str, Any]) -> CriticalValue:
+        """The critical value of the worst direction."""
+        unit, most = SUPPORT[name]
+        worst, least = 0.0, most
+        for azimuth in 2.0 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS:
+            low, high = 0.0, least * (1.0 - FINE)
+            if self._holds(name, azimuth, high, limit):
+                continue
+            while high - low > ROUGH * FINE * most:
+                middle = 0.5 * (low + high)
+                low, high = (
+                    (middle, high) if self._holds(name, azimuth, middle, limit) else (low, middle)
+                )
+            worst, least = float(azimuth), high
+        return critical_value(
+            lambda value: self._problem(name, worst, value),
+            name,
+            (0.0, most),
+            unit=unit,
+            disturbance=Uniform(self.knock),
+            draws=MANY if self.knock else QUIET,
+            **options if self.knock else options | {"probability": 0.5},  # all draws are alike
+        )
+
+    def _holds(self, name: str, azimuth: float, value: float, limit: Limit) -> bool:
+        problem = self._problem(name, azimuth, value)
+        asked: dict[str, Any] = {"rollouts": 1, "disturbance": Uniform(0.0), "undisturbed": False}
+        return capture_probability(problem, threads=1, **asked, **limit.rest()).captured > 0.5
+
+    def _problem(self, name: str, azimuth: float, value: float) -> Problem:
+        """Each body of mass m feels m times the change of gravity, in the support's frame."""
+        first, second, up = frame_of(self.scene)
+        gravity = float(np.linalg.norm(self.scene.gravity))
+        along = np.cos(azimuth) * first + np.sin(azimuth) * second
+        if name == "tilt":
+            change = gravity * (np.sin(value) * along + (1.0 - np.cos(value)) * up)
+        else:
+            change = value * along
+        masses = {body.name: body.mass for body in self.scene.bodies}
+        rows = {
+            body: np.concatenate([masses[body] * change, np.zeros(3)])[None]
+            for body in movable(self.scene)
+        }
+        weight = gravity * float(np.mean([masses[body] for body in self.objects]))
+        return Problem(
+            self.scene,
+            self.state,
+            captured={
+                body: place_of(self.scene, self.state, body, *self.place) for body in self.objects
+            },
+            force=(weight,) * 3,
+            torque=(0.0,) * 3,
+            duration=min(HOLD, self.horizon),
+            horizon=self.horizon,
+            plan=Plan(self.horizon, wrenches=rows),
+        )
+
+
+def place_of(scene: Scene, state: Floats, name: str, radius: float, angle: float) -> regions.Region:
+    """The states in which a body is where it is in this one, and upright as there."""
+    there, up = scene.unpack(state)[name], up_of(scene)
+    body = next(one for one in scene.bodies if one.name == name)
+    turn = Rotation.from_quat(there["orientation"])
+    own = np.array((body.inertial or mass_properties(body.shape)).center)
+    center = turn.apply(own) + there["position"]
+    ball = regions.Ball(name, center, radius, point="center_of_mass")
+    return ball & regions.Tilt(name, turn.inv().apply(up), up, angle)

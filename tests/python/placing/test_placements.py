@@ -1,0 +1,149 @@
+"""Where to set a thing down: what stays, what falls, and with whom."""
+
+import csv
+
+import numpy as np
+import pytest
+from command_line import run_here
+
+import energymargin as em
+
+trimesh = pytest.importorskip("trimesh")
+BOARD, CUP = (0.5, 0.3, 0.02), (0.06, 0.06, 0.1)
+
+
+def board_and_cup(**given):
+    scene = em.Scene()
+    scene.add_body("board", em.Box(BOARD), mass=0.0, position=(0, 0, 0.5), friction=0.8)
+    scene.add_body("cup", em.Box(CUP), mass=0.3, friction=0.8, role="object", **given)
+    return scene
+
+
+def at(x, y, z=0.56, yaw=0.0):
+    pose = np.eye(4)
+    pose[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def test_the_middle_is_better_than_the_edge_and_beyond_it_nothing_stays():
+    poses = {"beyond": at(0.26, 0), "edge": at(0.247, 0), "middle": at(0, 0)}
+    found = em.placements(board_and_cup(), "cup", poses, rollouts=40, seed=1)
+    assert found.best == "middle" and found.complete and not found.blocked
+    scores = {one.name: one.score for one in found}
+    assert scores["middle"] == 1.0 and scores["beyond"] == 0.0 < scores["edge"] < 1.0
+    assert found.pose[:3, 3].tolist() == [0, 0, 0.56]
+
+
+def test_the_error_of_a_pose_counts_at_the_edge():
+    """Half of a cup whose centre is put at the edge, give or take, falls."""
+    pose = {"cup": [0.01, 0, 0, 0, 0, 0]}
+    known = em.beliefs.Uncertainty(pose=pose)
+    options = {"knock": 0.0, "rollouts": 200, "race": False, "pushed": 0, "radius": 0.05}
+    found = em.placements(
+        board_and_cup(), "cup", {"edge": at(0.25, 0)}, uncertainty=known, **options
+    )
+    (one,) = found
+    assert one.low <= 0.5 <= one.high
+
+
+def test_the_least_push_of_a_placement_is_that_of_its_edge():
+    found = em.placements(board_and_cup(), "cup", {"free": at(0, 0), "brink": at(0.24, 0)})
+    weight, half = 0.3 * 9.81, CUP[2] / 2
+    free, brink = (weight * (np.hypot(d, half) - half) for d in (CUP[0] / 2, 0.01))
+    assert found.pushes["free"].effort == pytest.approx(free, rel=0.02)
+    assert found.pushes["brink"].effort == pytest.approx(brink, rel=0.02)
+    assert found.pushes["brink"].direction == pytest.approx((1, 0, 0))
+
+
+def test_a_neighbour_that_falls_with_it_is_named_and_one_in_its_way_blocks():
+    scene = board_and_cup()
+    slim = {"mass": 0.1, "friction": 0.8, "role": "object"}
+    scene.add_body("pen", em.Box((0.02, 0.02, 0.12)), position=(0.1, 0, 0.57), **slim)
+    walls = {"mass": 0.0, "position": (0, 0.1, 0.6)}
+    scene.add_body("wall", em.Box((0.5, 0.02, 0.2)), **walls)
+    poses = {"beside": at(0.055, 0), "in the pen": at(0.09, 0), "in the wall": at(0, 0.1)}
+    found = em.placements(scene, "cup", poses, rollouts=10, knock=0.02)
+    assert found.blocked == {"in the pen": "pen", "in the wall": "wall"}
+    assert found.best == "beside" and found.pushes["beside"].takes in {("pen",), ()}
+    toppled = em.stack_robustness(
+        scene, scene.pack(cup={"position": (0.055, 0, 0.56)}), support=(), bodies=["cup"]
+    )
+    assert toppled.weakest.effort < 0.3 * 9.81 * (np.hypot(0.03, 0.05) - 0.05) * 1.02
+
+
+def test_a_grid_covers_the_top_and_the_middle_comes_first():
+    found = em.placements(board_and_cup(), "cup", on=["board"], spacing=0.1, rollouts=10, pushed=0)
+    places = np.array([found.poses[one.name][:3, 3] for one in found])
+    assert len(found) == 5 * 3 and np.allclose(places[:, 2], 0.56, atol=2e-4)
+    assert abs(places[0, 0]) <= 0.1 and places[0, 1] == 0.0
+    turned = em.placements(
+        *(board_and_cup(), "cup"), on=["board"], spacing=0.2, yaws=(0, 0.5), rollouts=5, pushed=0
+    )
+    assert len(turned) == 2 * 3
+
+
+def test_a_support_that_is_shaken_or_leans_takes_more_than_one_at_rest():
+    poses = [at(0, 0)]
+    slippery = board_and_cup().with_body("cup", friction=0.2)
+
+    def stays(**given):
+        found = em.placements(slippery, "cup", poses, knock=0.0, rollouts=40, pushed=0, **given)
+        return next(iter(found)).score
+
+    assert stays() == 1.0
+    # It slides beyond atan(0.16) = 9.1 degrees: 45 % of the slopes up to 20 are below that.
+    assert 0.25 <= stays(tilt=np.radians(20)) <= 0.7
+    assert stays(shake=8.0) < 1.0
+
+
+def test_the_same_seed_gives_the_same_table_on_any_threads():
+    asked = board_and_cup(), "cup", {"a": at(0.247, 0), "b": at(0.243, 0)}
+    one, two = (em.placements(*asked, rollouts=20, threads=n, seed=7) for n in (1, 2))
+    assert one.to_csv() == two.to_csv()
+
+
+def test_a_limit_keeps_the_draws_that_are_done():
+    cancel = em.Cancel()
+    found = em.placements(
+        *(board_and_cup(), "cup", [at(0, 0), at(0.1, 0)]),
+        rollouts=100_000,
+        race=False,
+        progress=lambda done, _: cancel.set() if done > 20 else None,
+        cancel=cancel,
+    )
+    assert not found.complete and found.ranking["0"].draws >= 16 and not found.pushes
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"poses": {"in it": at(0, 0, 0.5)}}, "none of which has room: board"),
+        ({"on": ["table"]}, "on is 'table'"),
+        ({"poses": [np.eye(3)]}, "poses is"),
+        ({"poses": [at(0, 0)], "knock": -1}, "knock is -1"),
+    ],
+)
+def test_what_cannot_be_is_refused(given, words):
+    with pytest.raises(ValueError, match=words):
+        em.placements(board_and_cup(), "cup", **given)
+    with pytest.raises(ValueError, match="body is 'board'"):
+        em.placements(board_and_cup(), "board")
+
+
+def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
+    trimesh.creation.box(CUP).export(tmp_path / "cup.obj")
+    trimesh.creation.box(BOARD).export(tmp_path / "board.obj")
+    rows = "name,x,y,z,qx,qy,qz,qw\nmiddle,0,0,.06,0,0,0,1\nbeyond,.26,0,.06,0,0,0,1\n"
+    (tmp_path / "poses.csv").write_text(rows)
+    mesh = ["--object", "cup.obj", "--mass", 0.3, "--on", "board.obj", "--rollouts", 20]
+    done = run_here("placements", "poses.csv", *mesh, "-o", "out.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    first, last = csv.DictReader((tmp_path / "out.csv").open())
+    assert (first["name"], last["name"]) == ("middle", "beyond")
+    assert first["way"] == "topples" and "the best is middle" in done.stdout.lower()
+    grid = ["--spacing", 0.2, "--pose", 0, "-o", "out.png"]
+    done = run_here("placements", *mesh, *grid, cwd=tmp_path)
+    assert done.returncode == 0 and (tmp_path / "out.png").stat().st_size > 5000, done.stderr
+    done = run_here("placements", *mesh, "--pose", 9, cwd=tmp_path)
+    assert done.returncode == 2 and "--pose is 9" in done.stderr

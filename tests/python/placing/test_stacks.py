@@ -1,0 +1,98 @@
+"""What a stack can take: efforts, tilts and accelerations in closed form."""
+
+import numpy as np
+import pytest
+
+import energymargin as em
+
+G = 9.81
+
+
+def on_a_tray(size, friction=0.8, shape=None, yaw=0.0):
+    scene = em.Scene()
+    scene.add_body("tray", em.Box((2, 2, 0.02)), mass=0.0, position=(0, 0, -0.01), friction=1.0)
+    solid, at = shape or em.Box(size), (0, 0, size[2] / 2)
+    heavy = {"mass": 0.4, "friction": friction, "role": "object"}
+    scene.add_body("cup", solid, position=at, yaw=yaw, **heavy)
+    return scene
+
+
+def test_boxes_topple_with_the_work_of_the_closed_form():
+    for size in np.random.default_rng(5).uniform(0.04, 0.3, (10, 3)):
+        found = em.stack_robustness(on_a_tray(size), support=())
+        low = min(size[:2])
+        expected = 0.4 * G * (np.hypot(low / 2, size[2] / 2) - size[2] / 2)
+        assert found.weakest.effort == pytest.approx(expected, rel=0.02)
+        assert found.weakest.way == "topples" and found.weakest.takes == ()
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.3, 1.1])
+def test_a_cylinder_topples_with_the_same_work_for_any_yaw(yaw):
+    shape = em.Cylinder(0.03, 0.14)
+    found = em.stack_robustness(on_a_tray((0, 0, 0.14), shape=shape, yaw=yaw), support=())
+    expected = 0.4 * G * (np.hypot(0.03, 0.07) - 0.07)
+    assert found.weakest.effort == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("friction", "size"), [(0.3, (0.08, 0.08, 0.1)), (0.9, (0.05, 0.08, 0.12))]
+)
+def test_a_tray_may_lean_and_accelerate_as_statics_say(friction, size):
+    """Until it slides by the radius within a second, or topples."""
+    found = em.stack_robustness(on_a_tray(size, friction), bodies=[], radius=0.01)
+    ratio = min(friction + 2 * 0.01 / G, size[0] / size[2])
+    low, high = found.acceleration.interval()
+    assert low * 0.99 <= G * ratio <= high * 1.01 and high - low < 0.02 * high
+    assert found.tilt.value == pytest.approx(np.arctan(ratio), rel=0.01)
+    assert found.complete and "m/s^2" in found.to_markdown()
+
+
+def test_the_weakest_of_a_stack_takes_along_what_it_carries():
+    scene = em.Scene()
+    scene.add_plane("floor", friction=1.0)
+    sizes = {"base": (0.2, 0.2, 0.1), "post": (0.03, 0.03, 0.15), "plate": (0.05, 0.05, 0.02)}
+    height = 0.0
+    for name, size in sizes.items():
+        at = (0, 0, height + size[2] / 2)
+        scene.add_body(name, em.Box(size), density=500, position=at, friction=0.8, role="object")
+        height += size[2]
+    found = em.stack_robustness(scene, support=())
+    efforts = {push.body: push.effort for push in found.pushes}
+    assert efforts["base"] > 10 * efforts["post"] and found.complete
+    assert found["post"].takes == ("plate",)
+    post, plate = (500 * np.prod(sizes[name]) for name in ("post", "plate"))
+    mass, center = post + plate, (post * 0.075 + plate * 0.16) / (post + plate)
+    whole = mass * G * (np.hypot(0.015, center) - center)
+    assert efforts["post"] <= 1.02 * whole
+
+
+def test_knocks_lower_what_the_support_may_do():
+    scene = on_a_tray((0.05, 0.05, 0.1))
+    quiet, knocked = (
+        em.stack_robustness(scene, bodies=[], support=("tilt",), knock=k).tilt for k in (0.0, 0.3)
+    )
+    assert knocked.high < quiet.low
+
+
+def test_what_cannot_be_asked_is_refused():
+    scene = em.Scene()
+    scene.add_plane("floor")
+    scene.add_body("box", em.Box((1, 1, 1)), mass=1.0, position=(0, 0, 0.5))
+    with pytest.raises(ValueError, match="scene has no object"):
+        em.stack_robustness(scene)
+    with pytest.raises(ValueError, match="support is 'shake'"):
+        em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), support=("shake",))
+    with pytest.raises(ValueError, match="bodies is 'tray'"):
+        em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), bodies=["tray"])
+
+
+def test_a_limit_keeps_the_bodies_that_are_done():
+    scene, cancel = em.Scene(), em.Cancel()
+    scene.add_plane("floor", friction=1.0)
+    for k in range(5):
+        at = (0.3 * k, 0, 0.1)
+        scene.add_body(f"box{k}", em.Box((0.1, 0.1, 0.2)), mass=1.0, position=at, role="object")
+    found = em.stack_robustness(
+        scene, progress=lambda done, _: cancel.set() if done == 2 else None, cancel=cancel
+    )
+    assert not found.complete and len(found.pushes) == 2 and found.tilt is None
