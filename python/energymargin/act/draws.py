@@ -6,9 +6,9 @@ same particle (common random numbers). So candidates differ by what they do, not
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, overload
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ EFFORTS = KINDS["effort"].metrics
 OBJECTIVES = ("probability", "probability/success", *EFFORTS)
 
 OF_INTERVALS = 0.95
+PIECE = 1000  # draws that are made at a time
 
 Disturbance = disturbances.Disturbance | Callable[[Any, Any], Any]
 """As of `capture_probability`."""
@@ -128,7 +129,7 @@ class Draw(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Trial(Sequence[Draw]):
+class Trial:
     """Draws of one candidate in a row. There may be many, so they are made when asked for."""
 
     candidate: int
@@ -142,17 +143,13 @@ class Trial(Sequence[Draw]):
         """How many."""
         return len(self.numbers)
 
-    @overload
-    def __getitem__(self, place: int) -> Draw: ...
-    @overload
-    def __getitem__(self, place: slice) -> list[Draw]: ...
-    def __getitem__(self, place: int | slice) -> Draw | list[Draw]:
-        """One, or some."""
-        if isinstance(place, slice):
-            return list(map(self._draw, self.numbers[place]))
-        return self._draw(self.numbers[place])
+    def draws(self) -> Iterator[list[Draw]]:
+        """All of them, some at a time."""
+        for k in range(0, len(self), PIECE):
+            yield list(map(self.draw, self.numbers[k : k + PIECE]))
 
-    def _draw(self, number: int) -> Draw:
+    def draw(self, number: int) -> Draw:
+        """The draw of this number."""
         if self.particles is None:
             return Draw(self.candidate, number, self.problem)
         one = self.particles[number]

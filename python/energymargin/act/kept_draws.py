@@ -45,7 +45,7 @@ class KeptDraws(AnswerFile):
 
         Raises ValueError on what a file cannot tell from another.
         """
-        first = trial[0]
+        first = trial.draw(trial.numbers[0])
         asked = (question.metric, question.seed, question.nodes, _text(question.disturbance))
         own = [] if trial.particles is None else [trial.particles[k] for k in trial.numbers]
         particles = tuple(one.number for one in own)

@@ -206,15 +206,13 @@ def margin_profile(
         if progress is not None:
             progress(done, total)
 
-    found: list[list[Draws | None]] = []
     with Trials(executor, threads, count) as trials:
-        for question, draws in questions:
-            each = [Trial(k, range(draws), one) for k, one in enumerate(problems)]
-            found.append(trials.run(question, each, limit))
-            if None in found[-1]:
-                break
-    complete = len(found) == len(questions) and None not in found[-1]
-    found += [[None] * there] * 2  # efforts that are not asked, or not searched for in time
+        found = [
+            trials.run(question, [Trial(k, range(n), one) for k, one in enumerate(problems)], limit)
+            for question, n in questions
+        ]
+    complete = not any(None in one for one in found)
+    found.append([None] * there)  # efforts that are not asked
     if not any(found[0]):
         limit.require("the first moment was scored")
     for one, number in zip(found[0], numbers, strict=True):

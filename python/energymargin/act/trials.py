@@ -21,7 +21,6 @@ from energymargin.evaluate.executors import Executor
 from energymargin.evaluate.executors.choice import chosen_executor
 from energymargin.evaluate.searches import metric_search
 
-PIECE = 1000  # draws that are made at a time
 # They count where they are gathered if they diverge.
 OF_ROLLOUTS: dict[str, Any] = {"undisturbed": False, "most_diverged": ANY}
 
@@ -59,7 +58,7 @@ class Trials(Closing):
 
         ask(
             *([trials], partial(draw_chunk, question), note),
-            split=lambda trial: (trial[k : k + PIECE] for k in range(0, len(trial), PIECE)),
+            split=Trial.draws,
             join=lambda _, parts: Draws.joined(parts),
             kept=None if self._kept is None else self._kept.of(question),
             executor=self._workers,

@@ -22,8 +22,6 @@ LEAST_EFFORT = ("effort", "effort/any")
 """The least work that was found, as of `em.escape_effort`, with a horizon and without. The other
 efforts are the paper's Algorithm 1 as published, with the planner that they name."""
 
-PAPER = tuple(metric for metric in METRICS if metric not in (*LEAST_EFFORT, *TIMED))
-"""The paper's scores, and those of at least one object."""
 
 CLOCKLESS = ("capture", "success", "force", "capture/any", "success/any")
 """Those that ask a question without a clock."""

@@ -31,7 +31,7 @@ def evaluate(
     seed: int = 0,
     overwrite: bool = False,
 ) -> None:
-    """Compare scores with what happened: AUC and AP, beside the paper's if it has them.
+    """Compare scores with what happened: AUC and AP, with their intervals.
 
     Of scores with a horizon first what they ask: of the states that are captured now, which stay so
     over the next frames? Then all states by horizon, of which many are lost already. Of scores

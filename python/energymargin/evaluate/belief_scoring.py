@@ -113,8 +113,6 @@ class BeliefWork:
 
     def scores(self, there: Sequence[Row]) -> BeliefScores:
         """Those of the first particles."""
-        if not there:
-            return BeliefScores({}, complete=False)
         particles = Particles.of(self.draws, self.sources)
         found = {m: self._score(m, there, particles) for m in self.asked.metrics}
         return BeliefScores(found, complete=len(there) == len(self))
@@ -221,8 +219,8 @@ def score_belief(
         executor=executor,
         **limit.rest(),
     )
-    if error := asked.row(rows).error:
-        raise ScoreError({0: error}, 1)
     if not rows:
         limit.require("a particle has all its scores")
+    if error := asked.row(rows).error:
+        raise ScoreError({0: error}, 1)
     return asked.scores(rows)

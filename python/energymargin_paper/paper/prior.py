@@ -8,6 +8,7 @@ all else is a weighting of the prior's velocities by how well the measurement fi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,8 +21,9 @@ from energymargin.base.errors import EnergyMarginError
 from energymargin.beliefs import Belief
 from energymargin.model.beliefs.uncertainty import (
     Source,
+    covariance_root,
+    is_covariance,
     is_distribution,
-    normal_root,
     standard_normal,
 )
 
@@ -76,7 +78,9 @@ def informed(belief: Belief, prior: Mapping[str, Any]) -> Belief:
     it.
     """
     known = _checked(prior, belief.problem.scene, belief.sources)
-    return belief.with_sources([_with_prior(belief.problem, one, known) for one in belief.sources])
+    found = copy(belief)
+    found.sources = [_with_prior(belief.problem, one, known) for one in belief.sources]
+    return found
 
 
 def _with_prior(problem: Problem, source: Source, prior: Mapping[str, Any]) -> Source:
@@ -89,7 +93,7 @@ def _with_prior(problem: Problem, source: Source, prior: Mapping[str, Any]) -> S
 def _posterior(source: Source, prior: Any, measured: NDArray[np.float64]) -> Source:
     """The source of the errors of a velocity that was measured, shape (6,), and its prior."""
     name = f"prior[{source.body!r}]"
-    root = normal_root(source.given)
+    root = _normal_root(source.given)
     normal = _normal(name, prior)
     if normal is None:
         return _weighted(source, name, _samples(name, prior), measured)
@@ -173,10 +177,21 @@ def _weighted(
 LogDensity = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
+def _normal_root(value: Any) -> NDArray[np.float64] | None:
+    """Principal axes of normal errors of a pose or velocity, each as long as its deviation,
+    (6, D). None of others."""
+    if is_covariance(value):
+        return covariance_root("covariance", value)
+    if any(is_distribution(one) for one in value):
+        return None
+    deviations = np.array(value, dtype=float)
+    return np.asarray(np.diag(deviations)[:, deviations > 0])
+
+
 def _fit(given: Any) -> tuple[LogDensity, NDArray[np.float64]]:
     """The logarithm of the density of errors (N, 6), up to a constant, and the projection (6, 6)
     onto the axes that have errors."""
-    root = normal_root(given)
+    root = _normal_root(given)
     if root is not None:
         deviations = np.linalg.norm(root, axis=0)
         axes = root / deviations

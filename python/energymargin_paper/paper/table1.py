@@ -18,7 +18,7 @@ import numpy as np
 from energymargin import datasets, tasks
 from energymargin._core import Problem
 from energymargin.base.checks import whole_number
-from energymargin.base.table_text import DASH, csv_text, markdown_table
+from energymargin.base.table_text import DASH, csv_text, markdown_table, short
 from energymargin.cli.options import PICTURE_NODES
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
@@ -27,13 +27,8 @@ from energymargin.evaluate.executors.threads import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
 from energymargin.records.datasets.generation import load_or_generate
-from energymargin.records.evaluation.labelled import (
-    HORIZONS,
-    PAPER_HORIZON,
-    SUCCESS,
-    compared_states,
-)
-from energymargin.records.evaluation.table import CSV_COLUMNS, PAPER, csv_fields, paper_text
+from energymargin.records.evaluation.labelled import HORIZONS, SUCCESS, compared_states
+from energymargin.records.evaluation.table import CSV_COLUMNS, csv_fields
 from energymargin.records.store.scoring import begin_run
 from energymargin.store import Run, ScoreStore, score_dataset
 from energymargin.tasks.scripted import EFFECTORS
@@ -53,6 +48,19 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 __all__ = ["STUDY", "Settings", "Sheet", "Table1", "TaskResult", "check_tasks"]
+
+# AUC and AP of the paper's Table I.
+_PAPER_SCORES = ("capture", "effort/est", "effort/rrt", "force", "success")
+_PAPER_ROWS = {
+    "push": ((0.97, 0.99), (0.92, 0.98), (0.92, 0.99), (0.86, 0.95), (0.98, 0.98)),
+    "balance": ((0.98, 0.99), (0.93, 0.98), (0.94, 0.98), (0.94, 0.96), (0.93, 0.95)),
+    "topple": ((0.94, 0.93), (0.93, 0.91), (0.93, 0.92), (0.77, 0.62), (0.89, 0.92)),
+    "grasp": ((1.00, 1.00), (0.99, 0.99), (0.97, 0.99), (0.73, 0.88), (0.99, 0.99)),
+}
+PAPER = {task: dict(zip(_PAPER_SCORES, row, strict=True)) for task, row in _PAPER_ROWS.items()}
+"""By task, then by score."""
+PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its authors' data so
+PAPER_COLUMNS = ("paper_auc", "paper_ap")  # of a CSV file
 
 FRAMES = 10  # K of Section VI-D
 WEIGHTS = ("engage", "stick", "distance", "ground_engage", "ground_stick")  # of the force score
@@ -144,12 +152,17 @@ class Table1:
         rows: list[list[Any]] = []
         for result in self.results:
             for effector, evaluation in result.readings.items():
-                rows += ([result.task, effector, *row] for row in evaluation.csv_rows())
+                for row in evaluation.csv_rows():
+                    score, _, horizon, *_ = row
+                    theirs = (
+                        PAPER[result.task].get(score) if horizon in (PAPER_HORIZON, "") else None
+                    )
+                    rows.append([result.task, effector, *row, *(theirs or ("", ""))])
             cells: list[tuple[str, int | str, Cell | None]]
             cells = [(CEILING, h, cell) for h, cell in result.ceiling.states[CEILING].items()]
             cells.append((f"{CEILING}/{SUCCESS}", "", result.ceiling.success))
             rows += ([result.task, "", n, "all", h, *csv_fields(c), "", ""] for n, h, c in cells)
-        return csv_text(["task", "effector", *CSV_COLUMNS], rows)
+        return csv_text(["task", "effector", *CSV_COLUMNS, *PAPER_COLUMNS], rows)
 
     def _caption(self) -> list[str]:
         settings = self.settings
@@ -289,7 +302,8 @@ def _below(result: TaskResult, effector: str) -> list[str]:
 
 
 def _paper(result: TaskResult, score: str) -> str:
-    return paper_text(PAPER.get(result.task, {}).get(score))
+    value = PAPER[result.task].get(score)
+    return DASH if value is None else "/".join(short(one, decimals=2) for one in value)
 
 
 def _cell(evaluation: Evaluation, score: str) -> Cell | None:

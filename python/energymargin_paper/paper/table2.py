@@ -24,11 +24,12 @@ from energymargin.evaluate.executors.threads import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
 from energymargin.model.scenes.files import data_file
-from energymargin.records.evaluation.labelled import PAPER_HORIZON, captured_labels
+from energymargin.records.evaluation.labelled import captured_labels
 from energymargin.records.evaluation.table import CSV_COLUMNS, csv_fields
 from energymargin.records.store.scoring import begin_run, score_run
 from energymargin.store import Run, ScoreStore
 from energymargin_paper.paper.printed import OBJECTS, TOOLS
+from energymargin_paper.paper.table1 import PAPER_COLUMNS, PAPER_HORIZON
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
@@ -159,7 +160,7 @@ class Table2:
             for score, horizon, cell in [*cells, ("success", "", row.evaluation.success)]:
                 reported = paper[score] if horizon in (PAPER_HORIZON, "") else ("", "")
                 lines.append((row.combination, score, "all", horizon, *csv_fields(cell), *reported))
-        return csv_text(("combination", *CSV_COLUMNS), lines)
+        return csv_text(("combination", *CSV_COLUMNS, *PAPER_COLUMNS), lines)
 
     def _main_table(self) -> str:
         header = (

@@ -167,8 +167,12 @@ def test_an_uncertainty_gives_every_candidate_the_same_particles():
     assert ranking.names[-1] == "2"
 
 
+def drawn(trial):
+    return [trial.draw(number) for number in trial.numbers]
+
+
 def _friction(trial):
-    return np.array([draw.problem.scene.bodies[0].friction for draw in trial])
+    return np.array([draw.problem.scene.bodies[0].friction for draw in drawn(trial)])
 
 
 def _rough(friction):
@@ -186,7 +190,8 @@ def test_a_draw_that_one_candidate_cannot_have_is_made_again_for_all():
     again = Race(boxes, unknown, Question())
     looks_ = [again.trial(1, first, count) for first, count in ((0, 5), (5, 19))]
     assert np.array_equal(np.concatenate([_friction(one) for one in looks_]), _friction(whole[1]))
-    numbers = [[draw.particle for draw in trial] for trial in (*whole, [*looks_[0], *looks_[1]])]
+    looked = [*drawn(looks_[0]), *drawn(looks_[1])]
+    numbers = [[one.particle for one in own] for own in (*map(drawn, whole), looked)]
     assert numbers[0] == numbers[1] == numbers[2] != list(range(24))
 
 

@@ -8,7 +8,6 @@ import pytest
 from problem_files import EXECUTABLE
 
 import energymargin as em
-from energymargin.base.metrics import LEAST_EFFORT, PAPER
 from energymargin.evaluate.searches import SearchSettings, metric_search
 
 NODES = 200
@@ -58,11 +57,6 @@ def test_a_margin_along_a_plan_has_the_least_work_found(problem):
     profile = em.margin_profile(timed, every=0.5, rollouts=5, nodes=NODES)
     seed = em.stream(0, 0)
     assert profile.efforts[0] == em.escape_effort(timed, nodes=NODES, seed=seed).effort
-
-
-def test_the_papers_scores_have_no_effort_of_another_search():
-    assert {"effort/est", "effort/rrt", "capture", "success", "force"} < set(PAPER)
-    assert not set(PAPER) & set(LEAST_EFFORT)
 
 
 def test_a_question_of_a_store_names_no_search():

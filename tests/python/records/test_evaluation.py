@@ -135,23 +135,6 @@ def test_a_score_of_at_least_one_object_without_such_labels_is_refused(several):
         evaluate(replace(several, captured_any=None))
 
 
-def test_the_papers_efforts_stand_beside_those_of_its_own_search_alone(several):
-    scores = {"effort/est": several.scores["capture"], "capture": several.scores["capture"]}
-    scores["effort"] = several.scores["capture"]
-    result = evaluate(replace(several, task="push", scores=scores))
-    assert (result.paper("effort/est"), result.paper("effort")) == ((0.92, 0.98), None)
-    assert result.paper("capture") == (0.97, 0.99)
-    rows = {line.split(",all,0,")[0]: line for line in result.to_csv().splitlines()}
-    assert rows["effort"].endswith(",,") and not rows["effort/est"].endswith(",,")
-
-
-def test_a_task_that_the_paper_does_not_have_gets_no_column_of_the_papers(several):
-    result = evaluate(several)
-    for text in (result.to_markdown(), result.to_csv()):
-        assert "paper" not in text
-    assert "paper" in evaluate(replace(several, task="push")).to_markdown()
-
-
 def test_labels_of_one_class_make_a_dash_and_no_nan_anywhere():
     result = evaluate(
         labelled([0, 0, 1, 1], [1, 1, 1, 1], capture=[1, 2, 3, 4], success=[0, 0, 0, 0])
@@ -202,7 +185,7 @@ def test_among_states_that_are_captured_now_there_is_nothing_to_tell_at_horizon_
     assert result.frames == (1, 2) and result.success is None
     assert [(c.count, c.positives) for c in result.states["capture"].values()] == [(5, 4), (3, 2)]
     text = result.to_markdown()
-    assert "States that are captured now" in text and "paper" not in text
+    assert "States that are captured now" in text
     assert evaluate(pushes).to_csv().split("\n")[0] == result.to_csv().split("\n")[0]
     rows = list(csv.DictReader(io.StringIO(result.to_csv())))
     assert {(row["score"], row["among"]) for row in rows} == {("capture", "captured")}
@@ -332,4 +315,3 @@ def test_the_csv_file_holds_every_number_in_full():
         "5",
     ]
     assert float(rows[0]["auc"]) == result.states["capture"][0].auc
-    assert float(rows[0]["paper_auc"]) == 0.97

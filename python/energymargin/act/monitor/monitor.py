@@ -11,7 +11,7 @@ import weakref
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,19 +41,15 @@ if TYPE_CHECKING:
 MOST_WORKERS = 256
 UNKNOWN = (math.nan, math.nan)
 
+Foreseen = tuple[float, tuple[float, float]]
+"""What a first look is sure of: the value, and its interval."""
+
 _log = logging.getLogger("energymargin.monitor")
 
 ProblemOf = Callable[[NDArray[np.float64], float], Problem]
 """Called with (state, time); returns the question about that state."""
 FirstLook = Callable[[NDArray[np.float64], float], "Estimates"]
 """Called with (state, time); returns what a surrogate says of that state."""
-
-
-class _Foreseen(NamedTuple):
-    """What a first look is sure of."""
-
-    value: float
-    interval: tuple[float, float]
 
 
 class Monitor(Closing):
@@ -246,7 +242,7 @@ class Monitor(Closing):
         """On a worker: scores a state, and delivers its reading."""
         self._deliver(pushed, self._score(pushed))
 
-    def _foreseen(self, pushed: Pushed) -> _Foreseen | None:
+    def _foreseen(self, pushed: Pushed) -> Foreseen | None:
         """What a first look says, if it is on one side of the alarm."""
         if self._first_look is None or self.rule is None:
             return None
@@ -258,9 +254,9 @@ class Monitor(Closing):
         low, high = float(found.low), float(found.high)
         off = self.rule.on if self.rule.off is None else self.rule.off
         sure = high < self.rule.on or low >= off
-        return _Foreseen(float(found.value), (low, high)) if sure else None
+        return (float(found.value), (low, high)) if sure else None
 
-    def _score(self, pushed: Pushed) -> CaptureProbability | _Foreseen | Exception:
+    def _score(self, pushed: Pushed) -> CaptureProbability | Foreseen | Exception:
         with self._lock:
             rollouts = self._pace.rollouts
         try:
@@ -286,7 +282,7 @@ class Monitor(Closing):
             self._pace.note(rollouts, asked - begun, clock.monotonic() - asked)
         return probability
 
-    def _deliver(self, pushed: Pushed, score: CaptureProbability | _Foreseen | Exception) -> None:
+    def _deliver(self, pushed: Pushed, score: CaptureProbability | Foreseen | Exception) -> None:
         with self._delivery:
             with self._lock:
                 if pushed.cancel.is_set:
@@ -303,13 +299,13 @@ class Monitor(Closing):
                 why = diverged if reading.error is None else _text(reading.error)
                 self._warn(f"the state at {reading.time:g} s has no score", why)
 
-    def _noted(self, pushed: Pushed, score: CaptureProbability | _Foreseen | Exception) -> Reading:
+    def _noted(self, pushed: Pushed, score: CaptureProbability | Foreseen | Exception) -> Reading:
         """The reading, once alarm, history and counters know it."""
         lateness = clock.monotonic() - pushed.came
         late = lateness > self._period
         error = score if isinstance(score, Exception) else None
         probability = score if isinstance(score, CaptureProbability) else None
-        if isinstance(score, _Foreseen):
+        if isinstance(score, tuple):
             (value, interval), rollouts = score, 0
         elif isinstance(score, Exception) or is_unknown(score):
             value, interval, rollouts = math.nan, UNKNOWN, 0
@@ -321,7 +317,7 @@ class Monitor(Closing):
         else:
             self._follow(pushed.time, value)
             trend = self._trend(pushed.time, value)
-            self._count(scored=1, late=int(late), foreseen=int(isinstance(score, _Foreseen)))
+            self._count(scored=1, late=int(late), foreseen=int(isinstance(score, tuple)))
         reading = Reading(
             *(pushed.time, value, interval, rollouts, trend, self._is_on, lateness, late),
             *(probability, error),

@@ -57,13 +57,13 @@ def _counts(values: NDArray[np.float64]) -> tuple[object, ...]:
 
 
 def evaluation(result: Evaluation) -> Summary:
-    """AUC and AP of each score with their intervals, by horizon and beside the paper's; two tables
-    if there are several objects: of all, and of at least one."""
-    head = ("score", *result.columns)
+    """AUC and AP of each score with their intervals, by horizon; two tables if there are several
+    objects: of all, and of at least one."""
+    head = ("score", *(f"h = {horizon}" for horizon in result.frames))
     rows = {score: list(map(stacked, cells.values())) for score, cells in result.states.items()}
     for score, cell in result.trajectories.items():
         rows[score] = [stacked(cell), *[""] * (len(result.frames) - 1)]
-    lines = [(score, *cells, *result.paper_column(score)) for score, cells in rows.items()]
+    lines = [(score, *cells) for score, cells in rows.items()]
     of_any = [line for line in lines if line[0].endswith(ANY)]
     if not (of_any or result.several):
         return Summary("", lines, head, lead=result.caption)

@@ -136,12 +136,6 @@ class Belief:
         """What is not known."""
         return f"Belief({', '.join(source.name for source in self.sources) or 'known exactly'})"
 
-    def with_sources(self, sources: Sequence[Source]) -> Belief:
-        """This belief with other sources, such as posteriors of its own."""
-        changed = Belief(self.problem, uncertainty=self.uncertainty, question=self._question)
-        changed.sources = list(sources)
-        return changed
-
     def particles(self, count: int, *, seed: int = 0) -> Particles:
         """So many draws. The first of them are those of a smaller count with the same seed.
 

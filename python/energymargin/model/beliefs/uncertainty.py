@@ -189,13 +189,14 @@ def _six(place: str, value: Any) -> list[Any]:
     )
 
 
-def _is_covariance(value: Any) -> bool:
+def is_covariance(value: Any) -> bool:
+    """Whether it is a matrix in place of six numbers."""
     if isinstance(value, np.ndarray):
         return value.ndim == 2
     return isinstance(value, Sequence) and len(value) > 0 and isinstance(value[0], Sequence)
 
 
-def _covariance(place: str, value: ArrayLike) -> NDArray[np.float64]:
+def covariance_root(place: str, value: ArrayLike) -> NDArray[np.float64]:
     """A square root of the matrix, (6, D): its principal axes, each as long as its deviation."""
     matrix = numbers_of(place, value, "a covariance (6, 6) of finite numbers", (6, 6))
     most = SYMMETRIC * np.abs(matrix).max()
@@ -206,17 +207,6 @@ def _covariance(place: str, value: ArrayLike) -> NDArray[np.float64]:
         )
     there = variances > most
     return np.asarray(axes[:, there] * np.sqrt(variances[there]))[:, ::-1]
-
-
-def normal_root(value: Any) -> NDArray[np.float64] | None:
-    """Principal axes of normal errors of a pose or velocity, each as long as its deviation,
-    (6, D). None of others."""
-    if _is_covariance(value):
-        return _covariance("covariance", value)
-    if any(is_distribution(one) for one in value):
-        return None
-    deviations = np.array(value, dtype=float)
-    return np.asarray(np.diag(deviations)[:, deviations > 0])
 
 
 def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: str) -> None:
@@ -239,8 +229,8 @@ def source_of(
     with `place` on a value that is none of the quantity."""
     if quantity in VALUES:
         return _of_columns(quantity, body, value, {quantity: _quantiles(place, value, center)})
-    if _is_covariance(value):
-        root = _covariance(place, value)
+    if is_covariance(value):
+        root = covariance_root(place, value)
         names = tuple(f"axis {k + 1}" for k in range(root.shape[1]))
         return Source(quantity, body, names, lambda u: standard_normal(u) @ root.T, value)
     axes = zip(AXES[quantity], _six(place, value), strict=True)
@@ -322,7 +312,7 @@ def _to_plain(quantity: str, value: Any) -> Any:
         return _distribution_to_plain(value)
     if quantity in VALUES:
         return float(value)
-    if _is_covariance(value):
+    if is_covariance(value):
         return {"covariance": np.asarray(value, dtype=float).tolist()}
     return [_to_plain("friction", one) for one in value]
 

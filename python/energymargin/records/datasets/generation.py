@@ -20,7 +20,6 @@ from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.executors import Executor, Processes, Threads
-from energymargin.evaluate.executors.choice import chosen_executor
 from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import Block
 from energymargin.records.datasets.dataset import Dataset, load, open
@@ -175,7 +174,7 @@ def _executor(
         if processes not in (None, 1):
             raise ValueError(f"processes is {processes}, expected 1 or None with an executor")
         _require_registered(task, "there is an executor")
-        return chosen_executor(executor)
+        return executor
     if processes is None:
         processes = core_count("processes", None) if _can_be_made_again(task) else 1
     elif processes > 1:

@@ -23,7 +23,6 @@ import numpy as np
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
 from energymargin.base.checks import whole_number
-from energymargin.base.limits import Limit
 from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.records.datasets.columns import COLUMNS, Block, as_block
 from energymargin.tasks.base import Task, parameters_of
@@ -67,17 +66,16 @@ def generate_shard(
     those that are finished. None: the task of the request is made there."""
     task = task or _made(json.dumps(asdict(request)))
     recorded: list[Trajectory] = []
-    limit = Limit(cancel=cancel)
     interruptible = isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout
     try:
         for index in indices:
-            if limit.reached:
+            if cancel.is_set:
                 break
-            options: dict[str, Any] = {**limit.rest()} if interruptible else {}
+            options: dict[str, Any] = {"cancel": cancel} if interruptible else {}
             seed = _stream(request.seed, index)
             recorded.append(task.rollout(seed, request.frames, **options))
     except Cancelled:
-        if not limit.reached:  # the task's own
+        if not cancel.is_set:  # the task's own
             raise
     places = range(len(recorded))
     results: list[Block | None] = []

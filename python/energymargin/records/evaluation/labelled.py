@@ -14,7 +14,6 @@ from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 
 HORIZONS = range(6)  # frames
-PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its authors' data so
 HORIZON = 2  # frames; the default of curves
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 SUCCESS, FORCE = "success", "force"

@@ -25,7 +25,6 @@ from energymargin.records.evaluation.labelled import (
     AMONG,
     HORIZONS,
     LAST_FRAMES,
-    PAPER_HORIZON,
     PROBABLE_SUCCESS,
     SUCCESS,
     SUCCESSES,
@@ -40,18 +39,7 @@ from energymargin.records.evaluation.labelled import (
 )
 
 CELL_COLUMNS = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
-CSV_COLUMNS = ("score", "among", "horizon", *CELL_COLUMNS, "paper_auc", "paper_ap")
-
-# AUC and AP of the paper's Table I.
-_PAPER_SCORES = ("capture", "effort/est", "effort/rrt", "force", "success")
-_PAPER_ROWS = {
-    "push": ((0.97, 0.99), (0.92, 0.98), (0.92, 0.99), (0.86, 0.95), (0.98, 0.98)),
-    "balance": ((0.98, 0.99), (0.93, 0.98), (0.94, 0.98), (0.94, 0.96), (0.93, 0.95)),
-    "topple": ((0.94, 0.93), (0.93, 0.91), (0.93, 0.92), (0.77, 0.62), (0.89, 0.92)),
-    "grasp": ((1.00, 1.00), (0.99, 0.99), (0.97, 0.99), (0.73, 0.88), (0.99, 0.99)),
-}
-PAPER = {task: dict(zip(_PAPER_SCORES, row, strict=True)) for task, row in _PAPER_ROWS.items()}
-"""By task, then by score."""
+CSV_COLUMNS = ("score", "among", "horizon", *CELL_COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -101,11 +89,6 @@ def _span(interval: tuple[float, float] | None) -> str:
     return DASH if interval is None else f"{short(interval[0])}-{short(interval[1])}"
 
 
-def paper_text(value: tuple[float, float] | None) -> str:
-    """AUC/AP as it is shown; a dash for None."""
-    return DASH if value is None else "/".join(short(one, decimals=2) for one in value)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Evaluation(Record, Summarized):
     """AUC and AP of every score. A cell is None if there is one label alone."""
@@ -127,8 +110,7 @@ class Evaluation(Record, Summarized):
     probable_success: Cell | None = None
     """Cell of the probability of success; None also if that was not computed."""
     asks: str | None = None
-    """As of LabelledScores. The paper's values are of scores without a clock, and stand beside
-    such alone."""
+    """As of LabelledScores."""
     among: Among = "all"
     """Which states are compared; of those that are captured now `success` is None."""
     clipped: bool = False
@@ -146,16 +128,6 @@ class Evaluation(Record, Summarized):
         return f"{text}; so {trajectories} of success" if lost else text
 
     @property
-    def has_paper(self) -> bool:
-        """Whether the paper has the same scores of this task, of all states."""
-        return self.task in PAPER and self.asks is None
-
-    @property
-    def shows_paper(self) -> bool:
-        """Whether its values stand beside the tables: those of its horizon have to be there."""
-        return self.has_paper and PAPER_HORIZON in self.frames
-
-    @property
     def trajectories(self) -> dict[str, Cell]:
         """By score, the cells that are there of whole trajectories."""
         cells = {
@@ -167,10 +139,10 @@ class Evaluation(Record, Summarized):
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
-        return csv_text(CSV_COLUMNS if self.has_paper else CSV_COLUMNS[:-2], self.csv_rows())
+        return csv_text(CSV_COLUMNS, self.csv_rows())
 
     def csv_rows(self) -> list[list[Any]]:
-        """The lines of `to_csv`, with CSV_COLUMNS; the paper's are there if it has the task."""
+        """The lines of `to_csv`, with CSV_COLUMNS."""
         cells: list[tuple[str, int | str, Cell | None]] = [
             (score, horizon, cell)
             for score, by_horizon in self.states.items()
@@ -182,33 +154,12 @@ class Evaluation(Record, Summarized):
             SUCCESS + ANY: self.success_any or (self.several and self.among == "all"),
         }
         cells += [(score, "", self.trajectories.get(score)) for score in there if there[score]]
-        return [
-            [score, self.among, horizon, *csv_fields(cell), *self._paper_fields(score, horizon)]
-            for score, horizon, cell in cells
-        ]
-
-    def _paper_fields(self, score: str, horizon: int | str) -> tuple[float | str, ...]:
-        """AUC and AP of the paper, empty but at its horizon; no fields if it lacks the task."""
-        found = self.paper(score) if horizon in (PAPER_HORIZON, "") else None
-        return (found or ("", "")) if self.has_paper else ()
-
-    def paper(self, score: str) -> tuple[float, float] | None:
-        """AUC and AP in the paper's Table I; None if it has no such score."""
-        return PAPER.get(self.task, {}).get(score)
+        return [[score, self.among, h, *csv_fields(cell)] for score, h, cell in cells]
 
     @property
     def several(self) -> bool:
         """Whether there are scores of at least one object."""
         return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
-
-    @property
-    def columns(self) -> list[str]:
-        """Heads of a table's columns: the horizons, and the paper if its values stand beside."""
-        return [*(f"h = {horizon}" for horizon in self.frames), *["paper"] * self.shows_paper]
-
-    def paper_column(self, score: str) -> list[str]:
-        """The cell of the paper's column, if there is one."""
-        return [paper_text(self.paper(score))] if self.shows_paper else []
 
     @property
     def counted(self) -> str:
@@ -252,8 +203,6 @@ class Evaluation(Record, Summarized):
                 f"Success: the last {self.last} frames of a trajectory, whose success has no "
                 "horizon; the last frame alone tells most of it."
             )
-        if self.shows_paper:
-            sentences.append(f"The paper's values are at h = {PAPER_HORIZON}.")
         if self.missing and (len(self.counts) != 1 or self.missing_trajectories):
             sentences.append(f"{self.left_out}.")
         return " ".join(filter(None, sentences))
