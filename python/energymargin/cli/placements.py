@@ -11,8 +11,7 @@ from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure, replace_text
-from energymargin.cli.grasp_words import Thing, arguments_as_options
-from energymargin.cli.grasps import OF_OBJECT
+from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, loading, out, say, warn

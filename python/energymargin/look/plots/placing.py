@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -30,7 +32,7 @@ def plot_resting_pose(poses: RestingPoses, number: int = 0, ax: Axes | None = No
     one = poses[number]
     scene = Scene()
     scene.add_plane("ground")
-    where = {"position": one.pose[:3, 3], "orientation": one.orientation}
+    where: dict[str, Any] = {"position": one.pose[:3, 3], "orientation": one.orientation}
     scene.add_body("object", poses.shape, mass=poses.mass, role="object", **where)
     state = scene.pack()
     (left, right), (_, top) = view_of(scene, state[np.newaxis], SIDE)
