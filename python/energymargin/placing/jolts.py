@@ -17,8 +17,8 @@ RATES = (1.0, 6.0)  # Hz, of a shake
 class Jolts:
     """Random forces on the objects of a scene, as a disturbance of `em.rank`.
 
-    A knock is a force along each axis, even up to `knock` times the body's weight, on each body, for
-    0.1 s after 0.1 s. In a support that is shaken along a random horizontal direction, or leans
+    A knock is a force along each axis, even up to `knock` times the body's weight, on each body,
+    for 0.1 s after 0.1 s. In a support that is shaken along a random horizontal direction, or leans
     in one, a body feels a force in proportion to its mass.
     """
 

@@ -14,14 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from energymargin import Cancel, Cancelled, Problem, Scene, World, rank, scenes
 from energymargin.actions import Ranking, Standing
-from energymargin.base.checks import (
-    check_type,
-    not_negative_number,
-    numbers_of,
-    one_of,
-    positive_number,
-    whole_number,
-)
+from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
@@ -169,23 +162,22 @@ def placements(
     others as `em.rank`.
     """
     limit = Limit(timeout, cancel)
-    check_type("scene", scene, Scene, "an em.Scene")
     objects = [one.name for one in scene.bodies if one.role == "object"]
-    one_of("body", body, objects)
-    whole_number("pushed", pushed, 0)
+    checks.one_of("body", body, objects)
+    checks.whole_number("pushed", pushed, 0)
     jolts = {"knock": knock, "shake": shake, "tilt": tilt}
     for name, value in jolts.items():
-        not_negative_number(name, value)
+        checks.not_negative_number(name, value)
     start = np.array(scene.pack() if state is None else state, float)
     room = _Room(scene, body, start)
     if poses is None:
         for name in on:
-            one_of("on", name, [one.name for one in scene.bodies if one.name != body])
-        asked = room.grid(on, positive_number("spacing", spacing), yaws)
+            checks.one_of("on", name, [one.name for one in scene.bodies if one.name != body])
+        asked = room.grid(on, checks.positive_number("spacing", spacing), yaws)
     else:
         asked = _named(poses)
-    place = positive_number("radius", radius), positive_number("angle", angle)
-    lift = not_negative_number("height", height) * up_of(scene)
+    place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
+    lift = checks.not_negative_number("height", height) * up_of(scene)
     weight = float(np.linalg.norm(scene.gravity)) * float(
         np.mean([one.mass for one in scene.bodies if one.role == "object"])
     )
@@ -206,7 +198,7 @@ def placements(
                 force=(weight,) * 3,
                 torque=(0.0,) * 3,
                 duration=HOLD,
-                horizon=positive_number("horizon", horizon),
+                horizon=checks.positive_number("horizon", horizon),
             )
     if not problems:
         where = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
@@ -330,4 +322,4 @@ def _named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
     given: Any = poses
     items = given.items() if isinstance(given, Mapping) else enumerate(given)
     expected = "poses (4, 4), a dict of them by name, or (n, 4, 4)"
-    return {str(name): numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}
+    return {str(name): checks.numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}

@@ -15,21 +15,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from energymargin import Cancel, Cancelled, Inertial, Scene, mass_properties, scenes
-from energymargin.base.checks import (
-    check_type,
-    function_or_none,
-    not_negative_number,
-    numbers_of,
-    positive_number,
-    seed_number,
-    share,
-    shown,
-    whole_number,
-)
+from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
@@ -142,18 +134,19 @@ def resting_poses(
     Raises ValueError on bad arguments, and a shape that is flat or has no end.
     """
     limit = Limit(timeout, cancel)
-    mu = not_negative_number("friction", friction)
+    mu = checks.not_negative_number("friction", friction)
     properties = mass_properties(shape)
-    mass = WATER * properties.volume if mass is None else positive_number("mass", mass)
-    share("merge", merge)
-    count, fall = whole_number("drops", drops, 0), not_negative_number("height", height)
-    seed_number(seed)
-    function_or_none("progress", progress, "done", "total")
-    up = numbers_of("on", on, "the normal of a plane, three numbers", (3,))
+    mass = WATER * properties.volume if mass is None else checks.positive_number("mass", mass)
+    checks.share("merge", merge)
+    count, fall = (
+        checks.whole_number("drops", drops, 0),
+        checks.not_negative_number("height", height),
+    )
+    checks.seed_number(seed)
+    up = checks.numbers_of("on", on, "the normal of a plane, three numbers", (3,))
     up = up / (np.linalg.norm(up) or np.nan)
     if not up[2] > 0:
-        raise ValueError(f"on is {shown(on)}, expected a normal that points up")
-    check_type("inertial", inertial, Inertial | None, "an em.Inertial or None")
+        raise ValueError(f"on is {checks.shown(on)}, expected a normal that points up")
     slope = float(np.arctan2(np.hypot(up[0], up[1]), up[2]))
     center = np.array((inertial or properties).center)
     faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center)
@@ -161,9 +154,12 @@ def resting_poses(
     tally = np.zeros(len(faces.normals))
     done = 0
     if basins and count:
-        dropping = _Dropping(shape, mass, mu, inertial, up, center, faces)
+        down = GRAVITY * np.array([np.sin(slope), 0, -np.cos(slope)])
+        scene = Scene(down, friction_rule="max")
+        scene.add_plane("plane", friction=mu)
+        scene.add_body("object", shape, mass=mass, friction=mu, inertial=inertial)
         for number in range(count):
-            end = dropping.end(np.random.default_rng([seed, number]), fall, limit)
+            end = _end_of_drop(scene, faces, fall, np.random.default_rng([seed, number]), limit)
             if end is None:
                 break
             tally[end] += 1
@@ -206,18 +202,14 @@ class Faces:
             hull = ConvexHull(points)
         except Exception as error:  # scipy's own
             raise ValueError(f"shape has no hull, expected a solid: {error}") from error
-        self._reach = float(np.linalg.norm(hull.points[hull.vertices], axis=1).max())
-        normals, parent = hull.equations[:, :3], np.arange(len(hull.simplices))
-        for a, others in enumerate(hull.neighbors):
-            for b in others:
-                if normals[a] @ normals[b] > 1.0 - FLAT:
-                    parent[_root(parent, a)] = _root(parent, b)
-        roots = [_root(parent, k) for k in range(len(parent))]
-        names = {root: k for k, root in enumerate(dict.fromkeys(roots))}
-        own = np.array([names[root] for root in roots])
-        first = np.array(list(names))
-        self.normals = normals[first]
-        self.heights = -hull.equations[first, 3]
+        self.reach = float(np.linalg.norm(hull.points[hull.vertices], axis=1).max())
+        normals = hull.equations[:, :3]
+        flat = (normals[:, None] * normals[hull.neighbors]).sum(axis=2) > 1.0 - FLAT
+        one, k = np.nonzero(flat)
+        pairs = csr_array((np.ones(len(one)), (one, hull.neighbors[one, k])), (len(flat),) * 2)
+        _, own = connected_components(pairs, directed=False)
+        first = np.unique(own, return_index=True)[1]
+        self.normals, self.heights = normals[first], -hull.equations[first, 3]
         corners = points[hull.simplices]
         self.shares = np.bincount(own, _solid_angles(corners)) / (4.0 * np.pi)
         self._edges(hull, own, points)
@@ -256,7 +248,7 @@ class Faces:
         worst = np.full(len(target), np.inf)
         np.minimum.at(worst, self.one, self.inside)
         for e in np.flatnonzero(self.inside == worst[self.one]):
-            if worst[self.one[e]] < -EDGE * self._reach:
+            if worst[self.one[e]] < -EDGE * self.reach:
                 target[self.one[e]] = self.other[e]
         for _ in target:  # each way down ends at a pose
             if (target[target] == target).all():
@@ -269,7 +261,7 @@ class Faces:
             if a == b:
                 continue
             low, high = sorted((a, b), key=lambda k: (self.heights[lowest[k]], k))
-            if self.peaks[e] - self.heights[lowest[high]] < merge * self._reach:
+            if self.peaks[e] - self.heights[lowest[high]] < merge * self.reach:
                 parent[high] = low
         found: dict[int, Basin] = {}
         for k in range(len(target)):
@@ -291,8 +283,8 @@ class Faces:
         return [dict(sorted(one.items(), key=lambda item: item[1])) for one in found]
 
     def largest_tilt(self, basin: Basin) -> float:
-        """Slope up to which it stays [rad]: on the way to another pose, or to a turn by ROLLED, from
-        face to face, the steepest that is needed."""
+        """Slope up to which it stays [rad]: the steepest that is needed on the way from face to
+        face to another pose, or to a turn by ROLLED."""
         tilts = np.arctan2(self.inside, self.heights[self.one])
         own = np.zeros(len(self.normals), bool)
         own[basin.faces] = True
@@ -324,43 +316,21 @@ class Faces:
         return int(np.argmax(self.normals @ down))
 
 
-class _Dropping:
-    """Drops of a body on a plane."""
-
-    def __init__(
-        self,
-        shape: Any,
-        mass: float,
-        friction: float,
-        inertial: Inertial | None,
-        up: Floats,
-        center: Floats,
-        faces: Faces,
-    ) -> None:
-        self._scene = Scene(friction_rule="max")
-        self._scene.add_plane("plane", normal=up, friction=friction)
-        own: dict[str, Any] = {} if inertial is None else {"inertial": inertial}
-        self._scene.add_body("object", shape, mass=mass, friction=friction, **own)
-        self._points = np.concatenate(scenes.shape_parts(shape))
-        self._up = up
-        self._center, self._faces = center, faces
-        self._still = ROCKING * float(np.linalg.norm(self._points - center, axis=1).max())
-
-    def end(self, random: np.random.Generator, height: float, limit: Limit) -> int | None:
-        """The face that is down in the end; None if the limit came first."""
-        turn = Rotation.random(random_state=random)
-        lowest = float((turn.apply(self._points) @ self._up).min())
-        start = {"position": (height - lowest) * self._up, "orientation": turn.as_quat()}
-        rule: dict[str, Any] = {"time": LONGEST, "still": self._still, "during": REST}
-        try:
-            with kept_warnings():  # which each of many drops would repeat
-                found = settle(self._scene, self._scene.pack(object=start), **rule, **limit.rest())
-        except (TimeoutError, Cancelled):
-            return None
-        if not found.complete:
-            return None
-        there = Rotation.from_quat(self._scene.unpack(found.state)["object"]["orientation"])
-        return self._faces.nearest(there.inv().apply(-self._up))
+def _end_of_drop(
+    scene: Scene, faces: Faces, height: float, random: np.random.Generator, limit: Limit
+) -> int | None:
+    """The face that is down in the end; None if the limit came first."""
+    turn = Rotation.random(random_state=random)
+    corners = turn.apply(np.concatenate(scenes.shape_parts(scene.bodies[1].shape)))
+    start = {"position": (0, 0, height - corners[:, 2].min()), "orientation": turn.as_quat()}
+    rule: dict[str, Any] = {"time": LONGEST, "still": ROCKING * faces.reach, "during": REST}
+    try:
+        with kept_warnings():  # which each of many drops would repeat
+            found = settle(scene, scene.pack(object=start), **rule, **limit.rest())
+    except (TimeoutError, Cancelled):
+        return None
+    there = Rotation.from_quat(scene.unpack(found.state)["object"]["orientation"])
+    return faces.nearest(there.inv().apply([0, 0, -1.0])) if found.complete else None
 
 
 def _dots(one: Floats, other: Floats) -> Floats:

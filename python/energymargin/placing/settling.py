@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Cancel, Scene, World, scenes
-from energymargin.base.checks import check_type, function_or_none, positive_number
+from energymargin.base.checks import positive_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
@@ -136,11 +136,9 @@ def settle(
     nothing was simulated, and DivergedError.
     """
     limit = Limit(timeout, cancel)
-    check_type("scene", scene, Scene, "an em.Scene")
+    positive_number("tolerance", tolerance)
     for name, value in (("time", time), ("still", still), ("during", during)):
         positive_number(name, value)
-    positive_number("tolerance", tolerance)
-    function_or_none("progress", progress, "done", "total")
     start = np.array(scene.pack() if state is None else state, float)
     settling = _Settling(scene, start, still, tolerance)
     every = max(round(during / LOOKS / scene.step), 1)
@@ -187,12 +185,9 @@ class _Settling:
         """Simulates so many steps; False if the limit came first."""
         try:
             found = self._world.simulate(self.state, steps, record=record, **limit.rest())
-        except RuntimeError:
+        except (RuntimeError, TimeoutError):
             if not limit.reached:
                 raise
-            self._complete = False
-            return False
-        except TimeoutError:
             self._complete = False
             return False
         begun = self._time

@@ -22,14 +22,7 @@ from energymargin import (
     mass_properties,
     regions,
 )
-from energymargin.base.checks import (
-    check_type,
-    function_or_none,
-    not_negative_number,
-    one_of,
-    positive_number,
-    seed_number,
-)
+from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
@@ -128,22 +121,20 @@ def stack_robustness(
     body was pushed.
     """
     limit = Limit(timeout, cancel)
-    check_type("scene", scene, Scene, "an em.Scene")
     up_of(scene)
     objects = [body.name for body in scene.bodies if body.role == "object"]
     if not objects:
         raise ValueError("scene has no object, expected role='object' of those that may fall")
     for name in support:
-        one_of("support", name, tuple(SUPPORT))
-    positive_number("radius", radius)
-    function_or_none("progress", progress, "done", "total")
+        checks.one_of("support", name, tuple(SUPPORT))
     start = np.array(scene.pack() if state is None else state, float)
     pushing = Pushes(scene, start, limit)
-    asked = objects if bodies is None else [one_of("bodies", b, pushing.names) for b in bodies]
-    asking = _Support(
-        scene, start, objects, positive_number("horizon", horizon),
-        (radius, positive_number("angle", angle)), not_negative_number("knock", knock),
-    )  # fmt: skip
+    asked = [checks.one_of("bodies", body, pushing.names) for body in bodies or ()]
+    asked = objects if bodies is None else asked
+    place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
+    checks.not_negative_number("knock", knock)
+    checks.positive_number("horizon", horizon)
+    asking = _Support(scene, start, objects, horizon, place, knock)
     pushes: list[Push] = []
     found: dict[str, CriticalValue | None] = dict.fromkeys(SUPPORT)
     total = len(asked) + len(support)
@@ -153,7 +144,7 @@ def stack_robustness(
             if progress is not None:
                 progress(len(pushes), total)
         for done, name in enumerate(support, 1):
-            options: dict[str, Any] = {"probability": probability, "seed": seed_number(seed)}
+            options: dict[str, Any] = {"probability": probability, "seed": checks.seed_number(seed)}
             options |= {"threads": threads, "executor": executor, **limit.rest()}
             found[name] = asking.most(name, limit, options)
             if progress is not None:
@@ -211,10 +202,9 @@ class _Support:
         first, second, up = frame_of(self.scene)
         gravity = float(np.linalg.norm(self.scene.gravity))
         along = np.cos(azimuth) * first + np.sin(azimuth) * second
+        change = value * along
         if name == "tilt":
             change = gravity * (np.sin(value) * along + (1.0 - np.cos(value)) * up)
-        else:
-            change = value * along
         masses = {body.name: body.mass for body in self.scene.bodies}
         rows = {
             body: np.concatenate([masses[body] * change, np.zeros(3)])[None]
