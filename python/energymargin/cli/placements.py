@@ -112,7 +112,7 @@ def placements(
         object = GraspObject.of(None, **given(thing))
     scene = _scene(object, on, on_friction, on_scale, pose)
     with bar("Ranking", "draws") as progress:
-        found = placing.places(
+        found = placing.placements(
             scene,
             "object",
             None if poses is None else _poses(poses),
