@@ -36,7 +36,7 @@ class Trials:
     height: float = 0.005
     """From which it is let go, above where it is meant to rest [m]."""
     radius: float = 0.05
-    """It stays if its centre of mass stays so near to its place [m],"""
+    """It stays if its centre of mass stays so near to its place along each axis [m],"""
     angle: float = 0.35
     """and if it leans by at most so much [rad]."""
     knock: float = 0.1

@@ -123,8 +123,8 @@ def placements(
     """Where shall I put it? Candidates, ranked by how likely all stays where it is.
 
     A candidate is a pose at which the body is meant to rest. It is let go `height` above that, and
-    stays if its centre of mass stays within `radius` of that place and it leans by at most `angle`,
-    and so do all other objects. All candidates meet the same draws.
+    stays if its centre of mass stays within `radius` of its place along each axis and it leans by
+    at most `angle`, and so do all other objects. All candidates meet the same draws.
 
     Args:
         scene: what there is: the body with the role "object", supports, and neighbours; those with
@@ -194,7 +194,10 @@ def placements(
             problems[name] = Problem(
                 scene,
                 released,
-                captured={o: place_of(scene, meant, o, *place) for o in objects},
+                captured={
+                    o: place_of(scene, meant, o, *place, above=height * (o == body))
+                    for o in objects
+                },
                 force=(weight,) * 3,
                 torque=(0.0,) * 3,
                 duration=HOLD,

@@ -100,7 +100,7 @@ def stack_robustness(
         bodies: those that are pushed, by name; None: all objects.
         support: "tilt", "acceleration", or both: how much of it, in the worst of eight directions,
             until an object leaves its place. () asks for neither.
-        radius: of the place of each object about its centre of mass [m].
+        radius: within which, along each axis, the centre of mass of each object stays [m].
         angle: by which it may lean [rad].
         knock: random forces on the objects meanwhile, as a share of their mean weight.
         horizon: for how long the support leans or accelerates [s].
@@ -225,12 +225,18 @@ class _Support:
         )
 
 
-def place_of(scene: Scene, state: Floats, name: str, radius: float, angle: float) -> regions.Region:
-    """The states in which a body is where it is in this one, and upright as there."""
-    there, up = scene.unpack(state)[name], up_of(scene)
+def place_of(
+    scene: Scene, state: Floats, name: str, radius: float, angle: float, *, above: float = 0.0
+) -> regions.Region:
+    """The states in which a body's centre of mass is within `radius` [m] of where it is in this one
+    along each axis, or `above` that [m], and it leans by at most `angle` [rad]."""
+    frame, there = frame_of(scene), scene.unpack(state)[name]
     body = next(one for one in scene.bodies if one.name == name)
     turn = Rotation.from_quat(there["orientation"])
     own = np.array((body.inertial or mass_properties(body.shape)).center)
-    center = turn.apply(own) + there["position"]
-    ball = regions.Ball(name, center, radius, point="center_of_mass")
-    return ball & regions.Tilt(name, turn.inv().apply(up), up, angle)
+    center, up = turn.apply(own) + there["position"], frame[2]
+    region = regions.Tilt(name, turn.inv().apply(up), up, angle)
+    for axis, more in zip((*frame, *-frame), (0.0, 0.0, above, 0.0, 0.0, 0.0), strict=True):
+        reach = float(axis @ center) + radius + more
+        region &= regions.HalfSpace(name, axis, reach, point="center_of_mass")
+    return region
