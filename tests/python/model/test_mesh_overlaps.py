@@ -33,6 +33,11 @@ def wound_both_ways(surface):
     return trimesh.Trimesh(surface.vertices, faces, process=False)
 
 
+def back_to_back(*corners):
+    """Two triangles that enclose nothing."""
+    return trimesh.Trimesh(corners, [[0, 1, 2], [2, 1, 0]], process=False)
+
+
 HOLLOW = (box(0.1), box(0.06, inwards=True))
 SHELL = 0.1**3 - 0.06**3
 # By what they are: surfaces, the volume of their union, and what a warning says.
@@ -54,6 +59,21 @@ UNIONS = {
     "a rod into a cavity": (
         [*HOLLOW, box((0.06, 0.02, 0.02), (0.05, 0, 0))],
         SHELL + 0.04 * 0.02**2,
+        None,
+    ),
+    "with two triangles back to back": (
+        [box(0.1), back_to_back((0, 0, 0), (0.01, 0, 0), (0, 0.02, 0.01))],
+        1e-3,
+        None,
+    ),
+    "with two of them at a corner": (
+        [box(0.1), back_to_back((0.05, 0.05, 0.05), (0.01, 0, 0), (0, 0.02, 0.01))],
+        1e-3,
+        None,
+    ),
+    "hollow, with two triangles": (
+        [*HOLLOW, back_to_back((0.04, 0.04, 0.04), (0.041, 0.04, 0.04), (0.04, 0.041, 0.04))],
+        SHELL,
         None,
     ),
     "touching at a wall": ([box(0.1), box(0.1, (0.1, 0, 0))], 2e-3, None),

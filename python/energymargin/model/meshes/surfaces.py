@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 
+FLAT = 1e-9  # volume, as a share of the area to the power of 3/2
+
+
 class Surfaces(NamedTuple):
     """Closed surfaces, each connected."""
 
@@ -30,10 +33,11 @@ class Surfaces(NamedTuple):
 
 def closed_surfaces(pieces: Sequence[Trimesh]) -> Surfaces | None:
     """The surfaces of a file's objects, or of all of them together; None if there are holes."""
-    apart = Surfaces([shell for piece in pieces for shell in _connected(piece)])
-    if _closed(apart):
-        return apart
-    parts = [next(filter(_closed, _readings(part)), None) for part in _apart(joined(pieces))]
+    own = Surfaces([shell for piece in pieces for shell in _connected(piece)])
+    if _closed(own):
+        return Surfaces(list(filter(_encloses, own.shells)))
+    apart = [part for part in _apart(joined(pieces)) if _encloses(part) or not _is_closed(part)]
+    parts = [next(filter(_closed, _readings(part)), None) for part in apart]
     found = [part for part in parts if part is not None]
     if len(found) < len(parts):
         return None
@@ -45,11 +49,18 @@ def _readings(part: Trimesh) -> Iterator[Surfaces]:
     """What the faces of a connected part may be, the likeliest first; a reading may have holes."""
     faces, twice = _distinct(part.faces)
     both = _turned(part, faces[twice])
-    both = both if _closed(Surfaces(both)) else []
+    both = list(filter(_encloses, both)) if _closed(Surfaces(both)) else []
     yield Surfaces([*_paired(part), *both], bool(both))
     yield Surfaces(_turned(part, faces), True)
     part.fill_holes()
     yield Surfaces(_connected(part))
+
+
+def _encloses(shell: Trimesh) -> bool:
+    """Whether a closed surface has a volume: two triangles back to back have none."""
+    corners = np.asarray(shell.triangles, float)
+    volume = np.linalg.det(corners - corners[0, 0]).sum() / 6.0
+    return bool(abs(volume) > FLAT * float(shell.area) ** 1.5)
 
 
 def _paired(part: Trimesh) -> list[Trimesh]:
@@ -93,6 +104,8 @@ def _apart(surface: Trimesh) -> list[Trimesh]:
 
 
 def _closed(surfaces: Surfaces) -> bool:
-    return bool(surfaces.shells) and all(
-        shell.is_watertight and shell.is_winding_consistent for shell in surfaces.shells
-    )
+    return bool(surfaces.shells) and all(map(_is_closed, surfaces.shells))
+
+
+def _is_closed(shell: Trimesh) -> bool:
+    return bool(shell.is_watertight and shell.is_winding_consistent)
