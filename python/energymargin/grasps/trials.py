@@ -194,7 +194,7 @@ class GraspTrials:
             state = _state(scene, hand, pose, placed)
             depth = -clearance(world, hand, state)
             if depth <= deep:
-                return HandStart(state, redrawn)
+                return HandStart(_above_table(world, hand, state), redrawn)
             if depth < deepest:
                 best, deepest = pose, depth
         back, away = 0.0, np.eye(4)
@@ -203,7 +203,7 @@ class GraspTrials:
             away[2, 3] = -back
             state = _state(scene, hand, best @ away, placed)
             if -clearance(world, hand, state) <= deep:
-                return HandStart(state, redrawn, back)
+                return HandStart(_above_table(world, hand, state), redrawn, back)
         return HandStart(None, redrawn)
 
     def open_state(self, grasp: Grasp, draw: GraspDraw) -> State:
@@ -385,6 +385,17 @@ def clearance(world: World, hand: Fitted, state: State) -> float:
     """
     others = [body.name for body in world.scene.bodies if body.name not in hand.bodies]
     return min(world.distance(state, one, other) for one in hand.bodies for other in others)
+
+
+def _above_table(world: World, hand: Fitted, state: State) -> State:
+    """The hand lifted out of the table, in which it is no deeper than DEEP: it would stop there, as
+    the hand's base does not yield."""
+    if not any(body.name == "table" for body in world.scene.bodies):
+        return state
+    depth = -min(world.distance(state, one, "table") for one in hand.bodies)
+    lifted = np.array(state)
+    lifted[world.scene.slice(hand.base)][2] += max(depth, 0.0)
+    return lifted
 
 
 def _is_sunk(world: World, hand: Fitted, state: State) -> bool:

@@ -568,3 +568,15 @@ def test_axes_of_the_hand_turn_with_it():
     along = Motion("lift", 1.0, 0.1, (0, 0, 1), "hand")
     rows = Protocol([quarter, along]).rows(np.eye(3), em.motions.STEP)
     assert np.allclose(rows[240:].sum(axis=0) * em.motions.STEP, [0, -0.1, 0, 0, 0, 0])
+
+
+@pytest.mark.parametrize("deep", [0.0, 4e-4, 9e-4])
+def test_a_hand_that_begins_a_little_in_the_table_closes_as_one_that_touches_it(deep):
+    """Its tips would stop there, as its base does not yield: no time is lost, and it holds."""
+    thing = em.grasps.GraspObject(em.Box((0.04, 0.04, 0.03)), mass=0.2)
+    hand = em.grasps.ParallelGripper(opening=0.08, pad=(0.02, 0.02), force=40.0)
+    down = np.diag([1.0, -1.0, -1.0, 1.0])
+    down[2, 3] = -0.015 + 0.01 - deep
+    grasps = em.grasps.GraspSet(down[None])
+    found = em.grasps.score(grasps, hand, thing, "lift", rollouts=3)
+    assert found.probabilities[0] == 1.0 and found.lost_time[0] == 0.0
