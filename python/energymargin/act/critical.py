@@ -22,7 +22,7 @@ from energymargin.base.checks import function_of, function_or_none, share, whole
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.belief import Belief, numbered_particle
 from energymargin.model.beliefs.uncertainty import Uncertainty
 

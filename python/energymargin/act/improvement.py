@@ -36,7 +36,7 @@ from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
 from energymargin.evaluate.divergence import too_many_diverged
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
 SHARE_OF_SEARCH = 0.8  # of a timeout

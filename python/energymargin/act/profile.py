@@ -17,7 +17,7 @@ from energymargin.base.limits import Limit
 from energymargin.base.metrics import value_text, with_unit
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.plans import control_period, nearest_steps, whole_steps, with_plan
 
 Rows = NDArray[np.float64]

@@ -27,7 +27,7 @@ from energymargin.base.checks import function_or_none, share, whole_number, yes_
 from energymargin.base.limits import Limit
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.belief import Belief, CommonParticle, common_particles
 from energymargin.model.beliefs.uncertainty import Uncertainty
 

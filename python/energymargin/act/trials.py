@@ -17,8 +17,7 @@ from energymargin.base.closing import Closing
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.divergence import ANY
-from energymargin.evaluate.executors import Executor
-from energymargin.evaluate.executors.choice import chosen_executor
+from energymargin.evaluate.executors.choice import Executor, chosen_executor
 from energymargin.evaluate.searches import metric_search
 
 # They count where they are gathered if they diverge.

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 from rich.markup import escape
 
+from energymargin import SearchSettings
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.demo_grips import draw_grips, score_grips
@@ -19,7 +20,6 @@ from energymargin.cli.options import WHERE, Where
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import out, say
-from energymargin.evaluate.searches import SearchSettings
 from energymargin.summary import summary
 
 TASK = "push"

@@ -19,7 +19,9 @@ from energymargin._core import Cancel
 from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
-from energymargin.evaluate.executors import Executor, Processes, Threads
+from energymargin.evaluate.executors.choice import Executor
+from energymargin.evaluate.executors.processes import Processes
+from energymargin.evaluate.executors.threads import Threads
 from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import Block
 from energymargin.records.datasets.dataset import Dataset, load, open
