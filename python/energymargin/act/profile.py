@@ -206,7 +206,7 @@ def margin_profile(
         if progress is not None:
             progress(done, total)
 
-    with Trials(executor, threads, count) as trials:
+    with Trials(questions[0][0], executor=executor, threads=threads, on_draws=count) as trials:
         found = [
             trials.run(question, [Trial(k, range(n), one) for k, one in enumerate(problems)], limit)
             for question, n in questions

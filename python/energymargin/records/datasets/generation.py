@@ -98,36 +98,6 @@ def generate(
         return load(file) if path is None else open(file)
 
 
-def load_or_generate(
-    path: str | os.PathLike[str],
-    task: Task,
-    trajectories: int = 50,
-    frames: int = 10,
-    seed: int = 0,
-    *,
-    progress: Progress | None = None,
-) -> Dataset:
-    """The dataset in a file, which is made if there is none. Arguments: as `generate`.
-
-    Raises ValueError if the file holds another.
-    """
-    path = Path(path)
-    if not path.exists():
-        generate(
-            task,
-            path=path,
-            trajectories=trajectories,
-            frames=frames,
-            seed=seed,
-            progress=progress,
-        ).close()
-    dataset = load(path)
-    found = (dataset.task, dataset.parameters, dataset.seed, dataset.lengths.tolist())
-    if found != (task.name, parameters_of(task), seed, [frames] * trajectories):
-        raise ValueError(f"{path} holds other trajectories: remove it, or choose another folder")
-    return dataset
-
-
 def _make_missing(
     parts: Parts,
     task: Task,
