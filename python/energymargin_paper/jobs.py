@@ -1,4 +1,4 @@
-"""Jobs of a study on a pool of workers, and the file that has a line for each that is finished."""
+"""Long work of a study, which goes on from its files: trajectories, and jobs on workers."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from energymargin._core import Cancel
 from energymargin.base.replacing import replace_text
+from energymargin.datasets import Dataset, generate, load
 from energymargin.executors import ask
+from energymargin.tasks import Task, parameters_of
 
-__all__ = ["Lines", "pairs", "resumed"]
+__all__ = ["Lines", "load_or_generate", "pairs", "resumed"]
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -71,6 +73,27 @@ def resumed(
 
         ask([[job for job in jobs if job not in results]], of_jobs, keep, most=1, threads=threads)
     return {job: results[job] for job in jobs}
+
+
+def load_or_generate(
+    path: Path,
+    task: Task,
+    trajectories: int,
+    frames: int,
+    seed: int,
+) -> Dataset:
+    """The dataset in a file, which is made if there is none. Arguments: as `generate`.
+
+    Raises ValueError if the file holds another.
+    """
+    if not path.exists():
+        asked: Any = {"trajectories": trajectories, "frames": frames, "seed": seed}
+        generate(task, path=path, **asked).close()
+    dataset = load(path)
+    found = (dataset.task, dataset.parameters, dataset.seed, dataset.lengths.tolist())
+    if found != (task.name, parameters_of(task), seed, [frames] * trajectories):
+        raise ValueError(f"{path} holds other trajectories: remove it, or choose another folder")
+    return dataset
 
 
 def _complete_lines(path: Path) -> list[str]:

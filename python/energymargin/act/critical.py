@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isnan, nan
@@ -16,13 +15,12 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Problem
 from energymargin.act.crossing import PILOT, Asking, Outcomes, Rule, Run, Scale, crossings
 from energymargin.act.draws import Disturbance, Question, Trial, check_uncertainty
-from energymargin.act.kept_draws import KeptDraws
 from energymargin.act.trials import Trials
 from energymargin.base.checks import function_of, function_or_none, share, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.belief import Belief, numbered_particle
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
@@ -164,10 +162,7 @@ def critical_value(
     search, question = _Search(*asked), Question(metric, disturbance, seed)
     if question.is_effort:
         raise ValueError(f"metric is {metric!r}, expected 'probability' or 'probability/success'")
-    with (
-        nullcontext() if store is None else KeptDraws(store, None, question) as kept,
-        Trials(executor, threads, kept=kept) as trials,
-    ):
+    with Trials(question, store=store, executor=executor, threads=threads) as trials:
         return search.found(_Rollouts(problem_of, quantity, question, uncertainty, trials, limit))
 
 

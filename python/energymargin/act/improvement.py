@@ -11,10 +11,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,6 @@ from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
 from energymargin.act.candidates import Standing
 from energymargin.act.draws import Disturbance, Draws, Question, check_uncertainty
 from energymargin.act.evolution import Evolution, adapted, cma_package, population_of, scaled
-from energymargin.act.kept_draws import KeptDraws
 from energymargin.act.parameters import Constraint, Make, Maker, Parameters, Point
 from energymargin.act.racing import Duel, duel
 from energymargin.act.ranking import Race, Ranking
@@ -36,7 +35,7 @@ from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
 from energymargin.evaluate.divergence import too_many_diverged
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
 SHARE_OF_SEARCH = 0.8  # of a timeout
@@ -221,10 +220,8 @@ def improve(
     maker = Maker(problem, box, make_plan, constraints, question)
     cma_package()
     run = _Run(maker, uncertainty, rollouts, budget, progress, of_search, limit)
-    with (
-        nullcontext() if store is None else KeptDraws(store, uncertainty, question) as kept,
-        Trials(executor, threads, run.count, kept) as trials,
-    ):
+    where: Any = {"store": store, "executor": executor, "threads": threads}
+    with Trials(question, uncertainty, **where, on_draws=run.count) as trials:
         return run.improved(trials, harden=harden)
 
 

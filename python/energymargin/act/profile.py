@@ -17,7 +17,7 @@ from energymargin.base.limits import Limit
 from energymargin.base.metrics import value_text, with_unit
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.plans import control_period, nearest_steps, whole_steps, with_plan
 
 Rows = NDArray[np.float64]
@@ -206,7 +206,7 @@ def margin_profile(
         if progress is not None:
             progress(done, total)
 
-    with Trials(executor, threads, count) as trials:
+    with Trials(questions[0][0], executor=executor, threads=threads, on_draws=count) as trials:
         found = [
             trials.run(question, [Trial(k, range(n), one) for k, one in enumerate(problems)], limit)
             for question, n in questions

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,14 +19,13 @@ from energymargin.act.draws import (
     Trial,
     check_uncertainty,
 )
-from energymargin.act.kept_draws import KeptDraws
 from energymargin.act.racing import Duel, beaten, beats, duel, looks, mistaken
 from energymargin.act.trials import Trials
 from energymargin.base.checks import function_or_none, share, whole_number, yes_or_no
 from energymargin.base.limits import Limit
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
-from energymargin.evaluate.executors import Executor
+from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.belief import Belief, CommonParticle, common_particles
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
@@ -240,10 +238,7 @@ def rank(
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
     check_alike(question, field)
-    with (
-        nullcontext() if store is None else KeptDraws(store, uncertainty, question) as kept,
-        Trials(executor, threads, kept=kept) as trials,
-    ):
+    with Trials(question, uncertainty, store=store, executor=executor, threads=threads) as trials:
         comparison = Race(field, uncertainty, question)
         return comparison.run(
             trials, limit, most, confidence, tolerance, race=race, progress=progress

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,36 +15,44 @@ import numpy as np
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.act.draws import Draw, Draws, Question, Trial
 from energymargin.act.kept_draws import KeptDraws
-from energymargin.base.closing import Closing
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.divergence import ANY
-from energymargin.evaluate.executors import Executor
-from energymargin.evaluate.executors.choice import chosen_executor
+from energymargin.evaluate.executors.choice import Executor, chosen_executor
 from energymargin.evaluate.searches import metric_search
+from energymargin.model.beliefs.uncertainty import Uncertainty
 
 # They count where they are gathered if they diverge.
 OF_ROLLOUTS: dict[str, Any] = {"undisturbed": False, "most_diverged": ANY}
 
 
-class Trials(Closing):
-    """The workers of an executor, for one batch of trials after the other."""
+class Trials(ExitStack):
+    """The workers of an executor and a store, for one batch of trials after the other."""
 
     def __init__(
         self,
+        question: Question,
+        uncertainty: Uncertainty | None = None,
+        *,
+        store: str | Path | None = None,
         executor: Executor | None = None,
         threads: int | None = None,
         on_draws: Callable[[Draws], None] = lambda _: None,
-        kept: KeptDraws | None = None,
     ) -> None:
-        """Starts them.
+        """Opens them.
 
-        `threads`: in place of an executor; None takes all cores. `on_draws`: called with draws as
-        they come in, or are read. `kept`: trials that are whole go there, and are not run again.
-        Raises ValueError if executor and threads are given.
+        `store`: trials that are whole go there, and are not run again. `threads`: in place of an
+        executor; None takes all cores. `on_draws`: called with draws as they come in, or are read.
+        Raises ValueError if executor and threads are given, and as KeptDraws.
         """
-        self._workers = chosen_executor(executor, threads).workers()
-        self._on_draws, self._kept = on_draws, kept
+        super().__init__()
+        self._on_draws, on = on_draws, chosen_executor(executor, threads)
+        self._kept = None if store is None else KeptDraws(store, uncertainty, question)
+        with ExitStack() as opened:
+            if self._kept is not None:
+                opened.enter_context(self._kept)
+            self._workers = opened.enter_context(on.workers())
+            self.push(opened.pop_all())
 
     def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """What came of each; None of those that the limit left unfinished.
@@ -65,10 +75,6 @@ class Trials(Closing):
             **limit.rest(),
         )
         return [found.get(trial.candidate) for trial in trials]
-
-    def close(self) -> None:
-        """Ends the workers."""
-        self._workers.close()
 
 
 def draw_chunk(question: Question, draws: Sequence[Draw], cancel: Cancel) -> list[Draws | None]:

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 from rich.markup import escape
 
+from energymargin import SearchSettings
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.demo_grips import draw_grips, score_grips
@@ -19,7 +20,6 @@ from energymargin.cli.options import WHERE, Where
 from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import out, say
-from energymargin.evaluate.searches import SearchSettings
 from energymargin.summary import summary
 
 TASK = "push"
@@ -51,8 +51,7 @@ def demo(
         overwrite: Take a folder that has files of others too, and replace those of the same
             names.
     """
-    from energymargin import tasks
-    from energymargin.records.datasets.generation import load_or_generate
+    from energymargin import datasets
     from energymargin.records.store.scoring import dataset_metrics
 
     if find_spec("matplotlib") is None:  # before the scores are computed
@@ -64,10 +63,10 @@ def demo(
         "pushes and 30 trials a grip this takes about a minute on two cores."
     )
     with bar(f"Generating {TASK}", "trajectories") as progress:
-        dataset = load_or_generate(
-            *(output / f"{TASK}.h5", tasks.make(TASK), trajectories, FRAMES, settings.seed),
-            progress=progress,
-        )
+        asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
+        path = output / f"{TASK}.h5"
+        datasets.generate(TASK, path=path, progress=progress, **asked).close()
+    dataset = datasets.load(path)
     database = output / f"{TASK}-scores.db"
     metrics = dataset_metrics(dataset, None, settings)
     with scored_run(dataset, database, settings, metrics, executor) as (run, _):

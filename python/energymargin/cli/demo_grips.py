@@ -49,7 +49,7 @@ def draw_grips(scores: GraspScores, folder: Path) -> None:
     """grip.png has the best grip from two sides, grips.png the probability of each."""
     from matplotlib.figure import Figure
 
-    from energymargin.look.plots.grasps import figure_grasp, plot_grasps
+    from energymargin.plots import figure_grasp, plot_grasps
 
     best = scores.best
     figure, (low, high) = figure_grasp(scores, best), scores.interval()[best]

@@ -81,8 +81,8 @@ def print_evaluation(
 
     `options` are others of `evaluation.evaluate`.
     """
+    from energymargin.evaluation import tables_of
     from energymargin.records.evaluation.labelled import AMONG, HORIZONS
-    from energymargin.records.evaluation.table import tables_of
 
     tables = tables_of(labelled, now)
     if among or frames or options.get("clipped"):

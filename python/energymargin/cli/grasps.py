@@ -274,7 +274,7 @@ def _view(scores: GraspScores, which: str) -> None:
     open."""
     from energymargin.grasps.outcomes import NO_GRIP
     from energymargin.grasps.scores import grasp_of
-    from energymargin.look.viewer import view
+    from energymargin.viewer import view
 
     names, trials = scores.grasps.names, scores.trials
     grasp = grasp_of(

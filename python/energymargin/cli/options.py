@@ -100,8 +100,8 @@ def chosen_future(
 def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
     """The Sampling of these options; None without a belief. Raises ValueError on particles without
     one, and on what is no uncertainty."""
+    from energymargin.beliefs import Uncertainty
     from energymargin.model.beliefs.sampling import PARTICLES, Sampling
-    from energymargin.model.beliefs.uncertainty import Uncertainty
 
     require_beside("belief", belief, particles=particles)
     if belief is None:

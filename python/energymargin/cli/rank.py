@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 from rich.markup import escape
 
+from energymargin import SearchSettings
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.cli.fields import options_of
 from energymargin.cli.options import Output, Where, chosen_sampling, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, out, say, warn
-from energymargin.evaluate.searches import SearchSettings
 
 if TYPE_CHECKING:
     from energymargin import Problem

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.markup import escape
 
+from energymargin import SearchSettings
 from energymargin.base.bars import bar
 from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.base.settings import flag_of
@@ -26,7 +27,6 @@ from energymargin.cli.options import (
     require_one,
 )
 from energymargin.cli.terminal import TIMED_OUT, say, warn
-from energymargin.evaluate.searches import SearchSettings
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset, Future
@@ -95,9 +95,8 @@ def score(
             velocity. Scores are then means over a belief, at as many steps.
         particles: With --belief, draws of it for each state; 16 if not given.
     """
-    from energymargin import datasets
+    from energymargin import ScoreError, datasets
     from energymargin.base.limits import Limit
-    from energymargin.evaluate.scoring import ScoreError
 
     settings = replace(SEARCH, **given)
     flags = {each.name: flag_of(each).removeprefix("--") for each in fields(SEARCH)}
@@ -230,7 +229,7 @@ def _say_scored(run: Run, *, horizon: bool) -> None:
 def _show_question(path: Path, number: int) -> None:
     """Of a run with a horizon what it foresaw, and the state that is least likely to stay captured;
     and the command that comes next."""
-    from energymargin.records.evaluation.table import tables_of
+    from energymargin.evaluation import tables_of
     from energymargin.store import ScoreStore
 
     with ScoreStore(path) as store:

@@ -80,7 +80,7 @@ def view(
         if find_spec("playwright") is None:  # before the search, not after it
             raise ImportError("-o draws with Playwright: pip install 'energymargin[screenshot]'")
     with loading():
-        from energymargin.look.viewer import view as open_viewer
+        from energymargin.viewer import view as open_viewer
 
     with bar(f"Generating {what}", "trajectories") as progress:
         viewer = open_viewer(

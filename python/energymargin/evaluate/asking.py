@@ -159,7 +159,8 @@ class _Asking:
         """Keeps and delivers the answers that are whole by these results."""
         for (one, number), result in results:
             one.results[number] = result
-        whole = [one for one in self.open if len(one.results) == self._size(one.question)]
+        size: Callable[[Any], int] = len if self.split else lambda _: 1
+        whole = [one for one in self.open if len(one.results) == size(one.question)]
         answers = [(one.question, self._answer(one)) for one in whole]
         for one, (_, answer) in zip(whole, answers, strict=True):
             del self.open[one]
@@ -171,9 +172,6 @@ class _Asking:
         """Delivers what there is of the questions that are not whole."""
         begun = [one for one in self.open if 0 in one.results]
         self._deliver([(one.question, self._answer(one)) for one in begun], 0)
-
-    def _size(self, question: Any) -> int:
-        return 1 if self.split is None else len(question)
 
     def _answer(self, one: _Asked) -> Any:
         """The answer of the first results, up to a part that has none."""

@@ -22,8 +22,8 @@ from energymargin.base.metrics import TIMED
 from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.divergence import ANY, too_many_diverged
-from energymargin.evaluate.executors import Executor, Row
-from energymargin.evaluate.executors.rows import Work, score_chunk
+from energymargin.evaluate.executors.choice import Executor
+from energymargin.evaluate.executors.rows import Row, Work, score_chunk
 from energymargin.evaluate.scoring import ScoreError
 from energymargin.evaluate.searches import (
     LooseSettings,

@@ -12,7 +12,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from energymargin._core import Cancel
 from energymargin.base.closing import Closing
@@ -27,10 +27,7 @@ MOST = 1000  # items of a chunk
 CHUNKS_A_SECOND = 200  # of a large cluster, whose scheduler has no time for more
 NEWEST = 0.2  # weight of the newest chunk in how long an item takes
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-Function = Callable[[Sequence[Item], Cancel], Sequence[Result]]
+Function = Callable[[Sequence[Any], Cancel], Sequence[Any]]
 """Results of some items, in their order. Once the cancel is set it returns early, with those of the
 first ones, or raises."""
 Done = tuple[Sequence[Any], float, bool]
@@ -42,7 +39,7 @@ class Chunk:
     """Items for a worker. To unpickle it is to do its work, so that a cluster's scheduler needs no
     energymargin to hand it on."""
 
-    function: Function[Any, Any]
+    function: Function
     items: Sequence[Any]
     left: float | None
     """Time until the limit of the call [s], None without one."""
@@ -180,7 +177,10 @@ class Flow:
         room = self._workers.ahead * slots - len(self._running)
         if room <= 0:
             return []
-        size = self._size(max(self._workers.seconds, slots / CHUNKS_A_SECOND))
+        size = 1  # before it is known how long an item takes
+        if self._seconds is not None:
+            chunk = max(self._workers.seconds, slots / CHUNKS_A_SECOND)
+            size = max(1, min(self._most, int(chunk / max(self._seconds, 1e-9))))
         self._take(room * size)
         if self._all_came and len(self._waiting) <= room * size:  # none is to be idle at the end
             size = min(size, max(1, -(-len(self._waiting) // slots)))
@@ -219,12 +219,6 @@ class Flow:
             tasks = next(self._tasks, None)
             self._all_came = tasks is None
             self._waiting.extend(tasks or ())
-
-    def _size(self, seconds: float) -> int:
-        """Items of a chunk of so much work; one before it is known how long an item takes."""
-        if self._seconds is None:
-            return 1
-        return max(1, min(self._most, int(seconds / max(self._seconds, 1e-9))))
 
     def _results_of(self, future: Future[Done]) -> list[tuple[Any, Any]]:
         tasks = self._running.pop(future)

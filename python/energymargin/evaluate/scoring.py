@@ -18,8 +18,8 @@ from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.asking import Pairs, ask
-from energymargin.evaluate.executors import Executor, Row
-from energymargin.evaluate.executors.rows import Work, score_chunk
+from energymargin.evaluate.executors.choice import Executor
+from energymargin.evaluate.executors.rows import Row, Work, score_chunk
 from energymargin.evaluate.searches import (
     LooseSettings,
     SearchSettings,

@@ -1,4 +1,4 @@
-"""Shapes travel to other processes as the calls that make them again; how thin they are."""
+"""Shapes travel to other processes as the calls that make them again."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import copyreg
 import hashlib
 import pickle
 from typing import Any
-
-import numpy as np
 
 from energymargin import (
     Box,
@@ -18,11 +16,8 @@ from energymargin import (
     Inertial,
     MassProperties,
     Part,
-    Plane,
     Sphere,
-    mass_properties,
 )
-from energymargin.scenes import pose, shape_parts
 
 FIELDS = {
     Box: ("size",),
@@ -56,15 +51,3 @@ for kind in FIELDS:
 def digest(shape: Any) -> str:
     """A text that is the same for equal shapes alone."""
     return hashlib.sha256(pickle.dumps(shape, protocol=4)).hexdigest()
-
-
-def smallest_half_extent(shape: Any) -> float:
-    """Half the extent of a shape along its thinnest principal axis [m], of several parts that of
-    the thickest one; inf of a plane, and without parts."""
-    if isinstance(shape, Plane):
-        return np.inf
-    extents = []
-    for solid in (part.shape for part in shape.parts) if isinstance(shape, Compound) else (shape,):
-        axes = pose((0, 0, 0), mass_properties(solid).axes)[:3, :3]
-        extents.append(np.ptp(shape_parts(solid)[0] @ axes, axis=0).min())
-    return float(max(extents, default=np.inf)) / 2

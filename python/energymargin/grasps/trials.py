@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import combinations, islice, pairwise, product
+from itertools import islice, pairwise, product
 from typing import Any
 
 import numpy as np
@@ -29,19 +29,18 @@ from energymargin import (
 from energymargin.base.checks import check_type
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.grasps.belief import GraspBelief, GraspDraw
+from energymargin.grasps.depths import clearance, is_sunk
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.outcomes import NO_GRIP, Closed, Grasp, HandStart, Outcome, Pose, State
 from energymargin.grasps.protocols import GRAVITY, Protocol
-from energymargin.grasps.shapes import smallest_half_extent
 from energymargin.regions import Region
 from energymargin.scenes import pose
 
 STEP = 1 / 960  # s; at a longer one a grip at its limit slips in whole steps, and holds too much
 TOUCHING = 1e-3  # m; the gap between a finger and an object that it touches
 DEEP = 1e-3  # m; an overlap that is not one of rounding
-SUNK = 0.5  # share of the thinner body's half extent; a Problem refuses a state that is deeper
 REDRAWS = 20  # poses that are drawn for one trial
 BACK = 2e-3  # m; of each step back along the approach
 FARTHEST_BACK = 0.04  # m
@@ -256,7 +255,7 @@ class GraspTrials:
         """That of a hand which has closed, as of Closed: `pressed` are what touches the object."""
         if not pressed >= set(hand.fingers):
             return "not gripped"
-        return "collided" if _is_sunk(world, hand, state) else ""
+        return "collided" if is_sunk(world, hand, state) else ""
 
     def closed(self, scene: Scene, hand: Fitted, state: State, ending: str) -> Closed:
         """A state of a scene as that of a hand that has closed."""
@@ -378,15 +377,6 @@ def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> State:
     return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
 
 
-def clearance(world: World, hand: Fitted, state: State) -> float:
-    """From the hand to all else, negative in it [m].
-
-    `World.contacts` would tell of the end of a step in which the drives close the fingers.
-    """
-    others = [body.name for body in world.scene.bodies if body.name not in hand.bodies]
-    return min(world.distance(state, one, other) for one in hand.bodies for other in others)
-
-
 def _above_table(world: World, hand: Fitted, state: State) -> State:
     """The hand lifted out of the table, in which it is no deeper than DEEP: it would stop there, as
     the hand's base does not yield."""
@@ -396,17 +386,6 @@ def _above_table(world: World, hand: Fitted, state: State) -> State:
     lifted = np.array(state)
     lifted[world.scene.slice(hand.base)][2] += max(depth, 0.0)
     return lifted
-
-
-def _is_sunk(world: World, hand: Fitted, state: State) -> bool:
-    """Whether two bodies are so deep in each other that no Problem can start there, of which one at
-    least is not of the hand."""
-    extents = {body.name: smallest_half_extent(body.shape) for body in world.scene.bodies}
-    return any(
-        world.distance(state, a, b) < -SUNK * min(extents[a], extents[b])
-        for a, b in combinations(extents, 2)
-        if not {a, b} <= set(hand.bodies)
-    )
 
 
 def _body(pose: Pose) -> dict[str, Any]:

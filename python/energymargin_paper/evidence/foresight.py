@@ -27,7 +27,6 @@ from energymargin.base.table_text import DASH, csv_text, markdown_table, short
 from energymargin.datasets import Dataset
 from energymargin.evaluate.executors.threads import Threads
 from energymargin.evaluate.searches import SearchSettings
-from energymargin.records.datasets.generation import load_or_generate
 from energymargin.records.evaluation.table import csv_fields
 from energymargin.store import ScoreStore, add_scores, score_dataset
 from energymargin_paper import probabilities
@@ -35,7 +34,7 @@ from energymargin_paper.evidence.calibration import BINS
 from energymargin_paper.evidence.ceiling import CAPTURED, CEILING, ceiling_dataset, scripted
 from energymargin_paper.evidence.foresight_figure import figure_foresight
 from energymargin_paper.evidence.foresight_task import NAMES, UNSURE, TaskForesight
-from energymargin_paper.jobs import pairs, resumed
+from energymargin_paper.jobs import load_or_generate, pairs, resumed
 from energymargin_paper.probabilities import (
     FRESH,
     HORIZONS,

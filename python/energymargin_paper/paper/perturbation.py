@@ -23,10 +23,10 @@ from energymargin.datasets import Dataset
 from energymargin.evaluate.executors.threads import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import LabelledScores, evaluate
-from energymargin.records.datasets.generation import load_or_generate
 from energymargin.records.evaluation.labelled import HORIZON, captured_labels
 from energymargin.records.store.scoring import begin_run, score_run
 from energymargin.store import ScoreStore
+from energymargin_paper.jobs import load_or_generate
 from energymargin_paper.paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
 from energymargin_paper.study import Progress, Study, setting
 

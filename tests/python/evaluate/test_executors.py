@@ -21,7 +21,7 @@ from clusters import Cluster, workers_of
 
 import energymargin as em
 from energymargin.evaluate import parallel
-from energymargin.evaluate.executors import Dask, Processes, Threads
+from energymargin.executors import Dask, Processes, Threads
 
 NODES, SEED = 60, 5
 

@@ -244,7 +244,7 @@ def test_labelled_scores_count_what_is_missing_and_what_is_infinite(labelled):
 def test_an_evaluation_shows_auc_and_ap_or_that_there_is_one_label(labelled):
     result = evaluation.evaluate(labelled, frames=[0, 1], draws=20)
     cells = shown(result)
-    assert cells.rows[0] == ["score", "h = 0", "h = 1", "paper"]
+    assert cells.rows[0] == ["score", "h = 0", "h = 1"]
     assert cells.rows[1][1].startswith(result.states["capture"][0].value())
     assert "States: captured over the next h frames;" in cells.text
     labelled_alike = LabelledScores(

@@ -41,10 +41,7 @@ class _ThreadWorkers(Workers):
             return self._executor.submit(chunk.work, self._cancel)
         except RuntimeError:  # no thread can start
             done: Future[Done] = Future()
-            try:
-                done.set_result(chunk.work(self._cancel))
-            except Exception as error:
-                done.set_exception(error)
+            done.set_result(chunk.work(self._cancel))
             return done
 
     def stop(self, chunks: Collection[Future[Done]]) -> None:

@@ -19,7 +19,9 @@ from energymargin._core import Cancel
 from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
-from energymargin.evaluate.executors import Executor, Processes, Threads
+from energymargin.evaluate.executors.choice import Executor
+from energymargin.evaluate.executors.processes import Processes
+from energymargin.evaluate.executors.threads import Threads
 from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import Block
 from energymargin.records.datasets.dataset import Dataset, load, open
@@ -94,36 +96,6 @@ def generate(
             if count == total:
                 parts.forget()
         return load(file) if path is None else open(file)
-
-
-def load_or_generate(
-    path: str | os.PathLike[str],
-    task: Task,
-    trajectories: int = 50,
-    frames: int = 10,
-    seed: int = 0,
-    *,
-    progress: Progress | None = None,
-) -> Dataset:
-    """The dataset in a file, which is made if there is none. Arguments: as `generate`.
-
-    Raises ValueError if the file holds another.
-    """
-    path = Path(path)
-    if not path.exists():
-        generate(
-            task,
-            path=path,
-            trajectories=trajectories,
-            frames=frames,
-            seed=seed,
-            progress=progress,
-        ).close()
-    dataset = load(path)
-    found = (dataset.task, dataset.parameters, dataset.seed, dataset.lengths.tolist())
-    if found != (task.name, parameters_of(task), seed, [frames] * trajectories):
-        raise ValueError(f"{path} holds other trajectories: remove it, or choose another folder")
-    return dataset
 
 
 def _make_missing(

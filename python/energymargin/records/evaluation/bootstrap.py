@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = ["auc_ap", "auc_ap_draws", "bootstrap_weights", "central", "intervals", "ranked"]
+
 DRAWS = 1000  # bootstrap draws
 MOST_WEIGHTS = 2**18  # at a time, which fit into a cache
 CONFIDENCE = 0.95

@@ -17,9 +17,8 @@ from energymargin.base.metrics import CLOCKLESS, TIMED
 from energymargin.base.plausibility import warn
 from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scoring import BeliefWork, Sharing, particle_chunk
-from energymargin.evaluate.executors import Executor, Row
-from energymargin.evaluate.executors.choice import chosen_executor
-from energymargin.evaluate.executors.rows import Work, score_chunk
+from energymargin.evaluate.executors.choice import Executor, chosen_executor
+from energymargin.evaluate.executors.rows import Row, Work, score_chunk
 from energymargin.evaluate.scoring import ScoreError
 from energymargin.evaluate.searches import (
     LooseSettings,
