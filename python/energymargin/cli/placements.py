@@ -40,7 +40,7 @@ class Trials:
     angle: float = 0.35
     """and if it leans by at most so much [rad]."""
     knock: float = 0.1
-    """Largest random force along each axis, as a share of its weight."""
+    """Largest random force along each axis, as a share of its weight, for at most 0.1 s."""
     shake: float = 0.0
     """Largest peak of the support's acceleration [m/s^2]."""
     tilt: float = 0.0
@@ -52,7 +52,7 @@ class Trials:
     seed: int = 0
     """The same seed gives the same numbers, to the last bit."""
     store: Path | None = None
-    """A file of draws: the same command goes on from there."""
+    """A file of draws, without a shake and a tilt: the same command goes on from there."""
 
 
 def placements(

@@ -17,7 +17,7 @@ RATES = (1.0, 6.0)  # Hz, of a shake
 class Jolts:
     """Random forces on the objects of a scene, as a disturbance of `em.rank`.
 
-    A knock is a force along each axis, even up to `knock` times the body's weight, on each body,
+    A knock is a force along each axis, even up to `knock` times their mean weight, on each body,
     for 0.1 s after 0.1 s. In a support that is shaken along a random horizontal direction, or leans
     in one, a body feels a force in proportion to its mass.
     """
@@ -29,7 +29,7 @@ class Jolts:
     gravity: float
     """[m/s^2]"""
     knock: float = 0.0
-    """Largest force along each axis, as a share of the body's weight."""
+    """Largest force along each axis, as a share of the mean weight."""
     shake: float = 0.0
     """Largest peak of the support's acceleration [m/s^2]."""
     tilt: float = 0.0
@@ -55,7 +55,7 @@ class Jolts:
         angle = 2 * np.pi * shaken
         along = np.cos(angle) * one + np.sin(angle) * other
         wave = self.shake * random.random() * np.sin(2 * np.pi * (rate * times + phase))
-        feels = knocks[(times / PIECE).astype(int)] + change + (wave[:, None] * along)[:, None]
         wrenches = np.zeros((len(times), count, 6))
-        wrenches[:, :, :3] = self.masses[:, None] * feels
+        wrenches[:, :, :3] = self.masses.mean() * knocks[(times / PIECE).astype(int)]
+        wrenches[:, :, :3] += self.masses[:, None] * (change + wave[:, None] * along)[:, None]
         return wrenches.reshape(len(times), -1)

@@ -20,6 +20,7 @@ from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.beliefs import Uncertainty
+from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
 from energymargin.placing.boxes import Floats, frame_of, up_of
 from energymargin.placing.jolts import Jolts
@@ -139,8 +140,8 @@ def placements(
         height: from which it is let go [m].
         radius: [m]
         angle: [rad]
-        knock: largest random force on each object, along each axis, for 0.1 s after 0.1 s, as a
-            share of its weight.
+        knock: largest random force on each object, along each axis, for at most 0.1 s after
+            another, as a share of the objects' mean weight.
         shake: largest peak of the support's acceleration [m/s^2], at 1 to 6 Hz.
         tilt: largest slope of the support [rad].
         uncertainty: how well friction, masses, poses and velocities are known at the release.
@@ -151,7 +152,7 @@ def placements(
         race: False scores every candidate to the end.
         pushed: for so many of the best, the least push that makes the body fall is searched.
         seed: of all draws.
-        store: a file where draws are kept, as of `em.rank`; with a disturbance by name alone.
+        store: a file where draws are kept, as of `em.rank`, without a shake and a tilt.
         threads: None takes all cores. Nothing depends on them.
         executor: in place of threads, of `em.executors`.
         progress: progress(done, total) counts draws.
@@ -209,7 +210,7 @@ def placements(
     ranking = rank(
         problems,
         rollouts=rollouts,
-        disturbance=Jolts.of(scene, **jolts),
+        disturbance=Jolts.of(scene, **jolts) if shake or tilt else Uniform(knock),
         uncertainty=uncertainty,
         confidence=confidence,
         tolerance=tolerance,

@@ -103,6 +103,15 @@ def test_the_same_seed_gives_the_same_table_on_any_threads():
     assert one.to_csv() == two.to_csv()
 
 
+def test_a_store_keeps_the_draws(tmp_path):
+    asked = board_and_cup(), "cup", {"a": at(0.247, 0), "b": at(0.243, 0)}
+    given = {"rollouts": 20, "pushed": 0, "store": tmp_path / "draws.db"}
+    one, two = (em.placements(*asked, **given) for _ in range(2))
+    assert one.to_csv() == two.to_csv() and given["store"].stat().st_size > 0
+    with pytest.raises(ValueError, match="store"):
+        em.placements(*asked, **given, tilt=0.1)
+
+
 def test_a_limit_keeps_the_draws_that_are_done():
     cancel = em.Cancel()
     found = em.placements(
