@@ -571,12 +571,14 @@ def test_axes_of_the_hand_turn_with_it():
 
 
 @pytest.mark.parametrize("deep", [0.0, 4e-4, 9e-4])
-def test_a_hand_that_begins_a_little_in_the_table_closes_as_one_that_touches_it(deep):
-    """Its tips would stop there, as its base does not yield: no time is lost, and it holds."""
+def test_a_hand_that_begins_a_little_in_the_table_is_lifted_out_of_it(deep):
     thing = em.grasps.GraspObject(em.Box((0.04, 0.04, 0.03)), mass=0.2)
     hand = em.grasps.ParallelGripper(opening=0.08, pad=(0.02, 0.02), force=40.0)
     down = np.diag([1.0, -1.0, -1.0, 1.0])
     down[2, 3] = -0.015 + 0.01 - deep
-    grasps = em.grasps.GraspSet(down[None])
-    found = em.grasps.score(grasps, hand, thing, "lift", rollouts=3)
+    found = em.grasps.score(em.grasps.GraspSet(down[None]), hand, thing, "lift", rollouts=3)
     assert found.probabilities[0] == 1.0 and found.lost_time[0] == 0.0
+    grasp, draw = grasp_of(found.grasps, 0), found.trials.draw(-1)
+    world = em.World(found.trials.scene(np.nan, draw, gravity=False)[0])
+    start = found.trials.start(grasp, draw).state
+    assert world.distance(start, "left", "table") == pytest.approx(0.0, abs=1e-9)
