@@ -26,6 +26,7 @@ EVIDENCE = {
     "policies": "Controllers and policies in the loop: in held-out worlds, learned, and of others",
     "contact": "Whether grips hold and towers stand, and what moves keeps its momentum",
     "grasps": "Grasps that others made: beside MuJoCo, a real robot and FleX",
+    "tosses": "Real tosses of a cube: the face, the place and the turn at the end",
     "engines": "Labels, escapes and probabilities in MuJoCo too",
 }
 STUDIES = PAPER | EVIDENCE

@@ -45,6 +45,7 @@ class Piece:
 
 
 PIECES = (
+    Piece("tosses", 1.1, data="real"),
     Piece("grasps-b", 3.5, "grasps", {"parts": ("b",), "rollouts": 8}, "grasps"),
     Piece("grasps-c", 4, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
     Piece("guard", 8.5),
@@ -61,5 +62,6 @@ PIECES = (
 )
 """Shortest first."""
 
-QUICK = tuple(Piece(study, 0.5) for study in STUDIES if study not in ("published", "grasps"))
+OF_DATA = {piece.study or piece.name for piece in PIECES if piece.data}
+QUICK = tuple(Piece(study, 0.5) for study in STUDIES if study not in OF_DATA)
 """A first picture of each study whose data are here."""

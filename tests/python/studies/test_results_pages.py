@@ -48,7 +48,6 @@ OLD: set[str] = {
     "table1",
     "table2",
 }
-WITHOUT_SCORES = {"safety"}
 
 PAGE = """# A page
 
@@ -163,8 +162,7 @@ def test_a_block_after_a_heading_of_the_first_level_keeps_its_own(tmp_path):
 def test_the_blocks_of_older_bits_are_those_that_are_known():
     """A page whose engine had other bits than today's says figures that no command gives."""
     made = {block.name: block.head for _, block in all_blocks(DOCS)}
-    assert set(made) > WITHOUT_SCORES
-    improved = {name: IMPROVED.get(name, False) for name in made.keys() - WITHOUT_SCORES}
+    improved = {name: IMPROVED.get(name, False) for name in made}
     old = {name for name in improved if made[name].is_old(improved=improved[name])}
     assert old - OLD == set(), "make them anew: energymargin reproduce all --pages docs --only ..."
     assert OLD - old == set(), "they are of today's bits: take them off OLD"
@@ -173,7 +171,7 @@ def test_the_blocks_of_older_bits_are_those_that_are_known():
 def test_the_list_of_blocks_says_which_are_of_an_earlier_build():
     rows = [line.split(" | ") for line in table_of_blocks(DOCS, RESULTS).splitlines()[2:]]
     earlier = {row[0][3:].partition("]")[0] for row in rows if row[2] == "earlier"}
-    assert earlier - WITHOUT_SCORES == OLD
+    assert earlier == OLD
 
 
 def test_each_piece_has_its_block_and_each_block_its_command():
