@@ -37,8 +37,8 @@ def frame_of(scene: Scene) -> Floats:
 
 def box_of(shape: Any) -> Floats:
     """The corners of the box about a shape, along its frame's axes, (8, 3). No point of the shape
-    is displaced farther than one of them."""
-    points = np.concatenate(scenes.shape_parts(shape))
+    is displaced farther than one of them. Its origin in place of a shape without parts."""
+    points = np.concatenate(scenes.shape_parts(shape) or [np.zeros((1, 3))])
     return np.asarray(points.min(axis=0) + SIGNS * np.ptp(points, axis=0))
 
 

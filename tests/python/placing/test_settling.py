@@ -110,6 +110,14 @@ def test_what_falls_out_and_what_never_rests_are_told():
     assert em.settle(scene, time=1.0)["roll"].verdict == "never at rest"
 
 
+def test_a_body_without_a_shape_counts_as_a_point():
+    scene = em.Scene()
+    scene.add_plane("floor")
+    inertial = em.Inertial((0, 0, 0), inertia=(1e-9, 1e-9, 1e-9))
+    scene.add_body("frame", em.Compound([]), mass=1.0, inertial=inertial, position=(0, 0, 1))
+    assert em.settle(scene, time=0.3)["frame"].dropped == pytest.approx(9.81 * 0.3**2 / 2, rel=0.02)
+
+
 def test_overlaps_at_the_start_are_told():
     scene = em.Scene()
     scene.add_plane("floor", friction=1.0)
