@@ -267,7 +267,10 @@ def _shares(faces: list[int]) -> Vector:
 
 
 class TossesStudy(Study[Settings, Tosses]):
-    """Real tosses of a cube (ContactNets): does it end here as it did, and in MuJoCo?"""
+    """Real tosses of a cube (ContactNets): does it end here as it did, and in MuJoCo?
+
+    Example: energymargin reproduce tosses --data DIR
+    """
 
     name = "tosses"
     settings, quick = Settings(), Settings(frictions=(0.18,), draws=4, every=8)

@@ -153,7 +153,7 @@ def test_every_study_of_the_list_has_its_name_and_a_command_with_help(name):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("all --only table3", "only has 'table3', expected some of grasps-b"),
+        ("all --only table3", "only has 'table3', expected some of tosses"),
         ("all --only published", "only has 'published', which needs --data DIR"),
         ("all --minutes 0", "minutes is 0"),
         ("foresight --tasks juggle", "juggle"),
