@@ -160,7 +160,7 @@ from test_parallel import double, run, slow
 from functools import partial
 
 print("begins", flush=True)
-show = lambda results: print(*results, flush=True) if results else None
+show = lambda results: [print(one, flush=True) for one in results]
 run(em.executors.Processes(1), {function}, range(3), show, most=1)
 print("ends")
 """
