@@ -25,6 +25,7 @@ from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
+from energymargin.executors import Executor, ask
 from energymargin.placing.boxes import Floats
 from energymargin.placing.settling import settle
 from energymargin.summary import Summarized
@@ -109,6 +110,8 @@ def resting_poses(
     drops: int = 0,
     height: float = 0.0,
     seed: int = 0,
+    threads: int | None = None,
+    executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
@@ -126,6 +129,8 @@ def resting_poses(
         drops: so many are simulated too, from random orientations.
         height: from which it is dropped [m]; 0: its lowest point is on the plane.
         seed: of the drops.
+        threads: None takes all cores. Nothing depends on them.
+        executor: in place of threads, of `em.executors`.
         progress: progress(done, total) counts drops.
         timeout: after so many seconds the drops count that are done.
         cancel: the same once it is set.
@@ -151,23 +156,22 @@ def resting_poses(
     center = np.array((inertial or properties).center)
     faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center)
     basins = faces.basins(merge, slope) if mu >= np.tan(slope) else []
-    tally = np.zeros(len(faces.normals))
-    done = 0
-    if basins and count:
-        down = GRAVITY * np.array([np.sin(slope), 0, -np.cos(slope)])
-        scene = Scene(down, friction_rule="max")
-        scene.add_plane("plane", friction=mu)
-        scene.add_body("object", shape, mass=mass, friction=mu, inertial=inertial)
-        for number in range(count):
-            end = _end_of_drop(scene, faces, fall, np.random.default_rng([seed, number]), limit)
-            if end is None:
-                break
-            tally[end] += 1
-            done += 1
-            if progress is not None:
-                progress(done, count)
-        if not done:
-            limit.require("a drop has ended")
+    dropping = _Drops(shape, mass, mu, inertial, slope, fall, seed, faces)
+    ends: dict[int, int] = {}
+    ask(
+        [range(count if basins else 0)],
+        dropping.ends,
+        ends.update,
+        total=count,
+        progress=progress,
+        threads=threads,
+        executor=executor,
+        **limit.rest(),
+    )
+    done = next(k for k in range(count + 1) if k not in ends)  # those before it, on any threads
+    if basins and count and not done:
+        limit.require("a drop has ended")
+    tally = np.bincount([ends[k] for k in range(done)], minlength=len(faces.normals))
     works = faces.works(basins)
     poses = tuple(
         RestingPose(
@@ -316,21 +320,43 @@ class Faces:
         return int(np.argmax(self.normals @ down))
 
 
-def _end_of_drop(
-    scene: Scene, faces: Faces, height: float, random: np.random.Generator, limit: Limit
-) -> int | None:
-    """The face that is down in the end; None if the limit came first."""
-    turn = Rotation.random(random_state=random)
-    corners = turn.apply(np.concatenate(scenes.shape_parts(scene.bodies[1].shape)))
-    start = {"position": (0, 0, height - corners[:, 2].min()), "orientation": turn.as_quat()}
-    rule: dict[str, Any] = {"time": LONGEST, "still": ROCKING * faces.reach, "during": REST}
-    try:
-        with kept_warnings():  # which each of many drops would repeat
-            found = settle(scene, scene.pack(object=start), **rule, **limit.rest())
-    except (TimeoutError, Cancelled):
-        return None
-    there = Rotation.from_quat(scene.unpack(found.state)["object"]["orientation"])
-    return faces.nearest(there.inv().apply([0, 0, -1.0])) if found.complete else None
+@dataclass(frozen=True, eq=False)
+class _Drops:
+    """Drops of a body on a plane, by their numbers."""
+
+    shape: Any
+    mass: float
+    friction: float
+    inertial: Inertial | None
+    slope: float
+    height: float
+    seed: int
+    faces: Faces
+
+    def ends(self, numbers: Sequence[int], cancel: Cancel) -> list[int]:
+        """The face that is down in the end, of each; once it is cancelled, of those that ended."""
+        down = GRAVITY * np.array([np.sin(self.slope), 0, -np.cos(self.slope)])
+        scene = Scene(down, friction_rule="max")
+        scene.add_plane("plane", friction=self.friction)
+        body: dict[str, Any] = {"mass": self.mass, "inertial": self.inertial}
+        scene.add_body("object", self.shape, friction=self.friction, **body)
+        points = np.concatenate(scenes.shape_parts(self.shape))
+        rule: dict[str, Any] = {"still": ROCKING * self.faces.reach, "during": REST}
+        found = list[int]()
+        for number in numbers:
+            turn = Rotation.random(random_state=np.random.default_rng([self.seed, number]))
+            start = {"position": (0, 0, self.height - turn.apply(points)[:, 2].min())}
+            state = scene.pack(object=start | {"orientation": turn.as_quat()})
+            try:
+                with kept_warnings():  # which each of many drops would repeat
+                    end = settle(scene, state, time=LONGEST, **rule, cancel=cancel)
+            except Cancelled:
+                break
+            if not end.complete:
+                break
+            there = Rotation.from_quat(scene.unpack(end.state)["object"]["orientation"])
+            found.append(self.faces.nearest(there.inv().apply([0, 0, -1.0])))
+        return found
 
 
 def _dots(one: Floats, other: Floats) -> Floats:

@@ -85,11 +85,19 @@ def test_drops_end_as_the_probabilities_say(shape):
     assert found.total_variation <= 0.1
 
 
-def test_drops_stop_in_time_and_keep_what_is_done():
-    found = em.resting_poses(em.Box((0.1, 0.12, 0.2)), drops=10**6, timeout=1.0)
-    assert not found.complete and 5 < found.drops < 10**6
-    same = em.resting_poses(em.Box((0.1, 0.12, 0.2)), drops=found.drops)
-    assert [one.dropped for one in same] == [one.dropped for one in found]
+def test_drops_that_are_stopped_keep_what_is_done_on_any_threads():
+    cancel, box = em.Cancel(), em.Box((0.1, 0.12, 0.2))
+    found = em.resting_poses(
+        box,
+        drops=10**6,
+        progress=lambda done, _: cancel.set() if done >= 20 else None,
+        cancel=cancel,
+    )
+    assert not found.complete and 0 < found.drops < 10**6
+    same = em.resting_poses(box, drops=found.drops, threads=1)
+    assert same.complete and [o.dropped for o in same] == [o.dropped for o in found]
+    with pytest.raises(em.Cancelled):
+        em.resting_poses(box, drops=10, cancel=cancel)
 
 
 @pytest.mark.parametrize(
