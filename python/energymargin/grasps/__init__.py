@@ -3,6 +3,7 @@
 from energymargin.base.doors import check_doors
 from energymargin.grasps.baselines import BASELINES, LESS_IS_BETTER, baselines
 from energymargin.grasps.belief import GraspBelief
+from energymargin.grasps.calibration import GraspCalibration, calibrate, recalibrate
 from energymargin.grasps.comparison import ComparedScore, GraspComparison, compare
 from energymargin.grasps.files import read, write
 from energymargin.grasps.frames import FRAMES
@@ -21,6 +22,7 @@ __all__ = [
     "LESS_IS_BETTER",
     "ComparedScore",
     "GraspBelief",
+    "GraspCalibration",
     "GraspComparison",
     "GraspLimits",
     "GraspObject",
@@ -35,9 +37,11 @@ __all__ = [
     "Source",
     "WrenchSpace",
     "baselines",
+    "calibrate",
     "compare",
     "limits",
     "read",
+    "recalibrate",
     "score",
     "wrench_space",
     "write",

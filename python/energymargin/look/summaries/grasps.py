@@ -12,7 +12,7 @@ from energymargin.base.table_text import DASH, sentence
 from energymargin.look.summaries.words import SummaryRow, stacked
 
 if TYPE_CHECKING:
-    from energymargin.grasps import GraspComparison, GraspScores
+    from energymargin.grasps import GraspCalibration, GraspComparison, GraspScores
     from energymargin.grasps.trials import GraspTrials
 
 
@@ -39,6 +39,19 @@ def grasp_scores(scores: GraspScores) -> Summary:
     picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
     rows = list(zip(*table.values(), strict=True))
     return Summary("", rows, tuple(table), notes, lead=lead, picture=picture)
+
+
+def grasp_calibration(found: GraspCalibration) -> Summary:
+    """A row for each group: how far it was moved back, and what that made possible."""
+    columns = (found.groups, found.count, found.offsets, found.before, found.after)
+    rows = [
+        (name, count, f"{1e3 * back:.0f} mm", f"{before:.0%}", f"{after:.0%}")
+        for name, count, back, before, after in zip(*columns, strict=True)
+    ]
+    head = ("group", "grasps", "moved back", "possible before", "possible after")
+    return Summary(
+        "", rows, head, ["Possible: the open hand is free, the object between the pads."]
+    )
 
 
 def grasp_trials(asked: GraspTrials) -> Summary:
