@@ -27,7 +27,8 @@ Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step,
   EngineChoice choice = given("engine", engine);
   return Scene(given("gravity", gravity),
                Stepping{given("step", step), given("solver_iterations", solver_iterations),
-                        given("solver_tolerance", solver_tolerance), given("margin", margin), choice.kind, std::move(choice.simulator)},
+                        given("solver_tolerance", solver_tolerance), given("margin", margin), choice.kind,
+                        std::move(choice.simulator)},
                given("friction_rule", friction_rule));
 }
 
@@ -113,8 +114,7 @@ void bind_stepping(py::class_<Scene>& scene) {
           "A step has converged when the residual of the equations of motion is below this share of its impulses.")
       .def_property_readonly(
           "margin", [](const Scene& of) { return of.stepping().margin; }, "[m]")
-      .def_property_readonly(
-          "engine", &engine_of, "What steps the scene: 'native', 'bullet' or an em.engines.Engine.")
+      .def_property_readonly("engine", &engine_of, "What steps the scene: 'native', 'bullet' or an em.engines.Engine.")
       .def(
           "with_engine",
           [](const Scene& of, const Given<EngineChoice>& engine) {

@@ -309,8 +309,8 @@ class Scene {
   //! Index of a tendon by name; none if the scene does not have it.
   std::optional<std::size_t> find_tendon(const std::string& name) const;
 
-  //! Index of a joint or a tendon among them by name, or with a simulator of its command; the error lists the names that
-  //! there are.
+  //! Index of a joint or a tendon among them by name, or with a simulator of its command; the error lists the names
+  //! that there are.
   std::size_t control_index(const std::string& name) const;
 
   //! The joint that carries a body; none for a body that is no link.

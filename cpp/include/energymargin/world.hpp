@@ -145,7 +145,8 @@ class World {
   Rollout rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit = {},
                             const Watch& watch = {});
 
-  //! Several of them together, in any of which a simulator steps many; none for one that diverged. There is a simulator.
+  //! Several of them together, in any of which a simulator steps many; none for one that diverged. There is a
+  //! simulator.
   std::vector<std::optional<Rollout>> rollouts_unchecked(const std::vector<RolloutQuestion>& questions,
                                                          const Limit& limit = {});
 

@@ -49,9 +49,9 @@ class SimulatedRollouts {
     std::optional<Robot> robot{};
     State state{};  // of the scene, and behind it the simulator's
     Rollout result{};
-    int steps = 0;                   // of all pushes
-    std::size_t push = 0;            // that acts
-    int left = 0;                    // steps of it
+    int steps = 0;         // of all pushes
+    std::size_t push = 0;  // that acts
+    int left = 0;          // steps of it
     std::size_t recorded = 0;
     bool over = false, diverged = false;
   };

@@ -61,7 +61,7 @@ struct World::Player {
   Energy energy;
   std::optional<Robot> robot;
   std::optional<SimulatedRollouts> simulated;  // then `engine` steps nothing
-  std::vector<LoadedMotion> before{};  // as a substep begins
+  std::vector<LoadedMotion> before{};          // as a substep begins
 
   // One step under loads; its work, effort, lost time and convergence are added to `result`.
   void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
@@ -112,7 +112,8 @@ int World::robot_memory() const { return player_->robot ? static_cast<int>(playe
 const Simulator* World::simulator() const { return scene().stepping().simulator.get(); }
 
 void World::require_own_steps(const std::string& what) const {
-  if (simulator()) reject(what, "with the engine '" + simulator()->name + "'", "engine 'native': that one does not tell");
+  if (simulator())
+    reject(what, "with the engine '" + simulator()->name + "'", "engine 'native': that one does not tell");
 }
 
 Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit, const Limit& limit,

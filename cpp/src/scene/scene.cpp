@@ -43,8 +43,8 @@ void validate(const Stepping& stepping) {
   }
   if (stepping.margin) require_positive("margin", *stepping.margin);
   if (stepping.simulator && stepping.step != stepping.simulator->step) {
-    reject("step", text(stepping.step), text(stepping.simulator->step) + ", that of the engine '" +
-                                            stepping.simulator->name + "'");
+    reject("step", text(stepping.step),
+           text(stepping.simulator->step) + ", that of the engine '" + stepping.simulator->name + "'");
   }
 }
 
@@ -312,8 +312,8 @@ std::size_t Scene::control_index(const std::string& name) const {
       names += (i == 0 ? "'" : ", '") + commands[i].name + "'";
     }
     const std::string engine = "the engine '" + stepping_.simulator->name + "'";
-    reject("target", "'" + name + "'", names.empty() ? "none: " + engine + " has no commands"
-                                                     : "one of " + names + ", the commands of " + engine);
+    reject("target", "'" + name + "'",
+           names.empty() ? "none: " + engine + " has no commands" : "one of " + names + ", the commands of " + engine);
   }
   const auto tendon = find_tendon(name);
   return tendon ? joints_.size() + *tendon : joint_index(name);

@@ -120,8 +120,7 @@ class Horizon {
   }
 
   //! What came of it.
-  Stretch extended(World& world, const RolloutQuestion& asked, Rollout rolled, bool outside,
-                   const Limit& limit) const {
+  Stretch extended(World& world, const RolloutQuestion& asked, Rollout rolled, bool outside, const Limit& limit) const {
     const Watch& watch = asked.watch;
     Stretch stretch{std::move(rolled)};
     Rollout& rollout = stretch.rollout;
